@@ -1,0 +1,52 @@
+# Every target sets up what it needs: a virtual environment in .venv with the package installed
+# editable. `make PYTHON=python3.12 test` chooses the interpreter it is made with.
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
+
+.DEFAULT_GOAL := help
+.PHONY: help paper test lint types contract generate check-generated clean
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
+
+paper: $(READY)  ## the main job: the paper's case study by the exact map
+	$(BIN)/capsule-sym paper
+
+test: $(READY)  ## run the tests
+	$(BIN)/python -m pytest -n 2 -q
+
+lint: $(READY)  ## check style and format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY)  ## check types, strictly
+	$(BIN)/mypy
+
+contract: $(READY)  ## check which package imports which
+	$(BIN)/lint-imports
+
+generate: $(READY)  ## derive and write generated/
+	$(BIN)/python -m capsule_sym.codegen
+
+check-generated: $(READY)  ## check that generated/ is what the derivation gives
+	$(BIN)/python -m capsule_sym.codegen --check
+
+clean:  ## remove the environment, builds and caches; results/ stays
+	rm -rf .venv build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find capsule_sym generated tests -name __pycache__ -prune -exec rm -rf {} +
+
+# An environment that works is kept, whoever made it; one without pip is made again.
+$(READY): pyproject.toml
+	@$(BIN)/python -m pip --version >/dev/null 2>&1 || { \
+	    $(PYTHON) -c '$(SUPPORTED)' || { \
+	        echo 'capsule-sym needs Python 3.11 or newer; "$(PYTHON)" is not. Try: make PYTHON=python3.11 $(MAKECMDGOALS)' >&2; \
+	        exit 1; }; \
+	    $(PYTHON) -m venv --clear .venv; }
+	@$(BIN)/python -c '$(SUPPORTED)' || { \
+	    echo 'capsule-sym needs Python 3.11 or newer, and .venv has an older one. Remove it with: make clean' >&2; \
+	    exit 1; }
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@

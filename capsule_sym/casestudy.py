@@ -1,0 +1,248 @@
+"""The case study of Section 4: the global maps that the paper prints, and the exact ones."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import capsule_sym
+from capsule_sym.errors import InvalidInput
+from capsule_sym.generated.py import DIGEST
+from capsule_sym.map import SteadyMotion, simulate
+from capsule_sym.parameters import Parameters
+from capsule_sym.records import dumps, motion_record, segment_record
+
+PANELS = dict(
+    zip(
+        "abcdefghijklmnop",
+        (0.0074, 0.3, 0.3687, 0.4, 0.5245, 0.7, 0.939, 1.2)
+        + (1.443, 1.5, 1.6148, 1.64, 1.661, 1.69, 1.7126, 1.9),
+        strict=True,
+    )
+)
+"""Excitation amplitude alpha of each panel of Fig. 7."""
+
+GAMMAS = (3.3, 3.0)
+"""Mass ratios of the two runs: the printed one, and the one that the printed thresholds fit."""
+
+_FIRST_PERIODS = 64
+_MOST_PERIODS = 4096
+
+
+class PrintedMap(NamedTuple):
+    """A printed global map, which holds from the end of the row above up to alpha = `high`.
+
+    `closed` says whether it holds at `high` too. Rows with one `high` are an interval that ends
+    before it, and the map printed for that value alone.
+    """
+
+    high: float
+    closed: bool
+    global_map: str
+
+
+PRINTED = (
+    PrintedMap(0.0074, True, "Id_{Σ2,F2,Σ2}"),
+    PrintedMap(0.3687, True, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F5,Σ5}"),
+    PrintedMap(0.5245, False, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F5,Σ5} ∘ P_{Σ5,F4,Σ4} ∘ P_{Σ4,F5,Σ5}"),
+    PrintedMap(0.5245, True, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F4,Σ4} ∘ P_{Σ4,F5,Σ5}"),
+    PrintedMap(0.939, True, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}"),
+    PrintedMap(
+        1.443,
+        False,
+        "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}",
+    ),
+    PrintedMap(
+        1.443,
+        True,
+        "P_{Σ5,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}",
+    ),
+    PrintedMap(
+        1.6148,
+        True,
+        "P_{Σ5,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}",
+    ),
+    PrintedMap(
+        1.661,
+        True,
+        "P_{Σ4,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4}",
+    ),
+    PrintedMap(
+        1.7126,
+        True,
+        "P_{Σ4,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F3,Σ3} ∘ P_{Σ3,F1,Σ8} ∘ P_{Σ8,F4,Σ4}",
+    ),
+    PrintedMap(2.0, True, "P_{Σ4,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F1,Σ8} ∘ P_{Σ8,F4,Σ4}"),
+)
+"""Global maps of the steady motion as Section 4 prints them, by alpha in (0, 2]."""
+
+THRESHOLDS = frozenset(row.high for row in PRINTED[:-1])
+"""Printed bifurcation values of alpha. A map computed at one of them, which is rounded, is
+generic: it is the one on either side."""
+
+
+def printed_map(alpha: float) -> str:
+    """The printed global map at alpha in (0, 2]; raises `InvalidInput` outside."""
+    if alpha > 0:
+        for row in PRINTED:
+            if alpha < row.high or (row.closed and alpha == row.high):
+                return row.global_map
+    raise InvalidInput("alpha", alpha, "in (0, 2]")
+
+
+def local_maps(global_map: str) -> list[str]:
+    """The local maps of a global map, composed right to left, in order of time."""
+    return global_map.split(" ∘ ")[::-1]
+
+
+def same_motion(first: str, second: str) -> bool:
+    """Whether two global maps are the same cyclic sequence of local maps."""
+    a, b = local_maps(first), local_maps(second)
+    return any(a == b[i:] + b[:i] for i in range(len(b)))
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """The case study at one gamma and one panel of Fig. 7, run from rest."""
+
+    panel: str
+    parameters: Parameters
+    periods: int
+    """Excitation periods that were run."""
+    motion: SteadyMotion | None
+    """None where the run has not settled within `periods`."""
+
+    @property
+    def printed(self) -> str:
+        """The global map that the paper prints."""
+        return printed_map(self.parameters.alpha)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the exact global map is the printed one."""
+        return self.motion is not None and same_motion(self.motion.global_map, self.printed)
+
+
+def run() -> Iterator[Case]:
+    """The cases, `GAMMAS` by `PANELS`, each run from rest until the motion is steady."""
+    for gamma in GAMMAS:
+        for panel, alpha in PANELS.items():
+            yield _settle(panel, Parameters(alpha=alpha, gamma=gamma))
+
+
+def _settle(panel: str, parameters: Parameters) -> Case:
+    periods = _FIRST_PERIODS
+    while True:
+        motion = simulate(parameters, periods=periods).steady()
+        if motion or periods == _MOST_PERIODS:
+            return Case(panel, parameters, periods, motion)
+        periods *= 2
+
+
+def record(cases: list[Case]) -> dict[str, Any]:
+    """All results with their provenance, ready for JSON."""
+    return {
+        "version": capsule_sym.__version__,
+        "generated": DIGEST,
+        "backend": "numpy",
+        "start": {"phase": 0.0, "state": [0.0, 0.0, 0.0]},
+        "cases": [
+            {
+                "panel": case.panel,
+                "parameters": case.parameters.to_dict(),
+                "periods": case.periods,
+                "printed_global_map": case.printed,
+                "at_printed_threshold": case.parameters.alpha in THRESHOLDS,
+                "agrees": case.agrees,
+                **motion_record(case.motion),
+                "segments": [segment_record(s) for s in case.motion.segments]
+                if case.motion
+                else [],
+            }
+            for case in cases
+        ],
+    }
+
+
+def write(result: dict[str, Any], directory: Path) -> list[Path]:
+    """Write what `record` gives: casestudy.json, and cases.csv and segments.csv from it.
+
+    Every file appears whole or not at all. Returns their paths; raises `InvalidInput` when they
+    cannot be written.
+    """
+    texts = {
+        "casestudy.json": dumps(result) + "\n",
+        "cases.csv": _csv(_case_rows(result)),
+        "segments.csv": _csv(_segment_rows(result)),
+    }
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            _replace(directory / name, text)
+    except OSError as error:
+        raise InvalidInput("directory", str(directory), f"writable ({error.strerror})") from error
+    return [directory / name for name in texts]
+
+
+def _replace(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _case_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
+    return [
+        {
+            "panel": case["panel"],
+            **case["parameters"],
+            "periods": case["periods"],
+            "agrees": case["agrees"],
+            "at_printed_threshold": case["at_printed_threshold"],
+            "global_map": case["global_map"],
+            "printed_global_map": case["printed_global_map"],
+            "period_multiple": case["period_multiple"],
+            "progression": case["progression"],
+            "version": result["version"],
+            "generated": result["generated"],
+        }
+        for case in result["cases"]
+    ]
+
+
+def _segment_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
+    return [
+        {
+            "gamma": case["parameters"]["gamma"],
+            "alpha": case["parameters"]["alpha"],
+            "panel": case["panel"],
+            "local_map": segment["local_map"],
+            "mode": segment["mode"],
+            **_columns("start", segment["start"]),
+            **_columns("end", segment["end"]),
+            "outcome": segment["outcome"],
+        }
+        for case in result["cases"]
+        for segment in case["segments"]
+    ]
+
+
+def _columns(prefix: str, point: dict[str, Any]) -> dict[str, Any]:
+    x_r, v_r, v_c = point["state"]
+    values = {"period": point["period"], "phase": point["phase"], "x_r": x_r, "v_r": v_r, "v_c": v_c}
+    return {f"{prefix}_{name}": value for name, value in values.items()}

@@ -1,0 +1,1 @@
+"""The generator: derivations in, source code of the kernels out."""

@@ -1,0 +1,71 @@
+"""`python -m capsule_sym.codegen`: write `generated/`, or check that it is what would be written."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+import time
+from pathlib import Path
+
+import click
+
+from capsule_sym.codegen.render import COMMAND, INPUTS, render
+
+_GENERATED = INPUTS.parent / "generated"
+_MANAGED = {".py", ".json", ".c", ".h"}
+
+
+def _present(directory: Path) -> dict[str, str]:
+    paths = (path for path in directory.rglob("*") if path.suffix in _MANAGED and path.is_file())
+    return {
+        path.relative_to(directory).as_posix(): path.read_text(encoding="utf-8") for path in paths
+    }
+
+
+def difference(expected: dict[str, str], present: dict[str, str]) -> str:
+    """Unified diff from the files present to the files expected, empty if they agree."""
+    lines: list[str] = []
+    for path in sorted(expected.keys() | present.keys()):
+        lines += difflib.unified_diff(
+            present.get(path, "").splitlines(keepends=True),
+            expected.get(path, "").splitlines(keepends=True),
+            fromfile=f"present/{path}" if path in present else "/dev/null",
+            tofile=f"expected/{path}" if path in expected else "/dev/null",
+        )
+    return "".join(lines)
+
+
+@click.command()
+@click.option("--check", is_flag=True, help="Write nothing; exit 1 with a diff if files differ.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=_GENERATED,
+    help="Directory to write to or to check.  [default: generated/]",
+)
+def main(check: bool, out: Path) -> None:
+    """Derive the kernels and write them as NumPy, mpmath and C code."""
+    if not INPUTS.is_dir():
+        click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
+        sys.exit(2)
+    started = time.perf_counter()
+    expected = render()
+    if check:
+        found = difference(expected, _present(out))
+        if found:
+            click.echo(found, nl=False)
+            click.echo(f"{out} is not what its inputs give. To mend it, run:\n\n    {COMMAND}\n")
+            sys.exit(1)
+        click.echo(f"{out}: {len(expected)} files agree with their inputs.")
+        return
+    for path in _present(out).keys() - expected.keys():
+        (out / path).unlink()
+    for path, text in expected.items():
+        (out / path).parent.mkdir(parents=True, exist_ok=True)
+        (out / path).write_text(text, encoding="utf-8")
+    elapsed = time.perf_counter() - started
+    click.echo(f"wrote {len(expected)} files to {out} in {elapsed:.1f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,45 @@
+"""What can go wrong, as exceptions, and how the search for a switch can end, as a value."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class CapsuleError(Exception):
+    """Base of every exception that this package raises on purpose."""
+
+
+class InvalidInput(CapsuleError, ValueError):
+    """A value from outside that is not allowed: which field, which value, what would be allowed.
+
+    `allowed` completes the sentence "must be ...", as in `finite and >= 0`.
+    """
+
+    def __init__(self, field: str, value: object, allowed: str) -> None:
+        # All three go to the base class, so that the exception survives pickling.
+        super().__init__(field, value, allowed)
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+
+    def __str__(self) -> str:
+        return f"{self.field} = {self.value!r}: must be {self.allowed}"
+
+
+class Outcome(StrEnum):
+    """How the search for the next switch of a segment ended."""
+
+    #: One guard crosses zero, alone and with a slope that is certainly not zero.
+    REGULAR = "regular"
+    #: x_r touches delta within the error bound (line L9): no crossing, or a pair of them.
+    GRAZE = "graze"
+    #: Two guards vanish within the error bound of each other, on L5 to L8 or in O1, O2.
+    CORNER = "corner"
+    #: The force on a sticking capsule touches the friction bound (lines L1 to L4).
+    SLIDING_TANGENCY = "sliding-tangency"
+    #: It is proved that no guard fires any more.
+    NEVER = "never"
+    #: Rounding leaves open whether a guard fires.
+    UNDECIDED = "undecided"
+    #: The run ended before the next switch.
+    END = "end"

@@ -1,0 +1,150 @@
+"""The two number systems in which the one map runs: double precision and mpmath.
+
+A backend gives the generated kernels of its number system and the few operations that differ
+between them. Everything else in this package is written once, for either.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.parameters import Parameters
+
+Number = Any  # float or mpmath.mpf
+DIGITS = 50
+_GUARD_DIGITS = 10
+
+
+class Backend(Protocol):
+    """What the map asks of a number system."""
+
+    name: str
+    kernels: Any
+    unit: Number  # unit roundoff
+    full_turn: Number  # 2 pi
+
+    def number(self, value: object) -> Number:
+        """The value in this number system, exactly if it is a float."""
+
+    def sqrt(self, value: Number) -> Number:
+        """Square root."""
+
+    def cos_sin(self, angle: Number) -> tuple[Number, Number]:
+        """Cosine and sine."""
+
+    def turns(self, angle: Number) -> tuple[int, Number]:
+        """Whole turns in an angle >= 0, and the rest in [0, 2 pi)."""
+
+    def polish(self, function: Callable[[Number], Number], low: Number, high: Number) -> Number:
+        """The root of a function in a bracket on which it changes sign."""
+
+    def constants(self, field: int, parameters: Parameters) -> Any:
+        """Constants of a segment."""
+
+
+class NumpyBackend:
+    """Double precision on the NumPy kernels; roots by scipy.optimize.brentq."""
+
+    name = "numpy"
+    unit = 2.0**-53
+    full_turn = 2.0 * math.pi
+    # 2 pi in two parts, so that subtracting it k times commits no error that grows with k.
+    _TURN = (2.0 * math.pi, 2.4492935982947064e-16)
+
+    def __init__(self) -> None:
+        from capsule_sym.generated.py import kernels
+
+        self.kernels: Any = kernels
+
+    def number(self, value: object) -> float:
+        return float(value)  # type: ignore[arg-type]
+
+    def sqrt(self, value: float) -> float:
+        return math.sqrt(value)
+
+    def cos_sin(self, angle: float) -> tuple[float, float]:
+        return math.cos(angle), math.sin(angle)
+
+    def turns(self, angle: float) -> tuple[int, float]:
+        high, low = self._TURN
+        whole = math.floor(angle / high)
+        rest = (angle - whole * high) - whole * low
+        if rest < 0.0:
+            return whole - 1, max(rest + high, 0.0) if rest + high < high else 0.0
+        return whole, rest
+
+    def polish(self, function: Callable[[float], float], low: float, high: float) -> float:
+        from scipy.optimize import brentq
+
+        return float(brentq(function, low, high, xtol=5e-324, rtol=4 * 2.0**-52))
+
+    def constants(self, field: int, parameters: Parameters) -> Any:
+        c = self.kernels.constants(field, *parameters.to_dict().values())
+        # Plain Python numbers make the scalar path several times faster than NumPy's.
+        return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})
+
+
+class MpmathBackend:
+    """Any precision on the mpmath kernels; roots by mpmath's bracketing solver."""
+
+    name = "mpmath"
+
+    def __init__(self) -> None:
+        import mpmath
+
+        from capsule_sym.generated.mp import kernels
+
+        self.kernels: Any = kernels
+        self._mpmath = mpmath
+
+    @property
+    def unit(self) -> Number:
+        return self._mpmath.mp.eps / 2
+
+    @property
+    def full_turn(self) -> Number:
+        return 2 * self._mpmath.mp.pi
+
+    def number(self, value: object) -> Number:
+        return self._mpmath.mpf(value)
+
+    def sqrt(self, value: Number) -> Number:
+        return self._mpmath.sqrt(value)
+
+    def cos_sin(self, angle: Number) -> tuple[Number, Number]:
+        return self._mpmath.cos_sin(angle)  # type: ignore[no-any-return]
+
+    def turns(self, angle: Number) -> tuple[int, Number]:
+        whole = int(self._mpmath.floor(angle / self.full_turn))
+        return whole, angle - whole * self.full_turn
+
+    def polish(self, function: Callable[[Number], Number], low: Number, high: Number) -> Number:
+        tolerance = (4 * self.unit * high) ** 2
+        return self._mpmath.findroot(
+            function, (low, high), solver="anderson", tol=tolerance, verify=False, maxsteps=200
+        )
+
+    def constants(self, field: int, parameters: Parameters) -> Any:
+        values = [self.number(value) for value in parameters.to_dict().values()]
+        return self.kernels.constants(field, *values)
+
+
+@contextmanager
+def backend(name: str) -> Iterator[Backend]:
+    """The backend of this name, `numpy` or `mpmath`, the latter at 50 digits while in use.
+
+    Raises InvalidInput for another name.
+    """
+    if name == "numpy":
+        yield NumpyBackend()
+    elif name == "mpmath":
+        import mpmath
+
+        with mpmath.workdps(DIGITS + _GUARD_DIGITS):
+            yield MpmathBackend()
+    else:
+        raise InvalidInput("backend", name, "numpy or mpmath")

@@ -1,0 +1,217 @@
+"""What a run of the map gives: segments, states at any time, steady motion, global map."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.map.backend import Number, backend
+from capsule_sym.parameters import Parameters
+
+_MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
+Triple = tuple[Number, Number, Number]
+
+
+class Instant(NamedTuple):
+    """A time as whole excitation periods and the phase in [0, 2 pi/omega) within the next."""
+
+    period: int
+    phase: Number
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One segment of a trajectory, from one switching plane to the next, dimensionless.
+
+    States are (x_r, v_r, v_c). `source` and `target` are switching planes "Σ1" to "Σ10"; `target`
+    is empty for a segment that the end of the run cuts off, `source` for one that starts off every
+    plane. `position` is x_c at the start, `advance` its change over the segment.
+    """
+
+    field: int
+    source: str
+    target: str
+    start: Instant
+    end: Instant
+    start_state: Triple
+    end_state: Triple
+    duration: Number
+    outcome: Outcome
+    evaluations: int
+    position: Number
+    advance: Number
+    closed: Any  # start of the closed form, for evaluation in between
+
+    @property
+    def name(self) -> str:
+        """Name of the field, "F1" to "F6"."""
+        return f"F{self.field}"
+
+    @property
+    def mode(self) -> str:
+        """Mode of operation in the paper's notation, such as "NC-FD"."""
+        return _MODES[self.field - 1]
+
+    @property
+    def local_map(self) -> str:
+        """The segment as a local map in the paper's notation, such as "P_{Σ4,F5,Σ5}"."""
+        return f"P_{{{self.target},{self.name},{self.source}}}"
+
+
+@dataclass(frozen=True)
+class SteadyMotion:
+    """A periodic motion modulo drift: its segments over one period of the motion.
+
+    `period_multiple` counts excitation periods; `progression` is the advance of x_c per
+    excitation period, dimensionless.
+    """
+
+    segments: tuple[Segment, ...]
+    period_multiple: int
+    progression: Number
+
+    @property
+    def word(self) -> tuple[str, ...]:
+        """Fields of one period in the order of time, such as ("F5", "F2")."""
+        return tuple(segment.name for segment in self.segments)
+
+    @property
+    def global_map(self) -> str:
+        """The motion as a composition of local maps, right to left, in the paper's notation."""
+        if len(self.segments) == 1:
+            only = self.segments[0]
+            return f"Id_{{Σ{only.field},{only.name},Σ{only.field}}}"
+        return " ∘ ".join(segment.local_map for segment in reversed(self.segments))
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A run of the exact map: its segments, and the closed form to evaluate between them."""
+
+    parameters: Parameters
+    backend: str
+    segments: tuple[Segment, ...]
+    stroboscopic: tuple[Triple, ...]
+    """States at the ends of whole excitation periods, counted from phase 0."""
+    settled: int
+    """How many segments double precision left open and 50 digits settled."""
+
+    @property
+    def final(self) -> tuple[Instant, Triple]:
+        """Time and state at the end of the run."""
+        last = self.segments[-1]
+        return last.end, last.end_state
+
+    @property
+    def advance(self) -> Number:
+        """Change of the capsule's position x_c over the run."""
+        last = self.segments[-1]
+        return last.position + last.advance
+
+    def __call__(self, t: ArrayLike) -> NDArray[np.float64]:
+        """States (x_r, v_r, v_c) at times t, shape t.shape + (3,), from the closed form.
+
+        Times are absolute and dimensionless: excitation periods times 2 pi/omega plus phase.
+        Raises InvalidInput outside the run.
+        """
+        return self._evaluate(t)[..., :3]
+
+    def position(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Capsule positions x_c at times t, shape t.shape, zero at the start of the run."""
+        return self._evaluate(t)[..., 3]
+
+    def _evaluate(self, t: ArrayLike) -> NDArray[np.float64]:
+        times = np.asarray(t, dtype=float)
+        period = self.parameters.period
+        starts = np.array([s.start.period * period + float(s.start.phase) for s in self.segments])
+        end = self.segments[-1].end
+        stop = end.period * period + float(end.phase)
+        outside = ~((times >= starts[0]) & (times <= stop))
+        if np.any(outside):
+            value = float(times[outside].flat[0])
+            raise InvalidInput("t", value, f"a time in [{starts[0]!r}, {stop!r}]")
+        index = np.searchsorted(starts, times, side="right") - 1
+        out = np.empty((*times.shape, 4))
+        with backend("numpy") as numbers:
+            for i in np.unique(index):
+                chosen = index == i
+                h = np.clip(times[chosen] - starts[i], 0.0, float(self.segments[i].duration))
+                out[chosen] = _inside(numbers, self.parameters, self.segments[i], h)
+        return out
+
+    def steady(self, tolerance: float = 1e-9, longest: int = 16) -> SteadyMotion | None:
+        """The periodic motion at the end of the run, None if it has not settled on one.
+
+        The motion is periodic with multiple m if the stroboscopic states repeat after m periods
+        within `tolerance`, and so do the segments; the least m up to `longest` is taken. Slow
+        alternating convergence to a shorter period looks almost periodic too: it is told apart by
+        asking that states within the period differ by a thousand tolerances.
+        """
+        states = np.array([[float(v) for v in state] for state in self.stroboscopic])
+
+        def change(after: int, multiple: int) -> float:
+            """Largest change of the last `multiple` states from those `after` periods before."""
+            last, before = states[-multiple:], states[-multiple - after : len(states) - after]
+            return float(np.max(np.abs(last - before)))
+
+        for multiple in range(1, min(longest, len(states) // 2) + 1):
+            if change(multiple, multiple) > tolerance:
+                continue
+            divisors = (d for d in range(1, multiple) if multiple % d == 0)
+            if any(change(divisor, multiple) <= 1e3 * tolerance for divisor in divisors):
+                continue
+            segments, previous = self._last_periods(multiple, 0), self._last_periods(multiple, 1)
+            if _labels(segments) == _labels(previous):
+                return _steady(segments, multiple)
+        return None
+
+    def _last_periods(self, multiple: int, back: int) -> tuple[Segment, ...]:
+        """The segments that end in the given number of whole periods before the run's end."""
+        stop = len(self.stroboscopic) - 1 + self.segments[0].start.period - back * multiple
+        ended = [s for s in self.segments if s.target]
+        chosen = [s for s in ended if stop - multiple <= s.end.period < stop]
+        return tuple(chosen) if chosen else (self.segments[-1],)
+
+
+def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
+    return [(s.field, s.source, s.target) for s in segments]
+
+
+def _steady(segments: tuple[Segment, ...], multiple: int) -> SteadyMotion:
+    # The paper begins a global map in contact, at rest if the motion has such a segment.
+    rank = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
+    turns = [segments[i:] + segments[:i] for i in range(len(segments))]
+    first = min(turns, key=lambda turn: [rank[s.field] for s in turn])
+    advance = sum((s.advance for s in segments), segments[0].advance * 0)
+    return SteadyMotion(first, multiple, advance / multiple)
+
+
+def _inside(
+    numbers: Any, parameters: Parameters, segment: Segment, h: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(x_r, v_r, v_c, x_c) at durations h after the start of a segment, shape (len(h), 4)."""
+    c = numbers.constants(segment.field, parameters)
+    closed = type(numbers.kernels.Start(*segment.closed))(*map(float, segment.closed))
+    values = numbers.kernels.flow(c, closed, h, True)
+    x_r, v_r, v_c = (float(v) for v in segment.start_state)
+    columns = [x_r + values[0], values[1]]
+    if c.drift:
+        columns += [v_c + values[2], float(segment.position) + values[3]]
+    else:
+        columns += [np.zeros_like(h), np.full_like(h, float(segment.position))]
+    return np.stack(columns, axis=-1)
+
+
+def instant(turns: int, angle: Number, omega: Number) -> Instant:
+    """The time at a forcing angle in [0, 2 pi) after whole turns."""
+    return Instant(turns, angle / omega if angle else angle * 0)
+
+
+def is_finite(values: Triple) -> bool:
+    """Whether all numbers of a state are finite."""
+    return all(math.isfinite(float(value)) for value in values)

@@ -1,0 +1,72 @@
+"""Results as plain records of numbers, strings, lists and dicts, and their text in JSON."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from capsule_sym.map import Instant, Segment, SteadyMotion, Trajectory
+
+_DIGITS = 50
+# No text in a record holds NUL, so that it can mark the numbers that json would write as strings.
+_MARKED = re.compile(r'"\\u0000([^"]*)"')
+
+
+def segment_record(segment: Segment) -> dict[str, Any]:
+    """A segment: field, local map, switching planes, start and end, and how its switch was found.
+
+    `local_map` and `target` are None for the segment that the end of a run cuts.
+    """
+    return {
+        "field": segment.name,
+        "mode": segment.mode,
+        "local_map": segment.local_map if segment.target else None,
+        "source": segment.source,
+        "target": segment.target or None,
+        "start": _point(segment.start, segment.start_state),
+        "end": _point(segment.end, segment.end_state),
+        "outcome": segment.outcome.value,
+    }
+
+
+def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
+    """Word, global map, period multiple and progression; each None where no motion was found."""
+    return {
+        "word": list(motion.word) if motion else None,
+        "global_map": motion.global_map if motion else None,
+        "period_multiple": motion.period_multiple if motion else None,
+        "progression": motion.progression if motion else None,
+    }
+
+
+def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:
+    """A whole run and the steady motion that it ends in, None if it has not settled."""
+    return {
+        "parameters": trajectory.parameters.to_dict(),
+        "backend": trajectory.backend,
+        "segments": [segment_record(segment) for segment in trajectory.segments],
+        **motion_record(motion),
+        "final": _point(*trajectory.final),
+    }
+
+
+def dumps(record: dict[str, Any]) -> str:
+    """The record as JSON text, every number with all its digits.
+
+    A double is written with the digits that give it back, an mpmath number with 50: a reader
+    that wants them all parses numbers as decimals.
+    """
+    text = json.dumps(record, allow_nan=False, default=_marked, ensure_ascii=False, indent=2)
+    return _MARKED.sub(r"\1", text)
+
+
+def _point(instant: Instant, state: tuple[Any, ...]) -> dict[str, Any]:
+    return {"period": instant.period, "phase": instant.phase, "state": list(state)}
+
+
+def _marked(number: Any) -> str:
+    import mpmath
+
+    return f"\0{mpmath.nstr(number, _DIGITS)}"

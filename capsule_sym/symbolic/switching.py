@@ -1,0 +1,203 @@
+"""Switching mechanisms on surfaces and lines, and the local maps they allow: Tables 1, 2 and 3.
+
+A trajectory of a field arrives at a boundary point from the field's cell, or departs into it,
+according to the first non-vanishing time derivative of each function that bounds the cell
+(velocity of the capsule, penetration, force against the friction bound). Those derivatives are
+the paper's inner products of normals and fields, Eqs. (16)-(23), and the next ones. Their signs
+are decided by `proof`; where a sign depends on state, time or parameters, the point is split into
+the three cases and each carries its condition.
+
+Sources and targets of every surface and line follow, and from them the local maps
+P_{target, field, source}. A plane Sigma_1..Sigma_6 holds the points at which the capsule is at
+rest and the motion goes on with field F1..F6; Sigma_7..Sigma_10 hold the impacts of a moving
+capsule. The run-time switching table is emitted from here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+import sympy as sp
+
+from capsule_sym.symbolic.geometry import (
+    LINES,
+    PIECES,
+    POINTS,
+    SCENARIOS,
+    SURFACES,
+    Piece,
+)
+from capsule_sym.symbolic.model import SEGMENTS, Segment
+from capsule_sym.symbolic.proof import Relation, Sign, consistent, sign_under
+from capsule_sym.symbolic.symbols import STATE, delta, f_b, gamma, omega, tau, v_c, v_r, x_r
+
+# The state, the force and its first rate of change: derivatives that hold no more than these.
+_ORDERS_OF_MOTION = 3
+_ORDERS_OF_FORCE = 2
+
+
+@dataclass(frozen=True)
+class Transition:
+    """On a surface, trajectories from subspace Omega_source go on in Omega_target (Table 1)."""
+
+    source: int
+    surface: str
+    target: int
+
+
+@dataclass(frozen=True)
+class LineTransition:
+    """The same on a line or corner point (Table 2), where the condition holds."""
+
+    source: int
+    line: str
+    target: int
+    condition: tuple[Relation, ...]
+    scenario: str
+
+
+@dataclass(frozen=True, order=True)
+class LocalMap:
+    """P_{target, F field, source}: field `field` from a source plane to a target plane (Table 3).
+
+    Planes are named Σ1 to Σ10.
+    """
+
+    target: str
+    field: int
+    source: str
+
+    def __str__(self) -> str:
+        return f"P_{{{self.target},F{self.field},{self.source}}}"
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A part of a piece where all signs are the same.
+
+    `arrives` and `departs` hold the fields whose trajectories reach it from, or leave it into,
+    their own cell; `may_arrive` and `may_depart` add those that higher derivatives decide.
+    """
+
+    piece: Piece
+    condition: tuple[Relation, ...]
+    arrives: frozenset[int]
+    departs: frozenset[int]
+    may_arrive: frozenset[int]
+    may_depart: frozenset[int]
+
+
+def time_derivative(expression: sp.Expr, field: Segment) -> sp.Expr:
+    """Rate of change of a function of state and time along a field."""
+    along = sum(expression.diff(s) * rate for s, rate in zip(STATE, field.field, strict=True))
+    return sp.expand(along + expression.diff(tau))
+
+
+@lru_cache(maxsize=None)
+def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, ...]:
+    """A function and its time derivatives along F`index`, orders 0 to `orders`."""
+    chain = [sp.expand(expression)]
+    for _ in range(orders):
+        chain.append(time_derivative(chain[-1], SEGMENTS[index - 1]))
+    return tuple(chain)
+
+
+def guards(field: Segment) -> tuple[sp.Expr, ...]:
+    """The functions that are positive in the cell of a field and vanish on its boundary."""
+    side = x_r - delta if field.contact else delta - x_r
+    if field.stick:
+        return side, f_b - field.interaction, f_b + field.interaction
+    return side, field.drift * v_c
+
+
+class _Split(Exception):
+    """A sign that is not the same all over the piece."""
+
+    def __init__(self, expression: sp.Expr) -> None:
+        self.expression = expression
+
+
+def _first_sign(
+    guard: sp.Expr, field: Segment, known: tuple[Relation, ...]
+) -> tuple[int, Sign]:
+    """Order and sign of the first derivative of a guard that does not vanish (0: all vanish)."""
+    orders = _ORDERS_OF_FORCE if guard.has(f_b) else _ORDERS_OF_MOTION
+    for order, expression in enumerate(derivatives(guard, field.index, orders)):
+        sign = sign_under(expression, known)
+        if sign is None:
+            raise _Split(expression)
+        if sign:
+            return order, sign
+    return orders + 1, 0
+
+
+def _passage(
+    field: Segment, known: tuple[Relation, ...]
+) -> tuple[bool | None, bool | None]:
+    """Whether the field's trajectory through the point comes from, and goes into, its cell.
+
+    None where nothing excludes it and some guard vanishes with all its derivatives.
+    """
+    if field.stick and sign_under(v_c, known) != 0:
+        return False, False
+    arrives: bool | None = True
+    departs: bool | None = True
+    for guard in guards(field):
+        order, sign = _first_sign(guard, field, known)
+        if sign == 0:
+            arrives, departs = arrives and None, departs and None
+            continue
+        if sign * (-1) ** order < 0:
+            arrives = False
+        if sign < 0:
+            departs = False
+        if arrives is False and departs is False:
+            break
+    return arrives, departs
+
+
+def _reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
+    """A shorter expression that has the same sign where the equations among the known hold."""
+    for relation in known:
+        if isinstance(relation, sp.Eq):
+            equation = sp.expand(relation.lhs - relation.rhs)
+            for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), delta):
+                slope = equation.coeff(unknown)
+                if slope.is_nonzero:
+                    # Substitution in the known equations too would be needed only for cycles,
+                    # and each equation brings a new unknown.
+                    root = sp.expand(unknown - equation / slope)
+                    expression = sp.expand(expression.subs(unknown, root))
+                    break
+    numerator = sp.numer(sp.factor(expression))
+    parts = [f for f in sp.Mul.make_args(numerator) if f == omega or not f.is_positive]
+    product = sp.expand(sp.Mul(*parts))
+    return sp.expand(product / gamma ** sp.degree(product, gamma))
+
+
+def leaves(
+    piece: Piece, condition: tuple[Relation, ...] = ()
+) -> Iterator[Leaf]:
+    """The parts of a piece on which every field's arrival and departure are decided."""
+    known = (*piece.relations, *condition)
+    passages: dict[int, tuple[bool | None, bool | None]] = {}
+    try:
+        for field in SEGMENTS:
+            passages[field.index] = _passage(field, known)
+    except _Split as split:
+        expression = _reduced(split.expression, known)
+        for relation in (sp.Gt, sp.Lt, sp.Eq):
+            case = relation(expression, 0)
+            if consistent([*known, case]):
+                yield from leaves(piece, (*condition, case))
+        return
+    yield Leaf(
+        piece,
+        condition,
+        arrives=frozenset(index for index, (before, _) in passages.items() if before),
+        departs=frozenset(index for index, (_, after) in passages.items() if after),
+        may_arrive=frozenset(i for i, (before, _) in passages.items() if before is not False),
+        may_depart=frozenset(i for i, (_, after) in passages.items() if after is not False),
+    )

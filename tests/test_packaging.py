@@ -1,0 +1,129 @@
+"""What an installation holds, what an import costs, and who may import whom."""
+
+import ast
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+from scikit_build_core.build import build_wheel
+
+import capsule_sym
+
+ROOT = Path(__file__).parent.parent
+GENERATED = {path.relative_to(ROOT).as_posix() for path in (ROOT / "generated").rglob("*.*")}
+
+
+def python(*arguments: str, **options: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments], capture_output=True, text=True, check=False, **options
+    )
+
+
+def loaded_after(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(sorted({{name.split('.')[0] for name in sys.modules}}))"
+    done = python("-c", code)
+    assert done.returncode == 0, done.stderr
+    return set(ast.literal_eval(done.stdout))
+
+
+def test_the_version_is_the_one_in_pyproject() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert capsule_sym.__version__ == project["version"]
+
+
+def test_importing_the_package_imports_nothing_else() -> None:
+    assert "capsule_sym" in loaded_after("import capsule_sym")
+    assert loaded_after("import capsule_sym") & {"sympy", "scipy", "mpmath", "numpy"} == set()
+
+
+def test_parameters_need_numpy_alone() -> None:
+    loaded = loaded_after("from capsule_sym import Parameters; Parameters()")
+    assert loaded & {"sympy", "scipy", "mpmath", "numpy"} == {"numpy"}
+
+
+def test_sympy_stays_unimported_by_the_map() -> None:
+    assert "sympy" not in loaded_after("from capsule_sym import simulate, Trajectory")
+
+
+def test_every_public_name_resolves_and_no_other_does() -> None:
+    for name in capsule_sym.__all__:
+        assert getattr(capsule_sym, name).__class__
+        assert name in dir(capsule_sym)
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = capsule_sym.nonsense
+
+
+def test_the_wheel_holds_the_generated_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    wheel = zipfile.ZipFile(tmp_path / build_wheel(str(tmp_path)))
+    shipped = set(wheel.namelist())
+    assert any(name.endswith(".c") for name in GENERATED)
+    assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= shipped
+    assert "capsule_sym/py.typed" in shipped
+    unpacked = tmp_path / "site"
+    wheel.extractall(unpacked)
+    # -S leaves out the editable install, so that the import can only find the unpacked wheel.
+    path = os.pathsep.join([str(unpacked), sysconfig.get_path("purelib")])
+    code = "import capsule_sym.generated.py as g; print(g.__file__)"
+    done = python("-S", "-c", code, cwd=str(tmp_path), env=os.environ | {"PYTHONPATH": path})
+    assert done.stdout.startswith(str(unpacked)), done.stderr
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    copy = tmp_path_factory.mktemp("checkout")
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "capsule_sym", copy / "capsule_sym", ignore=ignored)
+    shutil.copy(ROOT / "pyproject.toml", copy)
+    return copy
+
+
+def contracts(checkout: Path) -> subprocess.CompletedProcess[str]:
+    path = os.pathsep.join([str(checkout), sysconfig.get_path("purelib")])
+    code = "from importlinter.cli import lint_imports_command as run; run(['--no-cache'])"
+    return python("-S", "-c", code, cwd=str(checkout), env=os.environ | {"PYTHONPATH": path})
+
+
+def test_the_import_contracts_hold(checkout: Path) -> None:
+    done = contracts(checkout)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 broken" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("module", "statement", "broken"),
+    [
+        ("map/__init__.py", "import sympy", "SymPy stays on the side of the derivation"),
+        ("generated/__init__.py", "import sympy", "SymPy stays on the side of the derivation"),
+        ("parameters.py", "from sympy import pi", "SymPy stays on the side of the derivation"),
+        ("map/__init__.py", "import capsule_sym.symbolic.model", "the derivation is reached"),
+        ("parameters.py", "import capsule_sym.codegen", "the derivation is reached"),
+        ("errors.py", "import capsule_sym.parameters", "imports run one way"),
+        ("symbolic/model.py", "import capsule_sym.map", "imports run one way"),
+        ("symbolic/model.py", "import capsule_sym.generated.py", "imports run one way"),
+        ("generated/py/__init__.py", "import capsule_sym.map", "imports run one way"),
+        ("codegen/__init__.py", "import capsule_sym.generated.py", "by files, never by an import"),
+    ],
+)
+def test_a_forbidden_import_breaks_its_contract(
+    checkout: Path, module: str, statement: str, broken: str
+) -> None:
+    file = checkout / "capsule_sym" / module
+    text = file.read_text(encoding="utf-8")
+    # Inside a function, where it would also escape a test that only imports the package.
+    file.write_text(f"{text}\n\ndef smuggle():\n    {statement}\n", encoding="utf-8")
+    try:
+        done = contracts(checkout)
+    finally:
+        file.write_text(text, encoding="utf-8")
+    assert done.returncode == 1
+    failed = [line for line in done.stdout.splitlines() if line.endswith("BROKEN")]
+    assert any(broken in line for line in failed), done.stdout + done.stderr
