@@ -17,20 +17,30 @@ from capsule_sym.map import SteadyMotion, simulate
 from capsule_sym.parameters import Parameters
 from capsule_sym.records import dumps, motion_record, segment_record
 
-PANELS = dict(
-    zip(
-        "abcdefghijklmnop",
-        (0.0074, 0.3, 0.3687, 0.4, 0.5245, 0.7, 0.939, 1.2)
-        + (1.443, 1.5, 1.6148, 1.64, 1.661, 1.69, 1.7126, 1.9),
-        strict=True,
-    )
-)
+PANELS = {
+    "a": 0.0074,
+    "b": 0.3,
+    "c": 0.3687,
+    "d": 0.4,
+    "e": 0.5245,
+    "f": 0.7,
+    "g": 0.939,
+    "h": 1.2,
+    "i": 1.443,
+    "j": 1.5,
+    "k": 1.6148,
+    "l": 1.64,
+    "m": 1.661,
+    "n": 1.69,
+    "o": 1.7126,
+    "p": 1.9,
+}
 """Excitation amplitude alpha of each panel of Fig. 7."""
 
 GAMMAS = (3.3, 3.0)
 """Mass ratios of the two runs: the printed one, and the one that the printed thresholds fit."""
 
-_FIRST_PERIODS = 64
+_BLOCK = 64  # excitation periods after which to look whether the motion is steady
 _MOST_PERIODS = 4096
 
 
@@ -136,16 +146,19 @@ def run() -> Iterator[Case]:
 
 
 def _settle(panel: str, parameters: Parameters) -> Case:
-    periods = _FIRST_PERIODS
+    state, periods = (0.0, 0.0, 0.0), 0
     while True:
-        motion = simulate(parameters, periods=periods).steady()
-        if motion or periods == _MOST_PERIODS:
+        trajectory = simulate(parameters, state, periods=_BLOCK)
+        periods += _BLOCK
+        motion = trajectory.steady()
+        if motion or periods >= _MOST_PERIODS:
             return Case(panel, parameters, periods, motion)
-        periods *= 2
+        # A run ends at phase 0, where the next one begins.
+        _, state = trajectory.final
 
 
 def record(cases: list[Case]) -> dict[str, Any]:
-    """All results with their provenance, ready for JSON."""
+    """All results with their provenance, ready for JSON; see `records` for the steady motions."""
     return {
         "version": capsule_sym.__version__,
         "generated": DIGEST,
@@ -243,6 +256,6 @@ def _segment_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _columns(prefix: str, point: dict[str, Any]) -> dict[str, Any]:
-    x_r, v_r, v_c = point["state"]
-    values = {"period": point["period"], "phase": point["phase"], "x_r": x_r, "v_r": v_r, "v_c": v_c}
+    state = zip(("x_r", "v_r", "v_c"), point["state"], strict=True)
+    values = {"period": point["period"], "phase": point["phase"], **dict(state)}
     return {f"{prefix}_{name}": value for name, value in values.items()}

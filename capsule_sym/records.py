@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from capsule_sym.map import Instant, Segment, SteadyMotion, Trajectory
+    from capsule_sym.parameters import PhysicalParameters
 
 _DIGITS = 50
 # No text in a record holds NUL, so that it can mark the numbers that json would write as strings.
@@ -17,13 +19,14 @@ _MARKED = re.compile(r'"\\u0000([^"]*)"')
 def segment_record(segment: Segment) -> dict[str, Any]:
     """A segment: field, local map, switching planes, start and end, and how its switch was found.
 
-    `local_map` and `target` are None for the segment that the end of a run cuts.
+    `source` is None for a start off every switching plane, `target` for the segment that the end
+    of the run cuts, and then so is `local_map`.
     """
     return {
         "field": segment.name,
         "mode": segment.mode,
-        "local_map": segment.local_map if segment.target else None,
-        "source": segment.source,
+        "local_map": segment.local_map if segment.source and segment.target else None,
+        "source": segment.source or None,
         "target": segment.target or None,
         "start": _point(segment.start, segment.start_state),
         "end": _point(segment.end, segment.end_state),
@@ -49,6 +52,25 @@ def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str,
         "segments": [segment_record(segment) for segment in trajectory.segments],
         **motion_record(motion),
         "final": _point(*trajectory.final),
+    }
+
+
+def physical_record(
+    physical: PhysicalParameters, trajectory: Trajectory, motion: SteadyMotion | None
+) -> dict[str, Any]:
+    """The device and its results in SI units: s, m and m/s.
+
+    `durations` are those of the run's segments in order, `progression` the advance per excitation
+    period.
+    """
+    period = physical.time(trajectory.parameters.period)
+    advance = physical.displacement(float(motion.progression)) if motion else None
+    return {
+        "parameters": asdict(physical),
+        "period": period,
+        "durations": [physical.time(float(s.duration)) for s in trajectory.segments],
+        "progression": advance,
+        "average_velocity": None if advance is None else advance / period,
     }
 
 

@@ -1,6 +1,6 @@
 """The run-time map: closed-form segments chained exactly, switch by switch."""
 
-from capsule_sym.map.simulate import Undecided, simulate
+from capsule_sym.map.simulate import simulate
 from capsule_sym.map.trajectory import Instant, Segment, SteadyMotion, Trajectory
 
-__all__ = ["Instant", "Segment", "SteadyMotion", "Trajectory", "Undecided", "simulate"]
+__all__ = ["Instant", "Segment", "SteadyMotion", "Trajectory", "simulate"]

@@ -137,3 +137,8 @@ def _bisect(coefficients: list[Number], low: Number, high: Number) -> tuple[Numb
         if high < _TINY:
             break
     return low, high
+
+
+def positive_at(expansion: Expansion, d: Number, unit: Number) -> bool:
+    """Whether the guard is certainly positive a duration d after the expansion's instant."""
+    return bool(_value(_bounds(expansion, 0, unit).lower, d) > 0)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from capsule_sym.errors import Outcome
+from capsule_sym.map import quasistatic
 from capsule_sym.map.backend import Backend, Number
-from capsule_sym.map.expansion import Guard, Point, expand, watched
-from capsule_sym.map.isolation import Search, search
+from capsule_sym.map.expansion import Expansion, Guard, Point, expand, watched
+from capsule_sym.map.isolation import Search, positive_at, search
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
@@ -32,25 +33,56 @@ class Start(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Switch:
-    """The end of a segment: when, which guard fired, the state there, and how it was found.
+class Departure:
+    """The field that takes over at a state, and the start of its segment."""
 
-    `guard` is None for outcomes at which no guard fired. `evaluations` counts evaluations of the
-    closed form.
+    field: int
+    start: Start
+
+
+@dataclass(frozen=True)
+class Tangency:
+    """A guard that came within its error bound of zero and turned back, some time after the start.
+
+    GRAZE for the gap (line L9), SLIDING_TANGENCY for friction's guards (lines L1 to L4). Whether
+    it touched, missed, or crossed twice, is open at this precision.
     """
 
     outcome: Outcome
-    guard: Guard | None
+    guard: Guard
+    duration: Number
+
+
+@dataclass(frozen=True)
+class Switch:
+    """The end of a segment: when, which guards fired, the state there, and how it was found.
+
+    `guards` is empty where none fired (END, NEVER). `evaluations` counts evaluations of the closed
+    form.
+    """
+
+    outcome: Outcome
+    guards: tuple[Guard, ...]
     duration: Number
     point: Point
     evaluations: int
+    tangencies: tuple[Tangency, ...] = ()
+
+    @property
+    def certain(self) -> bool:
+        """Whether nothing about it is open at the precision it was found with."""
+        return self.outcome in _CERTAIN and not self.tangencies
+
+
+_CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
 
 
 class Flow:
     """The closed form of one segment from one start, with error bounds and a count of calls."""
 
-    def __init__(self, backend: Backend, c: Any, start: Start) -> None:
-        self.backend, self.c, self.start = backend, c, start
+    def __init__(self, backend: Backend, c: Any, departure: Departure) -> None:
+        self.backend, self.c, self.start = backend, c, departure.start
+        self.field, start = departure.field, departure.start
         self.evaluations = 0
         cosine, sine = backend.cos_sin(start.angle)
         self.closed = backend.kernels.Start(
@@ -112,18 +144,24 @@ class Flow:
 def locate(flow: Flow, limit: Number) -> Switch:
     """The first switch of the segment within (0, limit].
 
-    The outcome is REGULAR (one guard crosses zero), CORNER (two do, and are not told apart),
-    GRAZE or SLIDING_TANGENCY (a guard comes within its error bound of zero without a certain
-    crossing), or END (proved: no guard fires up to the limit).
+    The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
+    GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
+    NEVER (proved: no guard fires at any later time) or END (proved: none fires up to the limit).
     """
     backend, c = flow.backend, flow.c
     unit = backend.unit
     now, at = limit * 0, flow.origin
     zeros: Mapping[Guard, int] = flow.start.zeros
+    tangencies: list[Tangency] = []
     reach = _REACH / c.rate
     while True:
+        if at_rest_forever(backend, c, at):
+            return Switch(
+                Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies)
+            )
         expansions = expand(backend, c, at)
         ahead = min(reach, limit - now)
+        smallest = 4 * unit * (now + 1 / c.rate)
         while True:
             searches = {
                 guard: search(expansions[guard], zeros.get(guard, 0), ahead, unit)
@@ -131,43 +169,102 @@ def locate(flow: Flow, limit: Number) -> Switch:
             }
             found = {g: s for g, s in searches.items() if s.bracket is not None}
             horizon = min(s.clear for s in searches.values())
-            if horizon > 0 or ahead <= 4 * unit * (now + 1 / c.rate):
+            if horizon > 0 or ahead <= smallest:
                 break
             ahead = ahead / _SHRINK
         if found:
             switch = _first(flow, now, searches, found)
             if switch is not None:
-                return switch
-        if horizon <= 4 * unit * now:
-            return _undecided(flow, now, at, searches)
+                return replace(switch, tangencies=tuple(tangencies))
+        further = _further(flow, now, at, limit) if horizon < limit - now else horizon
+        if further > horizon:
+            horizon = further
+        elif horizon <= 4 * unit * now:
+            stuck = [guard for guard, s in searches.items() if s.clear <= 4 * unit * now]
+            turned = _turning(expansions, stuck, min(_REACH / c.rate, limit - now), unit)
+            if turned is None:
+                outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
+                return Switch(
+                    outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies)
+                )
+            tangencies += [Tangency(_tangency(guard), guard, now) for guard in stuck]
+            horizon = turned
         if now + horizon >= limit:
-            return Switch(Outcome.END, None, limit, flow(limit), flow.evaluations)
+            return Switch(Outcome.END, (), limit, flow(limit), flow.evaluations, tuple(tangencies))
+        # The next step is longer after one that was cleared whole, else of the length cleared.
+        reach = 2 * ahead if horizon >= ahead else 2 * horizon
         now, zeros = now + horizon, {}
         at = flow(now)
+
+
+def _further(flow: Flow, now: Number, at: Point, limit: Number) -> Number:
+    """How far the expansion of the forced response alone excludes a switch, 0 if it is no help."""
+    rate = quasistatic.rate(flow.c)
+    if rate is None or flow.start.zeros and now == 0:
+        return limit * 0
+    expansions = quasistatic.expand_forced(flow.backend, flow.c, at)
+    ahead = min(_REACH / rate, limit - now)
+    return min(search(e, 0, ahead, flow.backend.unit).clear for e in expansions.values())
+
+
+def _tangency(guard: Guard) -> Outcome:
+    return Outcome.GRAZE if guard is Guard.GAP else Outcome.SLIDING_TANGENCY
+
+
+def _turning(
+    expansions: Mapping[Guard, Expansion], stuck: list[Guard], reach: Number, unit: Number
+) -> Number | None:
+    """How far to go until guards that are zero within their error are positive again.
+
+    None if one of them crosses: the first derivative that is certain is negative. The others'
+    clearance of the same stretch is proved by the caller's next step back to it; a stretch in
+    which another guard could fire is not taken.
+    """
+    for guard in stuck:
+        e = expansions[guard]
+        certain = (i for i in range(1, len(e.values)) if abs(e.values[i]) > e.errors[i])
+        first = next(certain, None)
+        if first is None or e.values[first] < 0:
+            return None
+    step = reach
+    while step > 8 * unit * reach:
+        if all(positive_at(expansions[guard], step, unit) for guard in stuck) and all(
+            search(e, 0, step, unit).clear >= step
+            for guard, e in expansions.items()
+            if guard not in stuck
+        ):
+            best = step
+            while all(positive_at(expansions[guard], best / 2, unit) for guard in stuck):
+                best = best / 2
+            return best
+        step = step / 2
+    return None
 
 
 def _first(
     flow: Flow, now: Number, searches: Mapping[Guard, Search], found: Mapping[Guard, Search]
 ) -> Switch | None:
     """The switch, if one bracket comes before whatever else is possible; None if that is open."""
-    order = sorted(found, key=lambda g: found[g].bracket[1])  # type: ignore[index]
-    first = order[0]
-    low, high = found[first].bracket  # type: ignore[misc]
-    rivals = [g for g, s in searches.items() if g is not first and s.clear < high]
-    if any(g not in found for g in rivals):
+    brackets = {guard: s.bracket for guard, s in found.items() if s.bracket is not None}
+    first = min(brackets, key=lambda guard: brackets[guard][1])
+    end = brackets[first][1]
+    rivals = [g for g, s in searches.items() if g is not first and s.clear < end]
+    if any(rival not in brackets for rival in rivals):
         return None
-    root = _polish(flow, first, now + low, now + high)
-    others = [
-        (_polish(flow, g, now + found[g].bracket[0], now + found[g].bracket[1]), g)  # type: ignore[index]
-        for g in rivals
-    ]
-    point = flow(root)
-    for other, guard in others:
-        if abs(other - root) <= _time_error(flow, first, root) + _time_error(flow, guard, other):
-            return Switch(Outcome.CORNER, first, root, point, flow.evaluations)
-        if other < root:
-            first, root, point = guard, other, flow(other)
-    return Switch(Outcome.REGULAR, first, root, point, flow.evaluations)
+    roots = {
+        guard: _polish(flow, guard, now + brackets[guard][0], now + brackets[guard][1])
+        for guard in (first, *rivals)
+    }
+    first = min(roots, key=lambda guard: roots[guard])
+    point = flow(roots[first])
+    errors = {guard: _time_error(flow, guard, roots[guard]) for guard in roots if rivals}
+    together = tuple(
+        guard
+        for guard in roots
+        if guard is first or roots[guard] - roots[first] <= errors[guard] + errors[first]
+    )
+    outcome = Outcome.CORNER if len(together) > 1 else Outcome.REGULAR
+    return Switch(outcome, together, roots[first], point, flow.evaluations)
 
 
 def _polish(flow: Flow, guard: Guard, low: Number, high: Number) -> Number:
@@ -195,15 +292,27 @@ def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
     return expansion.errors[0] / slope + 4 * flow.backend.unit * h
 
 
-def _undecided(
-    flow: Flow, now: Number, at: Point, searches: Mapping[Guard, Search]
-) -> Switch:
-    """What it is called where a guard stays within its error bound of zero."""
-    stuck = [guard for guard, s in searches.items() if s.clear <= 4 * flow.backend.unit * now]
-    if len(stuck) > 1:
-        outcome = Outcome.CORNER
-    elif stuck[0] is Guard.GAP:
-        outcome = Outcome.GRAZE
-    else:
-        outcome = Outcome.SLIDING_TANGENCY
-    return Switch(outcome, stuck[0], now, at, flow.evaluations)
+def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
+    """Whether a sticking segment without contact is proved to last for ever.
+
+    x_r is the forced response plus a free part whose energy never grows, so its future is bounded;
+    so is that of the interaction force. Rounding is covered by the inflation of each bound.
+    """
+    if c.drift or c.contact:
+        return False
+    # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate.
+    real, imaginary = c.K - c.omega * c.omega, 2 * c.sigma * c.omega
+    if c.Z2 == 0:
+        return False
+    size = c.alpha / c.Z2
+    forced = size * (real * at.cos_theta + imaginary * at.sin_theta)
+    rate = size * c.omega * (imaginary * at.cos_theta - real * at.sin_theta)
+    inflation = 1 + 64 * backend.unit
+    amplitude = c.alpha / backend.sqrt(c.Z2)
+    low = abs(at.x_r - forced) + at.error_x + 8 * backend.unit * (abs(at.x_r) + amplitude)
+    high = abs(at.v_r - rate) + at.error_v + 8 * backend.unit * (abs(at.v_r) + c.omega * amplitude)
+    energy = inflation * backend.sqrt(high * high + c.K * low * low)
+    reach = inflation * (amplitude + energy / backend.sqrt(c.K))
+    stiffness = backend.sqrt(c.K * c.K + 4 * c.zeta * c.zeta * c.omega * c.omega)
+    force = inflation * (amplitude * stiffness + (backend.sqrt(c.K) + 2 * c.zeta) * energy)
+    return bool(reach < c.delta and force < c.f_b)

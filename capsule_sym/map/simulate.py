@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
 
-from capsule_sym.errors import CapsuleError, InvalidInput, Outcome
+from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard, Point
 from capsule_sym.map.location import Flow, Start, Switch, locate
-from capsule_sym.map.trajectory import Instant, Segment, Trajectory, Triple, instant, is_finite
+from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant, is_finite
 from capsule_sym.map.transitions import Departure, State, Undetermined, depart
 from capsule_sym.parameters import Parameters
-
-
-class Undecided(CapsuleError):
-    """A switch that 50 digits do not decide: an exact tangency or corner."""
 
 
 def simulate(
@@ -26,25 +22,30 @@ def simulate(
     periods: int = 100,
     *,
     backend: str = "numpy",
+    settle: bool = True,
+    max_segments: int = 1_000_000,
 ) -> Trajectory:
     """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
 
     All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
     phase 0 after `periods` periods. The backend is "numpy" (double precision) or "mpmath"
-    (50 digits). Where double precision cannot decide a switch, 50 digits do; the trajectory's
-    `settled` counts how often.
+    (50 digits). With `settle`, 50 digits decide what double precision cannot; the trajectory's
+    `settled` counts how often. What stays open is typed in the segments' outcomes, and taken as
+    the exact tangency or corner that it is within the error bound.
 
-    Raises InvalidInput for a value that is not allowed, Undecided for a switch that 50 digits
-    leave open.
+    The run stops early after `max_segments` segments, or at a point that no field leaves with
+    certainty; the trajectory's `stopped` says so. Raises InvalidInput for a value that is not
+    allowed.
     """
     values = _checked_state(state)
     _check_phase(phase, parameters)
-    if isinstance(periods, bool) or not isinstance(periods, int) or periods < 1:
-        raise InvalidInput("periods", periods, "a whole number >= 1")
+    _check_count("periods", periods)
+    _check_count("max_segments", max_segments)
     with _backend(backend) as numbers:
-        return _Run(numbers, parameters).go(values, phase, periods)
+        return _Run(numbers, parameters, settle).go(values, phase, periods, max_segments)
 
 
+_LARGEST_COUNT = 10**12  # beyond it, a period's phase would no longer be exact
 _backend = backend  # the parameter of `simulate` has the same name
 
 
@@ -59,6 +60,11 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
     return values
 
 
+def _check_count(field: str, value: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _LARGEST_COUNT:
+        raise InvalidInput(field, value, f"a whole number from 1 to {_LARGEST_COUNT}")
+
+
 def _check_phase(phase: float, parameters: Parameters) -> None:
     allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
     if isinstance(phase, bool) or not isinstance(phase, int | float):
@@ -70,37 +76,41 @@ def _check_phase(phase: float, parameters: Parameters) -> None:
 class _Run:
     """One run: the constants of all segments, and what has been passed so far."""
 
-    def __init__(self, numbers: Backend, parameters: Parameters) -> None:
+    def __init__(self, numbers: Backend, parameters: Parameters, settle: bool) -> None:
         self.numbers, self.parameters = numbers, parameters
+        self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
         self.settled = 0
 
-    def go(self, values: tuple[float, float, float], phase: float, periods: int) -> Trajectory:
+    def go(
+        self, values: tuple[float, float, float], phase: float, periods: int, most: int
+    ) -> Trajectory:
         number = self.numbers.number
         x_r, v_r, v_c = map(number, values)
         state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
-        turns, source, position = 0, "", number(0)
+        turns, position, stopped = 0, number(0), ""
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
-        while turns < periods:
-            departure = self._depart(state)
-            if source == "" and state.v_c == 0:
-                source = f"Σ{departure.field}"
-            limit = (periods - turns) * self._period() - state.angle / self.omega
+        departure = self._depart(state)
+        source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
+        while departure and turns < periods:
+            if len(self.segments) == most:
+                stopped = f"after {most} segments"
+                break
+            limit = self._remaining(periods - turns, state.angle)
             flow, switch = self._locate(departure, limit)
-            angle = state.angle + self.omega * switch.duration
-            passed, angle = self.numbers.turns(angle)
-            if switch.outcome is Outcome.END:
+            passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
+            if not switch.guards:
                 passed, angle = periods - turns, angle * 0
             self._strobe(flow, state.angle, passed, switch)
-            end_state, target = self._arrive(departure, switch, angle)
+            end_state, departure, target = self._arrive(departure, switch, angle)
             advance = self._advance(flow, switch.duration)
             self.segments.append(
                 Segment(
-                    field=departure.field,
+                    field=flow.field,
                     source=source,
                     target=target,
                     start=instant(turns, state.angle, self.omega),
@@ -109,6 +119,7 @@ class _Run:
                     end_state=(end_state.x_r, end_state.v_r, end_state.v_c),
                     duration=switch.duration,
                     outcome=switch.outcome,
+                    tangencies=tuple((t.outcome, t.duration) for t in switch.tangencies),
                     evaluations=switch.evaluations,
                     position=position,
                     advance=advance,
@@ -117,50 +128,49 @@ class _Run:
             )
             turns += passed
             state, source, position = end_state, target, position + advance
+        if turns < periods and not stopped:
+            stopped = "undecided: no field leaves the last state with certainty"
         return Trajectory(
             self.parameters,
             self.numbers.name,
             tuple(self.segments),
             tuple(self.stroboscopic),
             self.settled,
+            stopped,
         )
 
-    def _period(self) -> Number:
-        return self.numbers.full_turn / self.omega
+    def _remaining(self, periods: int, angle: Number) -> Number:
+        return (periods * self.numbers.full_turn - angle) / self.omega
 
-    def _depart(self, state: State) -> Departure:
+    def _depart(self, state: State) -> Departure | None:
+        """The field that takes over; None where that stays open."""
         try:
             return depart(self.numbers, self.constants, state)
-        except Undetermined as open_question:
-            if self.numbers.name == "numpy":
+        except Undetermined:
+            if self.settle:
                 return self._settle_departure(state)
-            raise Undecided(f"no certain departure: {open_question}") from None
+        try:
+            return depart(self.numbers, self.constants, state, vanish=True)
+        except Undetermined:
+            return None
 
     def _locate(self, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
-        flow = Flow(self.numbers, self.constants[departure.field - 1], departure.start)
+        flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
         switch = locate(flow, limit)
-        if switch.outcome in (Outcome.REGULAR, Outcome.END):
-            return flow, switch
-        if self.numbers.name == "numpy":
-            return flow, self._settle_switch(departure, limit)
-        raise Undecided(
-            f"{switch.outcome} of guard {switch.guard} in F{departure.field} "
-            f"after {switch.duration}: open at this precision"
-        )
+        if not switch.certain and self.settle:
+            switch = self._settle_switch(departure, limit)
+        return flow, switch
 
     # Fifty digits look at the same doubles; what they decide comes back rounded once.
-    def _settle_departure(self, state: State) -> Departure:
+    def _settle_departure(self, state: State) -> Departure | None:
         self.settled += 1
         with _backend("mpmath") as numbers:
             exact = State(*map(numbers.number, state[:5]), bound=state.bound)
-            constants = [numbers.constants(field, self.parameters) for field in range(1, 7)]
-            try:
-                settled = depart(numbers, constants, exact)
-            except Undetermined as open_question:
-                raise Undecided(f"no certain departure: {open_question}") from None
-            start = settled.start
-            rounded = Start(*map(float, start[:6]), zeros=start.zeros)
-        return Departure(settled.field, rounded)
+            departure = _Run(numbers, self.parameters, False)._depart(exact)
+            if departure is None:
+                return None
+            start = departure.start
+            return replace(departure, start=Start(*map(float, start[:6]), zeros=start.zeros))
 
     def _settle_switch(self, departure: Departure, limit: Number) -> Switch:
         self.settled += 1
@@ -168,41 +178,36 @@ class _Run:
             start = departure.start
             exact = Start(*map(numbers.number, start[:6]), zeros=start.zeros)
             constants = numbers.constants(departure.field, self.parameters)
-            switch = locate(Flow(numbers, constants, exact), numbers.number(limit))
-            if switch.outcome not in (Outcome.REGULAR, Outcome.END):
-                raise Undecided(
-                    f"{switch.outcome} of guard {switch.guard} in F{departure.field} "
-                    f"after {float(switch.duration)!r}: open at 50 digits"
-                )
-            point = Point(*map(float, switch.point))
-            return Switch(
-                switch.outcome, switch.guard, float(switch.duration), point, switch.evaluations
+            flow = Flow(numbers, constants, replace(departure, start=exact))
+            switch = locate(flow, numbers.number(limit))
+            return replace(
+                switch,
+                duration=float(switch.duration),
+                point=Point(*map(float, switch.point)),
+                tangencies=tuple(
+                    replace(t, duration=float(t.duration)) for t in switch.tangencies
+                ),
             )
 
-    def _arrive(self, departure: Departure, switch: Switch, angle: Number) -> tuple[State, str]:
-        """The state at a switch, with what is known exactly there, and its switching plane."""
+    def _arrive(
+        self, departure: Departure, switch: Switch, angle: Number
+    ) -> tuple[State, Departure | None, str]:
+        """State at a switch with what is known exactly there, what follows, and its plane."""
         c, point, zero = self.constants[departure.field - 1], switch.point, angle * 0
         state = State(point.x_r, point.gap, point.v_r, point.v_c, angle)
-        if switch.guard is None:
-            return state, ""
-        if switch.guard is Guard.GAP:
-            state = state._replace(x_r=self.delta, gap=zero)
-        elif switch.guard is Guard.DRIFT:
-            state = state._replace(v_c=zero)
-        else:
-            state = state._replace(bound=1 if switch.guard is Guard.UPPER else -1)
+        if not switch.guards:
+            return state, None, ""
+        for guard in switch.guards:
+            if guard is Guard.GAP:
+                state = state._replace(x_r=self.delta, gap=zero)
+            elif guard is Guard.DRIFT:
+                state = state._replace(v_c=zero)
+            else:
+                state = state._replace(bound=1 if guard is Guard.UPPER else -1)
         if c.drift == 0:
             state = state._replace(v_c=zero)
-        return state, self._plane(state)
-
-    def _plane(self, state: State) -> str:
-        """The switching plane of a state, Eq. (24)."""
-        if state.v_c == 0:
-            return f"Σ{self._depart(state).field}"
-        forward, inward = state.v_c > 0, state.v_r > 0
-        return {(True, True): "Σ7", (True, False): "Σ8", (False, True): "Σ9"}.get(
-            (forward, inward), "Σ10"
-        )
+        following = self._depart(state)
+        return state, following, _plane(state, following)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:
         if not flow.c.drift:
@@ -217,4 +222,12 @@ class _Run:
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
 
 
-__all__ = ["Instant", "Undecided", "simulate"]
+def _plane(state: State, following: Departure | None) -> str:
+    """The switching plane of a state, Eq. (24): by the field to come where the capsule rests."""
+    if following is None:
+        return ""
+    if state.v_c == 0:
+        return f"Σ{following.field}"
+    if state.v_c > 0:
+        return "Σ7" if state.v_r > 0 else "Σ8"
+    return "Σ9" if state.v_r > 0 else "Σ10"

@@ -30,7 +30,8 @@ class Segment:
 
     States are (x_r, v_r, v_c). `source` and `target` are switching planes "Σ1" to "Σ10"; `target`
     is empty for a segment that the end of the run cuts off, `source` for one that starts off every
-    plane. `position` is x_c at the start, `advance` its change over the segment.
+    plane. `tangencies` are contacts within the error bound that did not end the segment, with the
+    duration after which they occur. `position` is x_c at the start, `advance` its change over the segment.
     """
 
     field: int
@@ -42,6 +43,7 @@ class Segment:
     end_state: Triple
     duration: Number
     outcome: Outcome
+    tangencies: tuple[tuple[Outcome, Number], ...]
     evaluations: int
     position: Number
     advance: Number
@@ -99,7 +101,9 @@ class Trajectory:
     stroboscopic: tuple[Triple, ...]
     """States at the ends of whole excitation periods, counted from phase 0."""
     settled: int
-    """How many segments double precision left open and 50 digits settled."""
+    """How many switches and departures double precision left open and 50 digits looked at."""
+    stopped: str
+    """Why the run ended before its periods were over; empty if it did not."""
 
     @property
     def final(self) -> tuple[Instant, Triple]:

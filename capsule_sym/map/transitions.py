@@ -8,12 +8,11 @@ switching table; the same rule serves corner points and tangencies.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Expansion, Guard, Point, expand
-from capsule_sym.map.location import Start
+from capsule_sym.map.location import Departure, Start
 
 FIELDS = {(0, 1): 1, (0, 0): 2, (0, -1): 3, (1, 1): 4, (1, 0): 5, (1, -1): 6}
 """Index of the field by contact and drift."""
@@ -33,35 +32,24 @@ class State(NamedTuple):
     bound: int = 0
 
 
-@dataclass(frozen=True)
-class Departure:
-    """The field that takes over at a state, and the start of its segment."""
-
-    field: int
-    start: Start
-
-
 class Undetermined(Exception):
     """No field, or more than one, takes over with certainty at this precision."""
 
 
-def depart(backend: Backend, constants: Any, state: State) -> Departure:
+def depart(backend: Backend, constants: Any, state: State, *, vanish: bool = False) -> Departure:
     """The field that takes over at a state; `constants` are those of F1 to F6, in order.
 
-    Raises Undetermined where rounding leaves it open.
+    A derivative within its error bound of zero leaves the decision open, or, with `vanish`, is
+    taken to be zero. Raises Undetermined where no field, or more than one, may take over.
     """
     departures = []
-    open_fields = []
     for field in _candidates(state):
         c = constants[field - 1]
         start = _start(backend, c, state)
-        zeros = _departing(backend, c, state, start)
-        if zeros is None:
-            continue
-        if any(count < 0 for count in zeros.values()):
-            open_fields.append(field)
-        departures.append(Departure(field, start._replace(zeros=zeros)))
-    if len(departures) != 1 or open_fields:
+        zeros = _departing(backend, c, state, start, vanish)
+        if zeros is not None:
+            departures.append(Departure(field, start._replace(zeros=zeros)))
+    if len(departures) != 1:
         raise Undetermined(f"fields {[d.field for d in departures]} at {state}")
     return departures[0]
 
@@ -83,22 +71,26 @@ def _start(backend: Backend, c: Any, state: State) -> Start:
 
 
 def _departing(
-    backend: Backend, c: Any, state: State, start: Start
+    backend: Backend, c: Any, state: State, start: Start, vanish: bool
 ) -> dict[Guard, int] | None:
-    """Leading zeros of each guard if the field takes over, -1 where that is open; None if not."""
+    """Leading zeros of each guard if the field takes over, None if it does not.
+
+    Raises Undetermined where a sign that decides is open.
+    """
     cosine, sine = backend.cos_sin(start.angle)
     zero = state.x_r * 0
     point = Point(*start[:5], cosine, sine, zero, zero, zero)
-    zeros = {}
+    zeros: dict[Guard, int] = {}
+    undetermined = False
     for guard, expansion in expand(backend, c, point).items():
-        exact = _exact_zeros(c, guard, state)
-        count, sign = _first_sign(expansion, exact)
+        count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish)
         if sign < 0:
             return None
-        if sign == 0:
-            count = -1
+        undetermined = undetermined or sign == 0
         if count:
             zeros[guard] = count
+    if undetermined:
+        raise Undetermined(f"field F{c.drift} at {state}")
     return zeros
 
 
@@ -111,12 +103,13 @@ def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
     return (state.bound == (1 if guard is Guard.UPPER else -1),)
 
 
-def _first_sign(expansion: Expansion, exact: tuple[bool, ...]) -> tuple[int, int]:
+def _first_sign(expansion: Expansion, exact: tuple[bool, ...], vanish: bool) -> tuple[int, int]:
     """Number of leading zeros, and the sign of what follows (0 where rounding leaves it open)."""
     for count, (value, error) in enumerate(zip(expansion.values, expansion.errors, strict=True)):
         if count < len(exact) and exact[count]:
             continue
-        if abs(value) <= error:
+        if abs(value) > error:
+            return count, 1 if value > 0 else -1
+        if not vanish:
             return count, 0
-        return count, 1 if value > 0 else -1
     return len(expansion.values), 0

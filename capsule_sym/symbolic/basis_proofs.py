@@ -96,7 +96,7 @@ _FORCED = {
 """Q(d/dh) of forced responses; with these, products of response functions can be compared."""
 
 
-def _independent(expression: sp.Expr) -> sp.Expr:
+def independent(expression: sp.Expr) -> sp.Expr:
     """The expression in G, Gd, B, Bd and the sensitivities, expanded."""
     expression = sp.expand(basis.reduce(expression))
     for product, form in _FORCED.items():
@@ -239,10 +239,10 @@ def _sum_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
     first = _moving(_SUM, "_1")
     total = basis.add(first, {each: each for each in _SUM})
     total[Bdd] = total[G] - omega**2 * total[B]
-    marked = {first[each]: _independent(each).xreplace(first) for each in (H, Bdd, cosine, sine)}
+    marked = {first[each]: independent(each).xreplace(first) for each in (H, Bdd, cosine, sine)}
     slope = basis.derivative(claim, h) - basis.reduce(RULES[h][name]).xreplace(total)
     start = claim.xreplace(INITIAL) - first[name]
-    return tuple(sp.cancel(_independent(residual).xreplace(marked)) for residual in (slope, start))
+    return tuple(sp.cancel(independent(residual).xreplace(marked)) for residual in (slope, start))
 
 
 def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
@@ -251,7 +251,7 @@ def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
     rule = basis.reduce(RULES[h][name]) if name in _HIGHEST else RULES[h][name]
     slope = basis.derivative(claim, h) - 2 * rule.xreplace(twice)
     start = claim.xreplace({**INITIAL, h: sp.S.Zero}) - INITIAL[name]
-    return (sp.cancel(_independent(slope)), sp.cancel(start))
+    return (sp.cancel(independent(slope)), sp.cancel(start))
 
 
 def _additions() -> Iterator[Proof]:

@@ -64,7 +64,10 @@ _LINEAR = {
 
 
 class Undecided(Exception):
-    """The sign of a coefficient is not fixed by the ranges of the parameters."""
+    """The sign of a coefficient is not fixed by the ranges of the parameters.
+
+    Its arguments are the polynomial, or the constraints, at which the elimination stopped.
+    """
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ class _Constraint:
         """Coefficient of a variable, in which the constraint is linear."""
         derivative = self.polynomial.diff(_POSITION[symbol])
         if any(powers[_POSITION[symbol]] for powers in derivative):
-            raise Undecided(f"not linear in {symbol}: {self.polynomial.as_expr()}")
+            raise Undecided(self.polynomial, symbol)
         return derivative
 
     def involves(self, symbol: sp.Symbol) -> bool:
@@ -99,7 +102,7 @@ def _permits(kind: Kind, sign: Sign) -> bool:
 def _sign(polynomial: PolyElement) -> Sign:
     signs = {1 if coefficient > 0 else -1 for coefficient in polynomial.values()}
     if len(signs) == 2 or any(any(powers[: len(_VARIABLES)]) for powers in polynomial):
-        raise Undecided(f"sign of {polynomial.as_expr()}")
+        raise Undecided(polynomial)
     if not polynomial:
         return 0
     return 1 if signs == {1} else -1
@@ -113,7 +116,7 @@ def _polynomial(expression: sp.Expr) -> PolyElement:
 def _homogeneous(expression: sp.Expr) -> PolyElement:
     polynomial = _polynomial(expression)
     if len({sum(powers[: len(_VARIABLES)]) for powers in polynomial}) > 1:
-        raise Undecided(f"not homogeneous: {expression}")
+        raise Undecided(expression)
     return polynomial
 
 
@@ -189,8 +192,20 @@ def _order(constraints: list[_Constraint], symbols: list[sp.Symbol]) -> sp.Symbo
             continue
         costs.append((len(involved), index))
     if not costs:
-        raise Undecided(f"no symbol to eliminate from {[c.polynomial for c in constraints]}")
+        raise Undecided(constraints)
     return symbols[min(costs)[1]]
+
+
+def _settled(constraints: Iterable[_Constraint]) -> list[_Constraint]:
+    """The constraints without those that hold by themselves; one alone if it cannot hold."""
+    kept: list[_Constraint] = []
+    for constraint in dict.fromkeys(constraints):
+        try:
+            if not _permits(constraint.kind, _sign(constraint.polynomial)):
+                return [constraint]
+        except Undecided:
+            kept.append(constraint)
+    return kept
 
 
 def _stages(
@@ -198,11 +213,12 @@ def _stages(
 ) -> Iterator[tuple[sp.Symbol, list[_Constraint]]]:
     """Each eliminated symbol with the constraints it was eliminated from; then what is left."""
     left = list(symbols)
+    constraints = _settled(constraints)
     while left:
         symbol = _order(constraints, left)
         left.remove(symbol)
         yield symbol, constraints
-        constraints = list(dict.fromkeys(_eliminate(symbol, constraints)))
+        constraints = _settled(_eliminate(symbol, constraints))
     yield sp.S.One, constraints
 
 
@@ -238,7 +254,7 @@ def _satisfiable(constraints: Iterable[_Constraint]) -> bool:
     if not unknown:
         return True
     if len(unknown) > 1:
-        raise Undecided(f"a system in several of zeta, beta and 1/gamma: {unsettled}")
+        raise Undecided(unsettled)
     (symbol,) = unknown
     one = sp.Poly(1, symbol)
     system = [((sp.Poly(c.polynomial.as_expr(), symbol), one), c.kind) for c in unsettled]
@@ -247,9 +263,9 @@ def _satisfiable(constraints: Iterable[_Constraint]) -> bool:
 
 
 @lru_cache(maxsize=None)
-def _consistent(constraints: frozenset[_Constraint]) -> bool:
+def _consistent(constraints: tuple[_Constraint, ...]) -> bool:
     return any(
-        _satisfiable(_remaining(case, _VARIABLES[:-1])) for case in _cases(sorted(constraints, key=str))
+        _satisfiable(_remaining(case, _VARIABLES[:-1])) for case in _cases(constraints)
     )
 
 
@@ -258,7 +274,7 @@ def consistent(relations: Iterable[Relation]) -> bool:
 
     Raises `Undecided` when the elimination meets a coefficient of unknown sign.
     """
-    return _consistent(frozenset(map(_constraint, relations)))
+    return _consistent(tuple(map(_constraint, relations)))
 
 
 def _negations(relation: Relation) -> list[Relation]:
@@ -300,7 +316,7 @@ def always_solvable(
         remaining = _remaining([c.at(values) for c in (*wanted, *_RANGES)], eliminated)
         for condition in remaining:
             for opposite in _opposites(condition):
-                if _consistent(frozenset([*case, *fixed, opposite])):
+                if _consistent((*case, *fixed, opposite)):
                     return False
     return True
 

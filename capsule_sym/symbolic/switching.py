@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain
 
 import sympy as sp
 
@@ -25,12 +26,11 @@ from capsule_sym.symbolic.geometry import (
     LINES,
     PIECES,
     POINTS,
-    SCENARIOS,
     SURFACES,
     Piece,
 )
 from capsule_sym.symbolic.model import SEGMENTS, Segment
-from capsule_sym.symbolic.proof import Relation, Sign, consistent, sign_under
+from capsule_sym.symbolic.proof import Relation, Sign, consistent, implies, sign_under
 from capsule_sym.symbolic.symbols import STATE, delta, f_b, gamma, omega, tau, v_c, v_r, x_r
 
 # The state, the force and its first rate of change: derivatives that hold no more than these.
@@ -55,7 +55,6 @@ class LineTransition:
     line: str
     target: int
     condition: tuple[Relation, ...]
-    scenario: str
 
 
 @dataclass(frozen=True, order=True)
@@ -98,10 +97,10 @@ def time_derivative(expression: sp.Expr, field: Segment) -> sp.Expr:
 @lru_cache(maxsize=None)
 def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, ...]:
     """A function and its time derivatives along F`index`, orders 0 to `orders`."""
-    chain = [sp.expand(expression)]
+    found = [sp.expand(expression)]
     for _ in range(orders):
-        chain.append(time_derivative(chain[-1], SEGMENTS[index - 1]))
-    return tuple(chain)
+        found.append(time_derivative(found[-1], SEGMENTS[index - 1]))
+    return tuple(found)
 
 
 def guards(field: Segment) -> tuple[sp.Expr, ...]:
@@ -201,3 +200,77 @@ def leaves(
         may_arrive=frozenset(i for i, (before, _) in passages.items() if before is not False),
         may_depart=frozenset(i for i, (_, after) in passages.items() if after is not False),
     )
+
+
+@lru_cache(maxsize=None)
+def _leaves_of(name: str) -> tuple[Leaf, ...]:
+    piece = PIECES[name]
+    if name == "L9":  # where the capsule is at rest it is the point O3
+        return tuple(chain(leaves(piece, (v_c > 0,)), leaves(piece, (v_c < 0,))))
+    return tuple(leaves(piece))
+
+
+def surface_transitions() -> tuple[Transition, ...]:
+    """Table 1, derived: where trajectories come from and go to on each surface."""
+    return tuple(
+        Transition(source, name, target)
+        for name in SURFACES
+        for leaf in _leaves_of(name)
+        for source in sorted(leaf.arrives)
+        for target in sorted(leaf.departs)
+        if source != target
+    )
+
+
+def line_transitions() -> tuple[LineTransition, ...]:
+    """Table 2, derived: the same for lines and corner points, with the condition of each row.
+
+    Rows with equal source and target are contacts without a switch (a graze).
+    """
+    return tuple(
+        LineTransition(source, name, target, leaf.condition)
+        for name in (*LINES, *POINTS)
+        for leaf in _leaves_of(name)
+        for source in sorted(leaf.arrives)
+        for target in sorted(leaf.departs)
+    )
+
+
+def _plane(piece: Piece, source: int, target: int) -> str:
+    """The switching plane of an event: by what follows at rest, by the impact surface else."""
+    if implies(piece.relations, sp.Eq(v_c, 0)):
+        return f"Σ{target}"
+    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
+    return impacts[source, target].replace("S", "Σ")
+
+
+def _maps(events: Iterable[tuple[str, int, int]]) -> frozenset[LocalMap]:
+    events = list(events)
+    return frozenset(
+        LocalMap(target=plane, field=field, source=start)
+        for plane, field, _ in events
+        for start, _, begun in events
+        if begun == field
+    )
+
+
+@lru_cache(maxsize=None)
+def local_maps() -> tuple[LocalMap, ...]:
+    """Table 3, derived: the local maps whose ends the switching mechanisms allow.
+
+    A map leads a field from a plane where it can begin to a plane where it can end. That each of
+    them does occur is shown by the witnesses of `reachability`.
+    """
+    events = {
+        (_plane(leaf.piece, source, target), source, target)
+        for name in PIECES
+        for leaf in _leaves_of(name)
+        for source in leaf.arrives
+        for target in leaf.departs
+        if source != target
+    }
+    return tuple(sorted(_maps(events), key=_table_order))
+
+
+def _table_order(local_map: LocalMap) -> tuple[int, int, int]:
+    return local_map.field, int(local_map.source[1:]), int(local_map.target[1:])

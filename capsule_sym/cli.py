@@ -1,0 +1,320 @@
+"""The command line: `capsule-sym`, also `python -m capsule_sym`.
+
+Commands import what they need when they are called, so that `--help` costs nothing and `run` never
+imports SymPy.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from io import TextIOWrapper
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+
+import click
+
+from capsule_sym.errors import CapsuleError, InvalidInput
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from capsule_sym.casestudy import Case
+    from capsule_sym.map import Segment, SteadyMotion, Trajectory
+    from capsule_sym.parameters import Parameters, PhysicalParameters
+
+_RESULTS = Path("results/paper")
+_PIPED_WIDTH = 110  # columns, where no terminal says how many there are
+
+_Command = TypeVar("_Command", bound=Callable[..., None])
+
+
+class _Elsewhere(click.Command):
+    """A command named here, whose module is imported only when it is called."""
+
+    def __init__(self, name: str, module: str, short_help: str) -> None:
+        super().__init__(name, short_help=short_help)
+        self.module = module
+
+
+class _Group(click.Group):
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        name, command, rest = super().resolve_command(ctx, args)
+        if isinstance(command, _Elsewhere):
+            command = getattr(import_module(command.module), command.name or "")
+        return name, command, rest
+
+
+@click.group(cls=_Group, no_args_is_help=False)
+@click.version_option(package_name="capsule-sym", message="%(version)s")
+def group() -> None:
+    """The exact three-dimensional map of a capsule system with bidirectional drifts."""
+
+
+group.add_command(
+    _Elsewhere("verify", "capsule_sym.symbolic.command", "Prove the derivations with SymPy.")
+)
+
+_json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
+)
+
+
+def _parameter_options(command: _Command) -> _Command:
+    # The defaults shown are those of `Parameters`, whose import would cost NumPy's.
+    options = (
+        ("alpha", "0.7", "Excitation amplitude."),
+        ("omega", "0.8", "Excitation frequency."),
+        ("delta", "0.02", "Gap."),
+        ("zeta", "0.05", "Damping ratio."),
+        ("beta", "1.5", "Stiffness ratio."),
+        ("gamma", "3.3", "Mass ratio."),
+        ("fb", "1", "Friction bound."),
+    )
+    for flag, default, text in reversed(options):
+        name = "f_b" if flag == "fb" else flag
+        text = f"{text}  [default: {default}]"
+        command = click.option(f"--{flag}", name, type=float, help=text)(command)
+    return command
+
+
+@group.command()
+@_parameter_options
+@click.option(
+    "--params",
+    "file",
+    metavar="FILE.toml",
+    help="Parameters from a file, dimensionless (options above override it) or physical in SI "
+    "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
+)
+@click.option(
+    "--state",
+    type=float,
+    nargs=3,
+    default=(0.0, 0.0, 0.0),
+    metavar="XR VR VC",
+    help="State at the start.  [default: 0 0 0]",
+)
+@click.option(
+    "--phase",
+    type=float,
+    default=0.0,
+    help="Time at the start, within the excitation period 2π/ω.  [default: 0]",
+)
+@click.option(
+    "--periods", type=int, default=100, show_default=True, help="Excitation periods to run."
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["numpy", "mpmath"]),
+    default="numpy",
+    show_default=True,
+    help="Double precision, or 50 digits.",
+)
+@_json_option
+def run(
+    file: str | None,
+    state: tuple[float, float, float],
+    phase: float,
+    periods: int,
+    backend: str,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Run the map and show the steady motion that it ends in.
+
+    All quantities are dimensionless; states are x_r v_r v_c. With physical parameters the results
+    are also given in SI units.
+
+    In the JSON, "segments" are those of the whole run, and "word", "global_map",
+    "period_multiple" and "progression" describe the steady motion at its end; they are null if
+    there is none. "progression" is the advance of the capsule per excitation period.
+    """
+    from capsule_sym.map import simulate
+    from capsule_sym.records import dumps, physical_record, run_record
+
+    given = {name: value for name, value in dimensionless.items() if value is not None}
+    parameters, physical = _parameters(file, given)
+    trajectory = simulate(parameters, state, phase, periods, backend=backend)
+    motion = trajectory.steady()
+    if as_json:
+        record = run_record(trajectory, motion)
+        if physical:
+            record["physical"] = physical_record(physical, trajectory, motion)
+        click.echo(dumps(record))
+    else:
+        _print_run(trajectory, motion, physical)
+
+
+def _parameters(
+    file: str | None, given: dict[str, float]
+) -> tuple[Parameters, PhysicalParameters | None]:
+    from capsule_sym.parameters import Parameters, load_parameters
+
+    if file is None:
+        return Parameters(**given), None
+    loaded = load_parameters(file)
+    if isinstance(loaded, Parameters):
+        return loaded.replace(**given), None
+    for name, value in given.items():
+        raise InvalidInput(name, value, f"absent where {file} is in SI units")
+    return loaded.dimensionless(), loaded
+
+
+def _print_run(
+    trajectory: Trajectory, motion: SteadyMotion | None, physical: PhysicalParameters | None
+) -> None:
+    console = _console()
+    values = trajectory.parameters.to_dict().items()
+    console.print("   ".join(f"{name} = {value:.6g}" for name, value in values))
+    console.print()
+    if motion is None:
+        periods = trajectory.final[0].period
+        console.print(f"Not steady within {periods} periods. The segments of the last one:")
+        segments = [s for s in trajectory.segments if s.end >= (periods - 1, 0.0)]
+        console.print(_segment_table(segments, physical))
+        return
+    console.print("The segments of the steady motion:")
+    console.print(_segment_table(motion.segments, physical))
+    console.print()
+    console.print(f"global map       {motion.global_map}")
+    console.print(f"period multiple  {motion.period_multiple}")
+    console.print(f"progression      {float(motion.progression):.10g} per excitation period")
+    if physical:
+        advance = physical.displacement(float(motion.progression))
+        period = physical.time(trajectory.parameters.period)
+        console.print(f"                 {advance:.6g} m in {period:.6g} s")
+        console.print(f"velocity         {advance / period:.6g} m/s on average")
+
+
+def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | None) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
+    for name in ("field", "mode", "local map", "entry", "exit"):
+        table.add_column(name)
+    numbers = ["phase", "duration", "x_r", "v_r", "v_c"]
+    for name in [*numbers, "ms"] if physical else numbers:
+        table.add_column(name, justify="right")
+    for segment in segments:
+        values = (segment.start.phase, segment.duration, *segment.start_state)
+        cells = [f"{float(value):.6f}" for value in values]
+        if physical:
+            cells.append(f"{1e3 * physical.time(float(segment.duration)):.4f}")
+        local_map = segment.local_map if segment.source and segment.target else ""
+        plane = (segment.source, segment.target)
+        table.add_row(segment.name, segment.mode, local_map, *plane, *cells)
+    return table
+
+
+@group.command()
+@_json_option
+def paper(as_json: bool) -> None:
+    """Compute the case study of Section 4 and compare it with what the paper prints.
+
+    Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and
+    at γ = 3.0, and shows each exact global map beside the printed one. Two maps agree if they are
+    the same cyclic sequence of local maps. Writes results/paper/casestudy.json (what --json
+    prints), cases.csv and segments.csv.
+    """
+    from rich.progress import track
+
+    from capsule_sym import casestudy
+    from capsule_sym.records import dumps
+
+    progress = _console(stderr=True)
+    total = len(casestudy.GAMMAS) * len(casestudy.PANELS)
+    cases = list(
+        track(
+            casestudy.run(),
+            "Running the case study",
+            total,
+            console=progress,
+            disable=not progress.is_terminal,
+            transient=True,
+        )
+    )
+    record = casestudy.record(cases)
+    paths = casestudy.write(record, _RESULTS)
+    if as_json:
+        click.echo(dumps(record))
+    else:
+        for gamma in casestudy.GAMMAS:
+            _print_cases([case for case in cases if case.parameters.gamma == gamma], gamma)
+    click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+
+
+def _print_cases(cases: list[Case], gamma: float) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from capsule_sym.casestudy import THRESHOLDS
+
+    table = Table("α", "", "exact", "printed", "", box=box.SIMPLE_HEAD, show_edge=False)
+    for case in cases:
+        alpha = case.parameters.alpha
+        exact = case.motion.global_map if case.motion else f"not steady in {case.periods} periods"
+        mark = "*" if alpha in THRESHOLDS else ""
+        verdict = "[green]agree" if case.agrees else "[red]differ"
+        table.add_row(f"{alpha}{mark}", f"({case.panel})", exact, case.printed, verdict)
+    console = _console()
+    console.print(f"γ = {gamma}\n")
+    console.print(table)
+    inside = [case for case in cases if case.parameters.alpha not in THRESHOLDS]
+    console.print(
+        f"\n{sum(case.agrees for case in cases)} of {len(cases)} agree; "
+        f"{sum(case.agrees for case in inside)} of the {len(inside)} away from the printed "
+        "bifurcation values (*).\n"
+    )
+
+
+def _console(stderr: bool = False) -> Any:
+    from rich.console import Console
+
+    file = sys.stderr if stderr else sys.stdout
+    width = None if file.isatty() else _PIPED_WIDTH
+    return Console(file=file, width=width, highlight=False)
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit: 0, 1 for a run that failed, 2 for bad input, 130 for Ctrl-C.
+
+    `arguments` are those of the process if not given.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            # A Σ that the terminal cannot show appears as \u03a3, which JSON reads too.
+            stream.reconfigure(errors="backslashreplace")
+    sys.exit(_status(list(sys.argv[1:] if arguments is None else arguments)))
+
+
+def _status(arguments: list[str]) -> int:
+    try:
+        with group.make_context("capsule-sym", arguments) as context:
+            group.invoke(context)
+        sys.stdout.flush()
+    except click.exceptions.Exit as done:
+        return done.exit_code
+    except click.ClickException as error:
+        return _complain(error.format_message(), 2)
+    except InvalidInput as error:
+        return _complain(str(error), 2)
+    except CapsuleError as error:
+        return _complain(str(error), 1)
+    except (KeyboardInterrupt, click.Abort):
+        return _complain("interrupted", 130)
+    except BrokenPipeError:
+        # What is still buffered has no reader, and the flush at exit must not say so.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    return 0
+
+
+def _complain(message: str, status: int) -> int:
+    click.echo(f"error: {' '.join(message.split())}", err=True)
+    return status

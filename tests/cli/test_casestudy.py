@@ -1,0 +1,187 @@
+"""The printed data of Section 4, and the job that computes the exact ones."""
+
+import csv
+import json
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import capsule_sym
+from capsule_sym import casestudy
+from capsule_sym.errors import InvalidInput
+from capsule_sym.generated.py import DIGEST
+from capsule_sym.map import simulate
+from capsule_sym.parameters import Parameters
+
+JUDGES = Path(__file__).parents[1] / "judges" / "data"
+LOCAL_MAP = re.compile(r"P_\{Σ(10|[1-9]),F([1-6]),Σ(10|[1-9])\}")
+# The field that holds in the subspace which each switching plane belongs to or leads into.
+FIELD_AFTER = {1: "1", 2: "2", 3: "3", 4: "4", 5: "5", 6: "6", 7: "4", 8: "1", 9: "6", 10: "3"}
+
+
+@pytest.mark.parametrize("row", casestudy.PRINTED[1:], ids=lambda row: f"{row.high}")
+def test_a_printed_map_is_a_cycle_of_local_maps(row: casestudy.PrintedMap) -> None:
+    legs = [LOCAL_MAP.fullmatch(part) for part in casestudy.local_maps(row.global_map)]
+    planes = [(int(leg[3]), leg[2], int(leg[1])) for leg in legs if leg]
+    assert len(planes) == len(legs) >= 2
+    for source, field, _ in planes:
+        assert FIELD_AFTER[source] == field
+    for (_, _, target), (source, _, _) in pairwise([*planes, planes[0]]):
+        assert target == source
+
+
+def test_the_first_printed_map_is_the_identity() -> None:
+    assert casestudy.PRINTED[0].global_map == "Id_{Σ2,F2,Σ2}"
+
+
+def test_the_printed_intervals_follow_one_another_up_to_2() -> None:
+    for row, following in pairwise(casestudy.PRINTED):
+        # One value of alpha belongs to one row: an open end is closed by a map of its own.
+        assert following.high > row.high or (following.closed and not row.closed)
+    assert casestudy.PRINTED[-1].high == 2
+    assert casestudy.PRINTED[-1].closed
+
+
+# Fields in order of time, as the captions and the text around Fig. 7 describe the panels.
+IN_WORDS = {
+    "a": "2",
+    "b": "52",
+    "c": "52",
+    "d": "5452",
+    "e": "542",
+    "f": "5412",
+    "g": "5412",
+    "h": "541232",
+    "i": "54123",
+    "j": "541236",
+    "k": "541236",
+    "l": "41236",
+    "m": "41236",
+    "n": "413236",
+    "o": "413236",
+    "p": "4136",
+}
+
+
+@pytest.mark.parametrize(("panel", "fields"), IN_WORDS.items())
+def test_each_panel_has_its_printed_map(panel: str, fields: str) -> None:
+    maps = casestudy.local_maps(casestudy.printed_map(casestudy.PANELS[panel]))
+    assert "".join(part.split(",")[1][1] for part in maps) == fields
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.1, 2.0000001, float("nan")])
+def test_nothing_is_printed_outside_the_interval(alpha: float) -> None:
+    with pytest.raises(InvalidInput, match=r"alpha = .*: must be in \(0, 2\]"):
+        casestudy.printed_map(alpha)
+
+
+def test_a_motion_has_no_first_local_map() -> None:
+    a, b, c = "P_{Σ2,F5,Σ5}", "P_{Σ3,F2,Σ2}", "P_{Σ5,F3,Σ3}"
+    assert casestudy.same_motion(f"{c} ∘ {b} ∘ {a}", f"{b} ∘ {a} ∘ {c}")
+    assert not casestudy.same_motion(f"{c} ∘ {b} ∘ {a}", f"{a} ∘ {b} ∘ {c}")
+    assert not casestudy.same_motion(f"{b} ∘ {a}", f"{b} ∘ {a} ∘ {b} ∘ {a}")
+
+
+def test_a_motion_that_does_not_settle_is_said_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(casestudy, "_BLOCK", 1)
+    monkeypatch.setattr(casestudy, "_MOST_PERIODS", 3)
+    case = next(casestudy.run())
+    assert (case.periods, case.motion, case.agrees) == (3, None, False)
+    [row] = casestudy.record([case])["cases"]
+    assert (row["global_map"], row["segments"], row["agrees"]) == (None, [], False)
+
+
+def test_paper_shows_every_panel_at_both_mass_ratios(paper_run) -> None:
+    assert paper_run.done.returncode == 0, paper_run.done.stderr
+    output = paper_run.done.stdout
+    for panel, alpha in casestudy.PANELS.items():
+        rows = re.findall(rf"^ *{alpha}\*? +\({panel}\) .*(?:agree|differ) *$", output, re.M)
+        assert len(rows) == 2
+    assert [line for line in output.splitlines() if line.startswith("γ")] == ["γ = 3.3", "γ = 3.0"]
+    assert paper_run.done.stderr.startswith("wrote results/paper/casestudy.json")
+
+
+def test_paper_writes_all_it_found(paper_run) -> None:
+    result = json.loads((paper_run.results / "casestudy.json").read_text(encoding="utf-8"))
+    assert result["version"] == capsule_sym.__version__
+    assert result["generated"] == DIGEST
+    cases = result["cases"]
+    assert [(case["parameters"]["gamma"], case["panel"]) for case in cases] == [
+        (gamma, panel) for gamma in (3.3, 3.0) for panel in "abcdefghijklmnop"
+    ]
+    for case in cases:
+        gamma, alpha = case["parameters"]["gamma"], casestudy.PANELS[case["panel"]]
+        assert case["parameters"] == Parameters(alpha=alpha, gamma=gamma).to_dict()
+        assert [segment["field"] for segment in case["segments"]] == case["word"]
+        assert case["agrees"] == casestudy.same_motion(
+            case["global_map"], case["printed_global_map"]
+        )
+        for segment, following in pairwise([*case["segments"], case["segments"][0]]):
+            assert segment["target"] == following["source"]
+            assert segment["end"]["phase"] == pytest.approx(following["start"]["phase"], abs=1e-7)
+            assert segment["end"]["state"] == pytest.approx(following["start"]["state"], abs=1e-7)
+
+    with (paper_run.results / "cases.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["global_map"] for row in rows] == [case["global_map"] for case in cases]
+    assert [float(row["progression"]) for row in rows] == [case["progression"] for case in cases]
+    with (paper_run.results / "segments.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    states = [segment["start"]["state"] for case in cases for segment in case["segments"]]
+    assert [[float(row[f"start_{name}"]) for name in ("x_r", "v_r", "v_c")] for row in rows] == (
+        states
+    )
+    assert {path.name for path in paper_run.results.iterdir()} == {
+        "casestudy.json",
+        "cases.csv",
+        "segments.csv",
+    }
+
+
+@pytest.mark.parametrize(("gamma", "truth"), [(3.3, "truth_gamma33"), (3.0, "truth_gamma30")])
+def test_the_words_are_those_of_independent_integration(paper_run, gamma, truth) -> None:
+    result = json.loads((paper_run.results / "casestudy.json").read_text(encoding="utf-8"))
+    words = {
+        case["parameters"]["alpha"]: "".join(field[1] for field in case["word"])
+        for case in result["cases"]
+        if case["parameters"]["gamma"] == gamma
+    }
+    compared = 0
+    for run in json.loads((JUDGES / f"{truth}.json").read_text())["runs"]:
+        word = words.get(float(run["alpha"]))
+        if word is not None:
+            # The last segment is cut by the end of the run; three periods before it are steady.
+            tail = run["fields"][-3 * len(word) :]
+            assert tail in 4 * word, run["alpha"]
+            compared += 1
+    assert compared >= 7
+
+
+@pytest.fixture(scope="module")
+def small() -> dict[str, Any]:
+    motion = simulate(Parameters(), periods=64).steady()
+    return casestudy.record([casestudy.Case("f", Parameters(), 64, motion)])
+
+
+def test_an_interrupted_write_leaves_the_older_file_whole(
+    small: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    casestudy.write(small, tmp_path)
+    before = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()}
+
+    def interrupted(self: Path, target: Path) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        casestudy.write(small | {"version": "another"}, tmp_path)
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == before
+
+
+def test_results_that_cannot_be_written_are_refused(small: dict[str, Any], tmp_path: Path) -> None:
+    (tmp_path / "results").write_text("a file, not a directory")
+    with pytest.raises(InvalidInput, match=r"directory = '.*paper': must be writable"):
+        casestudy.write(small, tmp_path / "results" / "paper")

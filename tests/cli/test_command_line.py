@@ -1,0 +1,168 @@
+"""The command line as a process: imports, bad input, interrupts, and streams."""
+
+import ast
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
+FILES = {
+    "not.toml": "alpha = = 1\n",
+    "binary.toml": "\udcff",
+    "nested.toml": "[parameters]\nalpha = 1\n",
+    "mixed.toml": f"{PHYSICAL}alpha = 1\n",
+    "partial.toml": "M_m = 1\n",
+    "unknown.toml": "alhpa = 1\n",
+    "text.toml": 'alpha = "0.7"\n',
+    "physical.toml": PHYSICAL,
+}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("files")
+    for name, text in FILES.items():
+        (directory / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+    return directory
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        ("run --json --zeta -0.1", ["zeta = -0.1: must be finite and >= 0"]),
+        ("run --omega 0", ["omega = 0.0: must be finite and > 0"]),
+        ("run --alpha nan", ["alpha = nan: must be finite and >= 0"]),
+        ("run --fb 0", ["f_b = 0.0: must be finite and > 0"]),
+        ("run --gamma 1e400", ["gamma = inf: must be finite and > 0"]),
+        ("run --json --alpha x", ["--alpha", "'x'", "float"]),
+        ("run --periods 0", ["periods = 0: must be a whole number"]),
+        ("run --periods 1.5", ["--periods", "'1.5'", "integer"]),
+        ("run --phase -1", ["phase = -1.0: must be", "[0, 2 pi/omega)"]),
+        ("run --phase 7.9", ["phase = 7.9: must be", "[0, 2 pi/omega)"]),
+        ("run --phase nan", ["phase = nan: must be"]),
+        ("run --state 0 inf 0", ["state = (0.0, inf, 0.0): must be", "finite"]),
+        ("run --state 0 0", ["--state", "3 arguments"]),
+        ("run --backend abacus", ["--backend", "'abacus'", "'numpy', 'mpmath'"]),
+        ("run --alhpa 1", ["--alhpa"]),
+        ("run stray", ["stray"]),
+        ("run --params missing.toml", ["file = 'missing.toml'", "readable", "No such file"]),
+        ("run --params .", ["file = '.'", "readable"]),
+        ("run --params not.toml", ["file = 'not.toml'", "a TOML file"]),
+        ("run --params binary.toml", ["file = 'binary.toml'", "a TOML file"]),
+        ("run --params nested.toml", ["parameter = 'parameters'", "one of alpha"]),
+        ("run --params mixed.toml", ["alpha = 1", "absent"]),
+        ("run --params partial.toml", ["M_c = None", "given"]),
+        ("run --params unknown.toml", ["parameter = 'alhpa'", "one of alpha"]),
+        ("run --params text.toml", ["alpha = '0.7'", "a real number"]),
+        ("run --params physical.toml --beta 2", ["beta = 2.0", "absent", "physical.toml"]),
+        ("paper --alpha 1", ["--alpha"]),
+        ("jog", ["jog"]),
+        ("", ["Missing command"]),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(command, files, arguments, parts) -> None:
+    done = command(*arguments.split(), cwd=files)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    for part in parts:
+        assert part in done.stderr
+
+
+def modules_after(*arguments: str) -> set[str]:
+    code = (
+        "import sys\nfrom capsule_sym.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "finally:\n    print(sorted(sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
+    )
+    return {name.split(".")[0] for name in ast.literal_eval(done.stderr.splitlines()[-1])}
+
+
+def test_help_imports_nothing_that_computes() -> None:
+    loaded = modules_after("--help") | modules_after("run", "--help")
+    assert "click" in loaded
+    assert loaded & {"sympy", "numpy", "scipy", "mpmath", "rich"} == set()
+
+
+@pytest.mark.parametrize(
+    ("backend", "unwanted"), [("numpy", {"sympy"}), ("mpmath", {"sympy", "scipy"})]
+)
+def test_run_imports_what_its_backend_needs(backend: str, unwanted: set[str]) -> None:
+    loaded = modules_after("run", "--periods", "1", "--backend", backend)
+    assert "numpy" in loaded
+    assert loaded & unwanted == set()
+
+
+def test_help_and_version_succeed(command) -> None:
+    overview = command("--help")
+    assert overview.returncode == 0
+    for name in ("run", "paper", "verify"):
+        assert f"\n  {name} " in overview.stdout
+        assert command(name, "--help").returncode == 0
+    assert command("--version").stdout.strip() == "0.1.0"
+
+
+def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
+    code = (
+        "from capsule_sym import casestudy, cli\n"
+        "casestudy.PANELS = {'f': 0.7}\n"
+        "cli.main(['paper', '--json'])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", cwd=tmp_path
+    )
+    assert done.returncode == 0
+    record = json.loads(done.stdout)
+    assert list(record) == ["version", "generated", "backend", "start", "cases"]
+    assert [case["parameters"]["gamma"] for case in record["cases"]] == [3.3, 3.0]
+    assert (tmp_path / "results/paper/casestudy.json").read_text(encoding="utf-8") == done.stdout
+
+
+def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "capsule_sym", "paper", "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    )
+    time.sleep(2.0)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    stdout, stderr = process.communicate(timeout=60)
+    assert (process.returncode, stdout, stderr) == (130, "", "error: interrupted\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("options", [(), ("--json",)], ids=["table", "json"])
+def test_a_reader_that_leaves_is_not_told_off(options: tuple[str, ...]) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "capsule_sym", "run", "--periods", "2", *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.wait(timeout=60) == 1
+    assert process.stderr is not None
+    assert process.stderr.read() == b""
+    process.stderr.close()
+
+
+def test_a_terminal_without_greek_gets_json_all_the_same() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "capsule_sym", "run", "--periods", "1", "--json"],
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        check=True,
+    )
+    assert json.loads(done.stdout.decode("ascii"))["segments"][0]["source"] == "Σ2"

@@ -1,0 +1,190 @@
+"""`capsule-sym run`: what it prints, what its JSON holds, in which precision and units."""
+
+import json
+import math
+import re
+from decimal import Decimal
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from capsule_sym.parameters import Parameters
+
+OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--fb")
+
+
+@pytest.fixture(scope="module")
+def default(command):
+    done = command("run", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+def test_json_has_the_documented_keys(default) -> None:
+    assert list(default) == [
+        "parameters",
+        "backend",
+        "segments",
+        "word",
+        "global_map",
+        "period_multiple",
+        "progression",
+        "final",
+    ]
+    for segment in default["segments"]:
+        assert list(segment) == [
+            "field",
+            "mode",
+            "local_map",
+            "source",
+            "target",
+            "start",
+            "end",
+            "outcome",
+        ]
+        assert list(segment["start"]) == list(segment["end"]) == ["period", "phase", "state"]
+    assert list(default["final"]) == ["period", "phase", "state"]
+
+
+def test_json_holds_the_case_study_by_default(default) -> None:
+    assert default["parameters"] == Parameters().to_dict()
+    assert default["backend"] == "numpy"
+    # Section 4 at alpha = 0.7, panel (f) of Fig. 7.
+    assert default["word"] == ["F5", "F4", "F1", "F2"]
+    assert default["global_map"] == ("P_{Σ5,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}")
+    assert default["period_multiple"] == 1
+    assert default["final"]["period"] == 100
+
+
+def test_segments_are_those_of_the_whole_run_in_order(default) -> None:
+    segments = default["segments"]
+    first, last = segments[0], segments[-1]
+    assert first["start"] == {"period": 0, "phase": 0.0, "state": [0.0, 0.0, 0.0]}
+    assert first["source"] == "Σ2"
+    assert (last["target"], last["local_map"], last["outcome"]) == (None, None, "end")
+    assert last["end"] == default["final"]
+    for segment, following in pairwise(segments):
+        assert following["start"] == segment["end"]
+        assert following["source"] == segment["target"]
+        planes = f"{segment['target']},{segment['field']},{segment['source']}"
+        assert segment["local_map"] == f"P_{{{planes}}}"
+        assert 0 <= segment["start"]["phase"] < Parameters().period
+
+
+def test_table_shows_what_json_holds(command, default) -> None:
+    done = command("run")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"global map       {default['global_map']}" in done.stdout
+    assert f"progression      {default['progression']:.10g} per" in done.stdout
+    rows = re.findall(r"^ ?F\d .*$", done.stdout, re.M)
+    assert [row.split()[0] for row in rows] == default["word"]
+    for row, segment in zip(rows, default["segments"][-5:-1], strict=True):
+        # The last whole period of this run is in the order of the word.
+        shown = [float(cell) for cell in row.split()[-5:]]
+        start = segment["start"]
+        assert row.split()[2:5] == [segment["local_map"], segment["source"], segment["target"]]
+        assert shown[0] == pytest.approx(start["phase"], abs=1e-6)
+        assert shown[2:] == pytest.approx(start["state"], abs=1e-6)
+
+
+def test_options_and_start_are_taken(command) -> None:
+    arguments = [text for option in OPTIONS for text in (option, "0.5")]
+    start = ["--state", "-0.25", "0.125", "0.5", "--phase", "1.5", "--periods", "3"]
+    record = json.loads(command("run", *arguments, *start, "--json").stdout)
+    assert set(record["parameters"].values()) == {0.5}
+    assert record["segments"][0]["start"] == {
+        "period": 0,
+        "phase": 1.5,
+        "state": [-0.25, 0.125, 0.5],
+    }
+    assert record["segments"][0]["source"] is None
+    assert record["final"]["period"] == 3
+
+
+def test_help_names_the_defaults_of_the_parameters(command) -> None:
+    text = command("run", "--help").stdout
+    shown = [re.search(rf"{option} FLOAT .*\[default: (\S+)\]", text) for option in OPTIONS]
+    assert [float(match[1]) for match in shown] == list(Parameters().to_dict().values())
+
+
+def test_a_run_that_has_not_settled_says_so(command) -> None:
+    done = command("run", "--alpha", "0.3", "--periods", "4")
+    assert done.returncode == 0
+    assert "Not steady within 4 periods. The segments of the last one:" in done.stdout
+    assert "global map" not in done.stdout
+    record = json.loads(command("run", "--alpha", "0.3", "--periods", "4", "--json").stdout)
+    for key in ("word", "global_map", "period_multiple", "progression"):
+        assert record[key] is None
+    last_period = [s for s in record["segments"] if s["end"]["period"] >= 3]
+    assert len(re.findall(r"^ ?F\d .*$", done.stdout, re.M)) == len(last_period)
+
+
+def test_mpmath_numbers_keep_their_fifty_digits(command) -> None:
+    start = ("run", "--periods", "2", "--json")
+    digits = json.loads(command(*start, "--backend", "mpmath").stdout, parse_float=Decimal)
+    double = json.loads(command(*start).stdout)
+    assert digits["backend"] == "mpmath"
+    assert [s["field"] for s in digits["segments"]] == [s["field"] for s in double["segments"]]
+    assert max(len(value.as_tuple().digits) for value in digits["final"]["state"]) >= 48
+    for value, near in zip(digits["final"]["state"], double["final"]["state"], strict=True):
+        assert float(value) == pytest.approx(near, abs=1e-12)
+
+
+def test_a_dimensionless_file_yields_to_options(command, tmp_path: Path) -> None:
+    file = tmp_path / "capsule.toml"
+    file.write_text("alpha = 0.5\nzeta = 0.1\n")
+    record = json.loads(
+        command("run", "--params", str(file), "--zeta", "0.2", "--periods", "1", "--json").stdout
+    )
+    assert record["parameters"] == Parameters(alpha=0.5, zeta=0.2).to_dict()
+    assert "physical" not in record
+
+
+M_M, M_C, K1, MU, G = 0.5, 1.65, 50.0, 0.2, 10.0
+FRICTION = MU * (M_M + M_C) * G
+RATE = math.sqrt(K1 / M_M)
+DEVICE = f"""
+M_m = {M_M}
+M_c = {M_C}
+k1 = {K1}
+k2 = {1.5 * K1}
+c = {2 * 0.05 * M_M * RATE}
+G = {0.02 * FRICTION / K1}
+P_d = {0.7 * FRICTION}
+Omega = {0.8 * RATE}
+mu = {MU}
+g = {G}
+"""
+
+
+def test_a_physical_file_gives_results_in_si_units(command, tmp_path: Path, default) -> None:
+    file = tmp_path / "device.toml"
+    file.write_text(DEVICE)
+    record = json.loads(command("run", "--params", str(file), "--json").stdout)
+    assert record["parameters"] == pytest.approx(default["parameters"], rel=1e-14)
+    physical = record["physical"]
+    assert list(physical) == [
+        "parameters",
+        "period",
+        "durations",
+        "progression",
+        "average_velocity",
+    ]
+    assert physical["parameters"]["M_m"] == M_M
+    assert physical["period"] == pytest.approx(2 * math.pi / (0.8 * RATE), rel=1e-14)
+    advance = default["progression"] * FRICTION / K1
+    assert physical["progression"] == pytest.approx(advance, rel=1e-9)
+    assert physical["average_velocity"] == pytest.approx(
+        advance * 0.8 * RATE / (2 * math.pi), rel=1e-9
+    )
+    assert len(physical["durations"]) == len(record["segments"])
+    # The durations add up to the run's 100 periods.
+    assert math.fsum(physical["durations"]) == pytest.approx(100 * physical["period"], rel=1e-12)
+
+    table = command("run", "--params", str(file)).stdout
+    assert f"{physical['average_velocity']:.6g} m/s on average" in table
+    assert f"{physical['progression']:.6g} m in {physical['period']:.6g} s" in table
+    [row] = re.findall(r"^ ?F5 .*$", table, re.M)
+    cells = row.split()
+    assert float(cells[-1]) == pytest.approx(1e3 * float(cells[-5]) / RATE, abs=1e-3)
