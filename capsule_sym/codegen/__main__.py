@@ -1,4 +1,4 @@
-"""`python -m capsule_sym.codegen`: write `generated/`, or check that it is what would be written."""
+"""`python -m capsule_sym.codegen`: write `generated/`, or check that it is up to date."""
 
 from __future__ import annotations
 

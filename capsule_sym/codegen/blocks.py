@@ -11,6 +11,7 @@ import sympy as sp
 
 from capsule_sym.symbolic import basis, flow, jacobian, jets
 from capsule_sym.symbolic.model import SEGMENTS
+from capsule_sym.symbolic.symbols import delta, x_r
 
 Assignments = list[tuple[sp.Symbol, sp.Expr]]
 
@@ -27,20 +28,20 @@ def segment_constants(index: int) -> Assignments:
 
 def _relative_flow() -> Assignments:
     derived = flow.derive()
-    keep_gap = {flow.spring: basis_spring()}
+    keep_gap = {flow.spring: _spring()}
     return [
         (position, derived.position.subs(keep_gap)),
         (velocity, derived.velocity.subs(keep_gap)),
     ]
 
 
-def basis_spring() -> sp.Expr:
-    """x_r + kappa (x_r - delta), with the gap as a variable of its own."""
-    return jacobian.SPRING.subs(jacobian.x_r - jacobian.delta, jets.gap)
+def _spring() -> sp.Expr:
+    # x_r + kappa (x_r - delta), with the gap as a variable of its own.
+    return flow.SPRING.subs(x_r - delta, jets.gap)
 
 
 def _drift_short() -> Assignments:
-    return [(drift_change, flow.derive().drift_short.subs(flow.spring, basis_spring()))]
+    return [(drift_change, flow.derive().drift_short.subs(flow.spring, _spring()))]
 
 
 def _drift_long() -> Assignments:
@@ -56,7 +57,7 @@ def _advance() -> Assignments:
 def _jacobian(stick: bool) -> Assignments:
     rows = jacobian.rows(stick)
     return [
-        (sp.Symbol(f"d{i}_{column}"), entry.subs(flow.spring, basis_spring()))
+        (sp.Symbol(f"d{i}_{column}"), entry.subs(flow.spring, _spring()))
         for i, row in enumerate(rows)
         for column, entry in zip(jacobian.COLUMNS, row, strict=True)
     ]

@@ -68,9 +68,7 @@ def lower(
     steps = {str(symbol): expression for symbol, expression in shared}
     steps |= {target: value for target, value in values.items() if target not in given}
     ordered = _in_order(steps)
-    results = tuple(
-        values[target] if target in given else sp.Symbol(target) for target in returns
-    )
+    results = tuple(values[target] if target in given else sp.Symbol(target) for target in returns)
     free = {str(symbol) for value in (*steps.values(), *results) for symbol in value.free_symbols}
     unknown = free - given - constants - steps.keys()
     if unknown:

@@ -17,24 +17,24 @@ def _product(base: str, exponent: int) -> str:
 class _Products:
     """Small integer powers as products, which neither libm nor NumPy spells faster."""
 
-    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:  # noqa: N802, FBT001
+    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()
         if exponent.is_Integer and 0 < abs(int(exponent)) <= 4:
             return _product(self.parenthesize(base, 100), int(exponent))  # type: ignore[attr-defined]
         return super()._print_Pow(expr, rational=rational)  # type: ignore[misc, no-any-return]
 
 
-class _Python(_Products, PythonCodePrinter):  # type: ignore[misc]
+class _Python(_Products, PythonCodePrinter):
     """Python code whose functions are plain names, imported by the template."""
 
-    def _print_Function(self, expr: sp.Function) -> str:  # noqa: N802
+    def _print_Function(self, expr: sp.Function) -> str:
         name = type(expr).__name__
         return f"{name}({', '.join(self._print(argument) for argument in expr.args)})"
 
     _print_sin = _print_cos = _print_exp = _print_expm1 = _print_Function
 
 
-class _C99(_Products, C99CodePrinter):  # type: ignore[misc]
+class _C99(_Products, C99CodePrinter):
     """C99 code in double precision."""
 
 
@@ -69,7 +69,5 @@ void {name}({signature}, double *restrict out)
 LANGUAGES = {
     "numpy": Language(_Python(), "{} = {}", "{0} = c.{0}", _PYTHON_FUNCTION, "#"),
     "mpmath": Language(_Python(), "{} = {}", "{0} = c.{0}", _PYTHON_FUNCTION, "#"),
-    "c": Language(
-        _C99(), "const double {} = {};", "const double {0} = c->{0};", _C_FUNCTION, "//"
-    ),
+    "c": Language(_C99(), "const double {} = {};", "const double {0} = c->{0};", _C_FUNCTION, "//"),
 }

@@ -24,8 +24,14 @@ class Backend(Protocol):
 
     name: str
     kernels: Any
-    unit: Number  # unit roundoff
-    full_turn: Number  # 2 pi
+
+    @property
+    def unit(self) -> Number:
+        """Unit roundoff."""
+
+    @property
+    def full_turn(self) -> Number:
+        """2 pi."""
 
     def number(self, value: object) -> Number:
         """The value in this number system, exactly if it is a float."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from math import comb
 
 from capsule_sym.map.backend import Number
@@ -81,7 +82,7 @@ def _halves(b: list[Number]) -> tuple[list[Number], list[Number]]:
     """Bernstein coefficients on the two halves of the interval (de Casteljau)."""
     left, right = [b[0]], [b[-1]]
     while len(b) > 1:
-        b = [(p + q) / 2 for p, q in zip(b, b[1:], strict=False)]
+        b = [(p + q) / 2 for p, q in pairwise(b)]
         left.append(b[0])
         right.append(b[-1])
     return left, right[::-1]

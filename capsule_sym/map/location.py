@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -30,6 +30,17 @@ class Start(NamedTuple):
     margin: Number
     angle: Number
     zeros: Mapping[Guard, int]
+
+    def converted(self, number: Callable[[Number], Number]) -> Start:
+        """The same start in another number system."""
+        return self._replace(
+            x_r=number(self.x_r),
+            gap=number(self.gap),
+            v_r=number(self.v_r),
+            v_c=number(self.v_c),
+            margin=number(self.margin),
+            angle=number(self.angle),
+        )
 
 
 @dataclass(frozen=True)
@@ -184,9 +195,7 @@ def locate(flow: Flow, limit: Number) -> Switch:
             turned = _turning(expansions, stuck, min(_REACH / c.rate, limit - now), unit)
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
-                return Switch(
-                    outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies)
-                )
+                return Switch(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
             tangencies += [Tangency(_tangency(guard), guard, now) for guard in stuck]
             horizon = turned
         if now + horizon >= limit:
@@ -200,7 +209,7 @@ def locate(flow: Flow, limit: Number) -> Switch:
 def _further(flow: Flow, now: Number, at: Point, limit: Number) -> Number:
     """How far the expansion of the forced response alone excludes a switch, 0 if it is no help."""
     rate = quasistatic.rate(flow.c)
-    if rate is None or flow.start.zeros and now == 0:
+    if rate is None or (flow.start.zeros and now == 0):
         return limit * 0
     expansions = quasistatic.expand_forced(flow.backend, flow.c, at)
     ahead = min(_REACH / rate, limit - now)

@@ -50,7 +50,8 @@ def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]
         size = (abs(c.slow * y - y_rate) + error_rate - c.slow * error_y) / (2 * c.nu)
         for n in range(order + 2):
             steps[n] = steps[n] + slow_part * c.slow**n
-            sizes[n] = sizes[n] + 8 * abs(slow_part * c.slow**n) + slow_error * abs(c.slow**n) / unit
+            spread = 8 * abs(slow_part) + slow_error / unit
+            sizes[n] = sizes[n] + spread * abs(c.slow) ** n
         free = _Free(size, -fast * size, abs(1 + c.kappa + 2 * c.zeta * fast) * size, -fast)
     else:
         low, high = abs(y) + error_y, abs(y_rate) + error_rate

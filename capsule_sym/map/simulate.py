@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard, Point
-from capsule_sym.map.location import Flow, Start, Switch, locate
+from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant, is_finite
-from capsule_sym.map.transitions import Departure, State, Undetermined, depart
+from capsule_sym.map.transitions import State, Undetermined, depart
 from capsule_sym.parameters import Parameters
 
 
@@ -165,28 +164,23 @@ class _Run:
     def _settle_departure(self, state: State) -> Departure | None:
         self.settled += 1
         with _backend("mpmath") as numbers:
-            exact = State(*map(numbers.number, state[:5]), bound=state.bound)
+            exact = state.converted(numbers.number)
             departure = _Run(numbers, self.parameters, False)._depart(exact)
             if departure is None:
                 return None
-            start = departure.start
-            return replace(departure, start=Start(*map(float, start[:6]), zeros=start.zeros))
+            return replace(departure, start=departure.start.converted(float))
 
     def _settle_switch(self, departure: Departure, limit: Number) -> Switch:
         self.settled += 1
         with _backend("mpmath") as numbers:
-            start = departure.start
-            exact = Start(*map(numbers.number, start[:6]), zeros=start.zeros)
-            constants = numbers.constants(departure.field, self.parameters)
-            flow = Flow(numbers, constants, replace(departure, start=exact))
+            exact = replace(departure, start=departure.start.converted(numbers.number))
+            flow = Flow(numbers, numbers.constants(departure.field, self.parameters), exact)
             switch = locate(flow, numbers.number(limit))
             return replace(
                 switch,
                 duration=float(switch.duration),
                 point=Point(*map(float, switch.point)),
-                tangencies=tuple(
-                    replace(t, duration=float(t.duration)) for t in switch.tangencies
-                ),
+                tangencies=tuple(replace(t, duration=float(t.duration)) for t in switch.tangencies),
             )
 
     def _arrive(
@@ -212,7 +206,8 @@ class _Run:
     def _advance(self, flow: Flow, duration: Number) -> Number:
         if not flow.c.drift:
             return duration * 0
-        return self.numbers.number(self.numbers.kernels.flow(flow.c, flow.closed, duration, True)[3])
+        advance = self.numbers.kernels.flow(flow.c, flow.closed, duration, True)[3]
+        return self.numbers.number(advance)
 
     def _strobe(self, flow: Flow, angle: Number, passed: int, switch: Switch) -> None:
         """Record the states at the ends of the excitation periods that a segment passes."""

@@ -31,7 +31,7 @@ class Segment:
     States are (x_r, v_r, v_c). `source` and `target` are switching planes "Σ1" to "Σ10"; `target`
     is empty for a segment that the end of the run cuts off, `source` for one that starts off every
     plane. `tangencies` are contacts within the error bound that did not end the segment, with the
-    duration after which they occur. `position` is x_c at the start, `advance` its change over the segment.
+    duration after which they occur. `position` is x_c at the start, `advance` its change.
     """
 
     field: int
@@ -202,7 +202,7 @@ def _inside(
     c = numbers.constants(segment.field, parameters)
     closed = type(numbers.kernels.Start(*segment.closed))(*map(float, segment.closed))
     values = numbers.kernels.flow(c, closed, h, True)
-    x_r, v_r, v_c = (float(v) for v in segment.start_state)
+    x_r, _, v_c = (float(v) for v in segment.start_state)
     columns = [x_r + values[0], values[1]]
     if c.drift:
         columns += [v_c + values[2], float(segment.position) + values[3]]

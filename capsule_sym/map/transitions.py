@@ -7,7 +7,7 @@ switching table; the same rule serves corner points and tangencies.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from capsule_sym.map.backend import Backend, Number
@@ -30,6 +30,11 @@ class State(NamedTuple):
     v_c: Number
     angle: Number
     bound: int = 0
+
+    def converted(self, number: Callable[[Number], Number]) -> State:
+        """The same state in another number system."""
+        x_r, gap, v_r, v_c, angle = (number(value) for value in self[:5])
+        return State(x_r, gap, v_r, v_c, angle, self.bound)
 
 
 class Undetermined(Exception):

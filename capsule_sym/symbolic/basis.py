@@ -41,7 +41,9 @@ cosine, sine = sp.symbols("cosine sine", real=True)  # cos(omega h) and sin(omeg
 versine, lag = sp.symbols("versine lag", real=True)  # integrals of sine
 sine2, versine2, lag2 = sp.symbols("sine2 versine2 lag2", real=True)  # and their sensitivities
 
-IMAGES: dict[sp.Symbol, sp.Expr] = {
+Family = dict[sp.Symbol, sp.Expr]
+
+IMAGES: Family = {
     cosine: s / W,
     sine: 1 / W,
     versine: 1 / (s * W),
@@ -163,7 +165,7 @@ def reduce(expression: sp.Expr) -> sp.Expr:
     return expression
 
 
-def add(first: Mapping[sp.Symbol, sp.Expr], second: Mapping[sp.Symbol, sp.Expr]) -> dict:
+def add(first: Mapping[sp.Symbol, sp.Expr], second: Mapping[sp.Symbol, sp.Expr]) -> Family:
     """Response functions of a duration h1 + h2 from those of h1 (`first`) and of h2 (`second`).
 
     The state reached after h1 moves on freely for h2, and the forcing that acts meanwhile is
@@ -262,7 +264,7 @@ def sensitivities() -> dict[sp.Symbol, sp.Expr]:
     }
 
 
-def _doubled_names() -> tuple[dict, dict]:
+def _doubled_names() -> tuple[Family, Family]:
     names = (G, Gd, H, B, Bd, Bdd, cosine, sine, G2, G2d, H2, B2, B2d, BW, BWd, sine2)
     return (
         {name: sp.Symbol(f"{name}_1", real=True) for name in names},

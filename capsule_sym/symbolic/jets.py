@@ -45,9 +45,7 @@ def jet(order: int) -> list[tuple[sp.Symbol, sp.Expr]]:
     x = position_symbol
     steps = [(_drive(n), omega * _drive(n - 1)) for n in range(1, order)]
     steps += [(x(2), push - m * (x_r + kappa * gap) - 2 * sigma * v_r + _forcing(0))]
-    steps += [
-        (x(n + 2), -2 * sigma * x(n + 1) - K * x(n) + _forcing(n)) for n in range(1, order)
-    ]
+    steps += [(x(n + 2), -2 * sigma * x(n + 1) - K * x(n) + _forcing(n)) for n in range(1, order)]
     steps += [(force_symbol(0), x_r + kappa * gap + 2 * zeta * v_r)]
     steps += [
         (force_symbol(n), (1 + kappa) * x(n) + 2 * zeta * x(n + 1)) for n in range(1, order + 1)

@@ -158,11 +158,15 @@ def test_a_reader_that_leaves_is_not_told_off(options: tuple[str, ...]) -> None:
     process.stderr.close()
 
 
-def test_a_terminal_without_greek_gets_json_all_the_same() -> None:
+@pytest.mark.parametrize("options", [(), ("--json",)], ids=["table", "json"])
+def test_a_terminal_without_greek_is_served(options: tuple[str, ...]) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "capsule_sym", "run", "--periods", "1", "--json"],
+        [sys.executable, "-m", "capsule_sym", "run", "--periods", "1", *options],
         capture_output=True,
-        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        env=os.environ | {"PYTHONIOENCODING": "latin-1"},
         check=True,
     )
-    assert json.loads(done.stdout.decode("ascii"))["segments"][0]["source"] == "Σ2"
+    text = done.stdout.decode("ascii")
+    assert "\\u03a32" in text
+    if options:
+        assert json.loads(text)["segments"][0]["source"] == "Σ2"

@@ -79,13 +79,14 @@ def test_table_shows_what_json_holds(command, default) -> None:
     assert f"progression      {default['progression']:.10g} per" in done.stdout
     rows = re.findall(r"^ ?F\d .*$", done.stdout, re.M)
     assert [row.split()[0] for row in rows] == default["word"]
-    for row, segment in zip(rows, default["segments"][-5:-1], strict=True):
-        # The last whole period of this run is in the order of the word.
-        shown = [float(cell) for cell in row.split()[-5:]]
-        start = segment["start"]
-        assert row.split()[2:5] == [segment["local_map"], segment["source"], segment["target"]]
-        assert shown[0] == pytest.approx(start["phase"], abs=1e-6)
-        assert shown[2:] == pytest.approx(start["state"], abs=1e-6)
+    last_period = {segment["local_map"]: segment for segment in default["segments"][-5:-1]}
+    for row in rows:
+        _, mode, local_map, source, target, *numbers = row.split()
+        segment = last_period.pop(local_map)
+        assert [mode, source, target] == [segment[key] for key in ("mode", "source", "target")]
+        phase, _, *state = map(float, numbers)
+        assert phase == pytest.approx(segment["start"]["phase"], abs=1e-6)
+        assert state == pytest.approx(segment["start"]["state"], abs=1e-6)
 
 
 def test_options_and_start_are_taken(command) -> None:
