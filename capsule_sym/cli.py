@@ -255,13 +255,20 @@ def _print_cases(cases: list[Case], gamma: float) -> None:
 
     from capsule_sym.casestudy import THRESHOLDS
 
-    table = Table("α", "", "exact", "printed", "", box=box.SIMPLE_HEAD, show_edge=False)
+    table = Table(
+        *("", "α", "exact", "printed", ""),
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+    )
     for case in cases:
         alpha = case.parameters.alpha
-        exact = case.motion.global_map if case.motion else f"not steady in {case.periods} periods"
+        motion = case.motion
+        exact = _folded(motion.global_map) if motion else f"not steady in {case.periods} periods"
         mark = "*" if alpha in THRESHOLDS else ""
         verdict = "[green]agree" if case.agrees else "[red]differ"
-        table.add_row(f"{alpha}{mark}", f"({case.panel})", exact, case.printed, verdict)
+        table.add_row(case.panel, f"{alpha}{mark}", exact, _folded(case.printed), verdict)
     console = _console()
     console.print(f"γ = {gamma}\n")
     console.print(table)
@@ -271,6 +278,12 @@ def _print_cases(cases: list[Case], gamma: float) -> None:
         f"{sum(case.agrees for case in inside)} of the {len(inside)} away from the printed "
         "bifurcation values (*).\n"
     )
+
+
+def _folded(global_map: str) -> str:
+    """The global map with two local maps to a line, so that the table fits 80 columns."""
+    maps = global_map.split(" ∘ ")
+    return " ∘\n".join(" ∘ ".join(maps[i : i + 2]) for i in range(0, len(maps), 2))
 
 
 def _console(stderr: bool = False) -> Any:

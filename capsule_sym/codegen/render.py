@@ -15,6 +15,7 @@ import sympy as sp
 from capsule_sym.codegen.blocks import blocks, segment_constants
 from capsule_sym.codegen.lower import Kernel, lower
 from capsule_sym.codegen.printers import LANGUAGES, Language
+from capsule_sym.codegen.tables import table_text
 from capsule_sym.symbolic import jacobian
 from capsule_sym.symbolic.model import SEGMENTS
 from capsule_sym.symbolic.symbols import PARAMETERS
@@ -140,6 +141,7 @@ def render() -> dict[str, str]:
                 f"double {name};" for name in _CONSTANT_NAMES if name != "resonant"
             ),
             "segment_constants": _segment_texts(language),
+            "table": table_text(language),
             "kernels": "\n\n".join(kernel.text(language) for kernel in kernels),
             "kernel_prototypes": "\n".join(_prototype(kernel.text(language)) for kernel in kernels),
         }

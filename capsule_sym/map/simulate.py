@@ -141,15 +141,15 @@ class _Run:
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
 
-    def _depart(self, state: State) -> Departure | None:
+    def _depart(self, state: State, source: int | None = None) -> Departure | None:
         """The field that takes over; None where that stays open."""
         try:
-            return depart(self.numbers, self.constants, state)
+            return depart(self.numbers, self.constants, state, source)
         except Undetermined:
             if self.settle:
-                return self._settle_departure(state)
+                return self._settle_departure(state, source)
         try:
-            return depart(self.numbers, self.constants, state, vanish=True)
+            return depart(self.numbers, self.constants, state, source, vanish=True)
         except Undetermined:
             return None
 
@@ -161,11 +161,11 @@ class _Run:
         return flow, switch
 
     # Fifty digits look at the same doubles; what they decide comes back rounded once.
-    def _settle_departure(self, state: State) -> Departure | None:
+    def _settle_departure(self, state: State, source: int | None) -> Departure | None:
         self.settled += 1
         with _backend("mpmath") as numbers:
             exact = state.converted(numbers.number)
-            departure = _Run(numbers, self.parameters, False)._depart(exact)
+            departure = _Run(numbers, self.parameters, False)._depart(exact, source)
             if departure is None:
                 return None
             return replace(departure, start=departure.start.converted(float))
@@ -200,7 +200,7 @@ class _Run:
                 state = state._replace(bound=1 if guard is Guard.UPPER else -1)
         if c.drift == 0:
             state = state._replace(v_c=zero)
-        following = self._depart(state)
+        following = self._depart(state, departure.field)
         return state, following, _plane(state, following)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:

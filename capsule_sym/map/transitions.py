@@ -7,9 +7,10 @@ switching table; the same rule serves corner points and tangencies.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from capsule_sym.generated.switching import TRANSITIONS
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Expansion, Guard, Point, expand
 from capsule_sym.map.location import Departure, Start
@@ -41,14 +42,28 @@ class Undetermined(Exception):
     """No field, or more than one, takes over with certainty at this precision."""
 
 
-def depart(backend: Backend, constants: Any, state: State, *, vanish: bool = False) -> Departure:
+def depart(
+    backend: Backend,
+    constants: Any,
+    state: State,
+    source: int | None = None,
+    *,
+    vanish: bool = False,
+) -> Departure:
     """The field that takes over at a state; `constants` are those of F1 to F6, in order.
 
-    A derivative within its error bound of zero leaves the decision open, or, with `vanish`, is
-    taken to be zero. Raises Undetermined where no field, or more than one, may take over.
+    After a segment of field F`source` only those fields are considered that the derived switching
+    table allows there. A derivative within its error bound of zero leaves the decision open, or,
+    with `vanish`, is taken to be zero. Raises Undetermined where no field, or more than one, may
+    take over.
     """
     departures = []
-    for field in _candidates(state):
+    candidates = _candidates(state)
+    place = place_of(backend, constants, state)
+    if source is not None and place is not None:
+        allowed = TRANSITIONS.get((source, place), ())
+        candidates = [field for field in candidates if field in allowed]
+    for field in candidates:
         c = constants[field - 1]
         start = _start(backend, c, state)
         zeros = _departing(backend, c, state, start, vanish)
@@ -59,12 +74,49 @@ def depart(backend: Backend, constants: Any, state: State, *, vanish: bool = Fal
     return departures[0]
 
 
-def _candidates(state: State) -> Iterator[int]:
+def _candidates(state: State) -> list[int]:
     contacts = (0, 1) if state.gap == 0 else (int(state.gap > 0),)
     drifts = (1, 0, -1) if state.v_c == 0 else (1 if state.v_c > 0 else -1,)
-    for contact in contacts:
-        for drift in drifts:
-            yield FIELDS[contact, drift]
+    return [FIELDS[contact, drift] for contact in contacts for drift in drifts]
+
+
+def place_of(backend: Backend, constants: Any, state: State) -> str | None:
+    """The surface, line or corner point a state is on, Eqs. (13)-(14): such as "S7" or "L6".
+
+    None off all of them, and where rounding leaves open on which of them the state is.
+    """
+    rest, impact = state.v_c == 0, state.gap == 0
+    if not rest:
+        if not impact:
+            return None
+        if state.v_r == 0:
+            return "L9"
+        return _IMPACTS[state.v_c > 0, state.v_r > 0]
+    c = constants[4 if state.gap > 0 else 1]
+    force = state.x_r + c.kappa * state.gap + 2 * c.zeta * state.v_r
+    added = abs(state.x_r) + c.kappa * abs(state.gap) + 2 * c.zeta * abs(state.v_r)
+    error = 6 * backend.unit * added
+    if state.bound:
+        level = 2 * state.bound
+    elif abs(abs(force) - c.f_b) <= error + backend.unit * c.f_b:
+        return None
+    else:
+        level = 0 if abs(force) < c.f_b else (3 if force > 0 else -3)
+    if not impact:
+        contact = int(state.gap > 0)
+        if abs(level) == 2:
+            return f"L{(1 if level > 0 else 2) + 2 * contact}"
+        return f"S{FIELDS[contact, (level > 0) - (level < 0)]}"
+    if abs(level) == 2:
+        return "O1" if level > 0 else "O2"
+    if state.v_r == 0:
+        return "O3"
+    if state.v_r > 0:
+        return "L6" if level == 0 else "L5"
+    return {0: "L7", -3: "L8", 3: "L10"}[level]
+
+
+_IMPACTS = {(True, True): "S7", (True, False): "S8", (False, True): "S9", (False, False): "S10"}
 
 
 def _start(backend: Backend, c: Any, state: State) -> Start:

@@ -8,12 +8,14 @@ solutions of the same linear differential equations with the same initial values
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, partial
+from math import prod
 from typing import NamedTuple
 
 import sympy as sp
 from sympy.codegen.cfunctions import expm1
+from sympy.polys.rings import PolyElement
 
 from capsule_sym.symbolic import basis
 from capsule_sym.symbolic.basis import (
@@ -85,23 +87,75 @@ _NORMS = {
 
 
 _DETUNING = K - omega**2
-_FORCED = {
-    h * cosine: sine - 2 * omega**2 * (B + 2 * sigma * BWd + _DETUNING * BW),
-    h * sine: 2 * (Bd + 2 * sigma * (B - omega**2 * BW) + _DETUNING * BWd),
-    cosine: Gd + 2 * sigma * (G - omega**2 * B) + _DETUNING * Bd,
-    sine: G + 2 * sigma * Bd + _DETUNING * B,
+FORCED = {
+    Gd: cosine - 2 * sigma * (G - omega**2 * B) - _DETUNING * Bd,
+    G: sine - 2 * sigma * Bd - _DETUNING * B,
     G2d: Bd - 2 * sigma * (G2 - omega**2 * B2) - _DETUNING * B2d,
     G2: B - 2 * sigma * B2d - _DETUNING * B2,
+    Bd: h * sine / 2 - 2 * sigma * (B - omega**2 * BW) - _DETUNING * BWd,
+    B: (sine - h * cosine) / (2 * omega**2) - 2 * sigma * BWd - _DETUNING * BW,
 }
-"""Q(d/dh) of forced responses; with these, products of response functions can be compared."""
+"""Q(d/dh) of forced responses, read as free responses; a line may use those below it."""
 
 
-def independent(expression: sp.Expr) -> sp.Expr:
-    """The expression in G, Gd, B, Bd and the sensitivities, expanded."""
-    expression = sp.expand(basis.reduce(expression))
-    for product, form in _FORCED.items():
-        expression = sp.expand(expression.subs(product, form))
-    return expression
+class Reduction:
+    """Exact reduction of expressions to polynomials in independent symbols.
+
+    `definitions` gives dependent symbols in terms of others, `inverses` the divisors that occur;
+    everything else is taken to be independent.
+    """
+
+    def __init__(
+        self,
+        independents: Iterable[sp.Symbol],
+        definitions: Mapping[sp.Symbol, sp.Expr],
+        divisors: Iterable[sp.Expr],
+    ) -> None:
+        reciprocals = {divisor: sp.Symbol(f"1/({divisor})") for divisor in divisors}
+        self._ring, *generators = sp.ring([*independents, *reciprocals.values()], sp.QQ)
+        self._definitions = definitions
+        self._known = dict(zip(self._ring.symbols, generators, strict=True))
+        self._reciprocals = {
+            divisor: self._known[symbol] for divisor, symbol in reciprocals.items()
+        }
+
+    def numerator(self, expression: sp.Expr) -> sp.Expr:
+        """The expression times powers of the divisors: 0 if and only if the expression is 0."""
+        element = self._value(sp.sympify(expression))
+        for divisor, reciprocal in self._reciprocals.items():
+            position = self._ring.gens.index(reciprocal)
+            parts: dict[int, PolyElement] = {}
+            for powers, coefficient in element.terms():
+                rest = (*powers[:position], 0, *powers[position + 1 :])
+                part = parts.setdefault(powers[position], self._ring.zero)
+                parts[powers[position]] = part + self._ring.term_new(rest, coefficient)
+            highest, scale = max(parts, default=0), self._value(divisor)
+            element = sum(
+                (part * scale ** (highest - power) for power, part in parts.items()),
+                self._ring.zero,
+            )
+        return element.as_expr()
+
+    def _value(self, expression: sp.Expr) -> PolyElement:
+        if expression not in self._known:
+            self._known[expression] = self._evaluated(expression)
+        return self._known[expression]
+
+    def _evaluated(self, expression: sp.Expr) -> PolyElement:
+        if expression in self._definitions:
+            return self._value(sp.sympify(self._definitions[expression]))
+        if expression.is_Rational:
+            return self._ring.ground_new(expression)
+        if expression.is_Add:
+            return sum(map(self._value, expression.args), self._ring.zero)
+        if expression.is_Mul:
+            return prod(map(self._value, expression.args), start=self._ring.one)
+        base, exponent = expression.as_base_exp()
+        if exponent.is_Integer and exponent > 0 and base != expression:
+            return self._value(base) ** int(exponent)
+        if exponent.is_Integer and base in self._reciprocals:
+            return self._reciprocals[base] ** -int(exponent)
+        raise ValueError(f"not a polynomial in the given symbols: {expression}")
 
 
 def _equal(expected: sp.Expr, claim: sp.Expr) -> Residuals:
@@ -141,6 +195,7 @@ def _definitions() -> Iterator[Proof]:
         ("relation", basis.RELATIONS),
         ("detached", basis.detached()),
         ("sensitivity", basis.sensitivities()),
+        ("forced", FORCED),
     ):
         for name, form in table.items():
             yield Proof(
@@ -150,14 +205,6 @@ def _definitions() -> Iterator[Proof]:
                 form,
                 partial(_image_residual, IMAGES[name]),
             )
-    for product, form in _FORCED.items():
-        yield Proof(
-            f"basis.forced.{product}",
-            "Laplace images",
-            f"{product} = {form}",
-            form,
-            partial(_image_residual, image(product)),
-        )
 
 
 def _in_functions(expression: sp.Expr, table: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
@@ -224,11 +271,18 @@ def _closed_forms() -> Iterator[Proof]:
 
 
 _HIGHEST = (Gd, Bd, G2d, B2d, BWd)  # the rest are derivatives or integrals of one another
-_SUM = (G, Gd, H, B, Bd, Bdd, cosine, sine)
+_PLAIN = {name: name for name in IMAGES}
+_FIRST = {name: sp.Symbol(f"{name}_1", real=True) for name in (*IMAGES, h)}
+DEPENDENT = {**basis.RELATIONS, **FORCED}
+INDEPENDENT = (*(name for name in IMAGES if name not in DEPENDENT), h)
 
 
-def _moving(names: tuple[sp.Symbol, ...], suffix: str) -> dict[sp.Symbol, sp.Symbol]:
-    return {name: sp.Symbol(f"{name}{suffix}", real=True) for name in names}
+@cache
+def _reduction() -> Reduction:
+    """Reduction of products of response functions of two durations."""
+    first = {_FIRST[name]: sp.sympify(form).xreplace(_FIRST) for name, form in DEPENDENT.items()}
+    symbols = (*INDEPENDENT, *(_FIRST[name] for name in INDEPENDENT), sigma, K, omega)
+    return Reduction(symbols, {**DEPENDENT, **first}, (K, omega))
 
 
 def _sum_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
@@ -236,13 +290,11 @@ def _sum_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
 
     The response functions of h1 bear a mark; those of h2 have their plain names.
     """
-    first = _moving(_SUM, "_1")
-    total = basis.add(first, {each: each for each in _SUM})
+    total = basis.add(_FIRST, _PLAIN)
     total[Bdd] = total[G] - omega**2 * total[B]
-    marked = {first[each]: independent(each).xreplace(first) for each in (H, Bdd, cosine, sine)}
     slope = basis.derivative(claim, h) - basis.reduce(RULES[h][name]).xreplace(total)
-    start = claim.xreplace(INITIAL) - first[name]
-    return tuple(sp.cancel(independent(residual).xreplace(marked)) for residual in (slope, start))
+    start = claim.xreplace(INITIAL) - _FIRST[name]
+    return _reduction().numerator(slope), _reduction().numerator(start)
 
 
 def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
@@ -251,13 +303,12 @@ def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
     rule = basis.reduce(RULES[h][name]) if name in _HIGHEST else RULES[h][name]
     slope = basis.derivative(claim, h) - 2 * rule.xreplace(twice)
     start = claim.xreplace({**INITIAL, h: sp.S.Zero}) - INITIAL[name]
-    return (sp.cancel(independent(slope)), sp.cancel(start))
+    return _reduction().numerator(slope), _reduction().numerator(start)
 
 
 def _additions() -> Iterator[Proof]:
     """The addition theorem, and what it gives for doubled durations."""
-    total = basis.add(_moving(_SUM, "_1"), {each: each for each in _SUM})
-    for name, form in total.items():
+    for name, form in basis.add(_FIRST, _PLAIN).items():
         yield Proof(
             f"basis.add.{name}",
             "the differential equation in h2, and its initial value",

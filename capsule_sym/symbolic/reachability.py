@@ -1,7 +1,7 @@
 """Witnesses that the local maps of Table 3 occur, each checked in exact rational arithmetic.
 
-A witness gives rational parameters (without excitation) and a rational state at the END of the
-map. The field is followed backwards by its Taylor polynomial with a rigorous bound on the
+A witness gives rational parameters and a rational state at the END of the map, with the values
+of alpha cos(omega tau) and alpha sin(omega tau) there, which determine alpha. The field is followed backwards by its Taylor polynomial with a rigorous bound on the
 remainder: the trajectory stays in the cell of the field until it meets, transversally, the
 surface on which the map began. Every comparison is one of rational numbers, so a witness that is
 accepted is a proof that its map is possible. That no other map is, follows from `switching`.
@@ -21,8 +21,19 @@ import sympy as sp
 
 from capsule_sym.symbolic.geometry import SCENARIOS
 from capsule_sym.symbolic.model import SEGMENTS, Segment
+from capsule_sym.symbolic.proof import force
 from capsule_sym.symbolic.switching import LocalMap, guards, time_derivative
-from capsule_sym.symbolic.symbols import STATE, alpha, beta, delta, f_b, gamma, zeta
+from capsule_sym.symbolic.symbols import (
+    STATE,
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    tau,
+    zeta,
+)
 
 Polynomial = list[Fraction]
 """Coefficients of powers of the time before the end, from order 0."""
@@ -34,9 +45,10 @@ _ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
 
 @dataclass(frozen=True)
 class Witness:
-    """A trajectory of one field that ends in `end` (x_r, v_r, v_c), f_b = 1 and alpha = 0.
+    """A trajectory of one field that ends in the state `end` (x_r, v_r, v_c); f_b and omega are 1.
 
-    `bracket` holds two times before the end, between which the map began. Dimensionless.
+    `forcing` holds alpha cos and alpha sin of the phase at the end; `bracket` two times before
+    the end, between which the map began. Dimensionless.
     """
 
     local_map: LocalMap
@@ -45,13 +57,15 @@ class Witness:
     beta: Fraction
     gamma: Fraction
     end: tuple[Fraction, Fraction, Fraction]
+    forcing: tuple[Fraction, Fraction]
     bracket: tuple[Fraction, Fraction]
 
     @property
     def parameters(self) -> dict[sp.Symbol, sp.Rational]:
         values = {delta: self.delta, zeta: self.zeta, beta: self.beta, gamma: self.gamma}
         exact = {symbol: sp.Rational(value) for symbol, value in values.items()}
-        return exact | {f_b: sp.Integer(1), alpha: sp.Integer(0)}
+        amplitude = sp.sqrt(sum(sp.Rational(part) ** 2 for part in self.forcing))
+        return exact | {alpha: amplitude, omega: sp.Integer(1), f_b: sp.Integer(1)}
 
     @property
     def regime(self) -> tuple[str, bool]:
@@ -60,41 +74,46 @@ class Witness:
         return name, self.zeta > 0
 
 
-def _affine(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Rational]) -> list[Fraction]:
-    """Coefficients of x_r, v_r, v_c and 1 in an expression affine in the state."""
-    polynomial = sp.Poly(sp.sympify(expression).subs(values), *STATE)
-    monomials = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)]
-    found = [polynomial.coeff_monomial(sp.Mul(*map(sp.Pow, STATE, m))) for m in monomials]
-    return [Fraction(int(c.p), int(c.q)) for c in found]
+_QUADRATURE = sp.Symbol("w", real=True)  # alpha sin(omega tau)
+_EXTENDED = (*STATE, force, _QUADRATURE)
+
+
+def _affine(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
+    """Coefficients of state, force and quadrature, then the constant, in an affine function."""
+    plain = sp.expand(expression).subs(alpha * sp.cos(omega * tau), force).subs(values)
+    slopes = [plain.coeff(symbol) for symbol in _EXTENDED]
+    constant = plain.subs(dict.fromkeys(_EXTENDED, 0))
+    return [Fraction(int(c.p), int(c.q)) for c in (*slopes, constant)]
 
 
 class _Backward:
     """The state before the end as Taylor polynomials of elapsed time, with their remainder."""
 
     def __init__(self, witness: Witness, field: Segment) -> None:
-        values = witness.parameters
-        rows = [_affine(rate, values) for rate in field.field]
-        terms: list[list[Fraction]] = [list(witness.end)]
+        self.values = witness.parameters
+        rates = (*field.field, -_QUADRATURE, force)
+        rows = [_affine(rate, self.values) for rate in rates]
+        terms: list[list[Fraction]] = [[*witness.end, *witness.forcing]]
         for order in range(_DEGREE + 1):
-            last = terms[-1]
-            terms.append(
-                [
-                    -(sum(a * x for a, x in zip(row, last)) + (row[3] if order == 0 else 0))
-                    / (order + 1)
-                    for row in rows
-                ]
-            )
+            rise = [
+                sum((a * x for a, x in zip(row, terms[-1], strict=False)), Fraction(0))
+                + (row[-1] if order == 0 else 0)
+                for row in rows
+            ]
+            terms.append([-rate / (order + 1) for rate in rise])
         *self.terms, tail = terms
         self.tail = max(map(abs, tail))
-        self.norm = max(sum(map(abs, row[:3])) for row in rows)
-        self.values = values
+        self.norm = max(sum(map(abs, row[:-1]), Fraction(0)) for row in rows)
 
     def along(self, expression: sp.Expr) -> tuple[Polynomial, Fraction]:
         """Taylor polynomial of an affine function of the state, and its sensitivity."""
-        a = _affine(expression, self.values)
-        series = [sum((c * x for c, x in zip(a, term)), Fraction(0)) for term in self.terms]
-        series[0] += a[3]
-        return series, sum(map(abs, a[:3]), Fraction(0))
+        *slopes, constant = _affine(expression, self.values)
+        series = [
+            sum((a * x for a, x in zip(slopes, term, strict=True)), Fraction(0))
+            for term in self.terms
+        ]
+        series[0] += constant
+        return series, sum(map(abs, slopes), Fraction(0))
 
     def remainder(self, sensitivity: Fraction, order: int, time: Fraction) -> Fraction:
         """Bound on the neglected terms, divided by time**order, for all shorter times."""
@@ -134,7 +153,7 @@ def _exceeds(
 
 
 def _first_order(series: Polynomial) -> int:
-    return next(order for order, term in enumerate(series) if term != 0)
+    return next((order for order, term in enumerate(series) if term != 0), len(series) - 1)
 
 
 def _positive_before_end(flow: _Backward, guard: sp.Expr, time: Fraction) -> bool:
@@ -207,6 +226,7 @@ def witnesses() -> tuple[Witness, ...]:
             LocalMap(f"Σ{record['map'][0]}", record["map"][1], f"Σ{record['map'][2]}"),
             *(Fraction(record[name]) for name in ("delta", "zeta", "beta", "gamma")),
             end=tuple(map(Fraction, record["end"])),
+            forcing=tuple(map(Fraction, record["forcing"])),
             bracket=tuple(map(Fraction, record["bracket"])),
         )
         for record in json.loads(text)
