@@ -88,8 +88,9 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
     bounds = kernels.jet_magnitudes(c, sizes[0], gap_size, sizes[1])
     x += jet[:order]
     sizes += bounds[:order]
-    # n steps of the recurrence commit at most about 5 n roundings of the magnitude.
-    slack = [(5 * n + 4) * unit for n in range(order + 2)]
+    # Each step of the recurrence commits at most five roundings of the magnitude, and its
+    # constants carry three more.
+    slack = [(8 * n + 8) * unit for n in range(order + 2)]
     error_x = [at.error_x, at.error_v] + [slack[n] * sizes[n] for n in range(2, order + 2)]
     p = list(jet[order:])
     error_p = [slack[n + 1] * bounds[order + n] for n in range(order + 1)]

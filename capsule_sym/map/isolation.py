@@ -100,9 +100,9 @@ def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Sea
     pending = [(forms, zero, reach, 0)]
     while pending:
         (lower, upper, slope), start, end, depth = pending.pop()
-        if min(lower) > 0:
+        if min(lower) > _doubt(lower, unit):
             continue
-        if max(slope) < 0 and upper[-1] < 0:
+        if max(slope) < -_doubt(slope, unit) and upper[-1] < -_doubt(upper, unit):
             return _narrowed(bounds, start, end)
         if depth == _DEPTH:
             return Search(start)
@@ -111,6 +111,11 @@ def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Sea
         pending.append(([part[1] for part in parts], middle, end, depth + 1))
         pending.append(([part[0] for part in parts], start, middle, depth + 1))
     return Search(reach)
+
+
+def _doubt(form: list[Number], unit: Number) -> Number:
+    """Bound on the rounding errors of Bernstein coefficients, the few subdivisions included."""
+    return 16 * unit * max(max(form), -min(form))
 
 
 def _value(coefficients: list[Number], d: Number) -> Number:

@@ -191,7 +191,7 @@ def locate(flow: Flow, limit: Number) -> Switch:
         if further > horizon:
             horizon = further
         elif horizon <= 4 * unit * now:
-            stuck = [guard for guard, s in searches.items() if s.clear <= 4 * unit * now]
+            stuck = [guard for guard, s in searches.items() if s.clear < ahead]
             turned = _turning(expansions, stuck, min(_REACH / c.rate, limit - now), unit)
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
