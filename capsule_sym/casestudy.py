@@ -38,7 +38,7 @@ PANELS = {
 """Excitation amplitude alpha of each panel of Fig. 7."""
 
 GAMMAS = (3.3, 3.0)
-"""Mass ratios of the two runs: the printed one, and the one that the printed thresholds fit."""
+"""Mass ratios of the two runs: the printed one, and one at which the printed maps come out."""
 
 _BLOCK = 64  # excitation periods after which to look whether the motion is steady
 _MOST_PERIODS = 4096
@@ -92,8 +92,8 @@ PRINTED = (
 """Global maps of the steady motion as Section 4 prints them, by alpha in (0, 2]."""
 
 THRESHOLDS = frozenset(row.high for row in PRINTED[:-1])
-"""Printed bifurcation values of alpha. A map computed at one of them, which is rounded, is
-generic: it is the one on either side."""
+"""Printed bifurcation values of alpha. They are rounded to four digits, so that the motion computed
+at one of them is that of one side or the other."""
 
 
 def printed_map(alpha: float) -> str:
@@ -150,8 +150,8 @@ def _settle(panel: str, parameters: Parameters) -> Case:
     while True:
         trajectory = simulate(parameters, state, periods=_BLOCK)
         periods += _BLOCK
-        motion = trajectory.steady()
-        if motion or periods >= _MOST_PERIODS:
+        motion = None if trajectory.stopped else trajectory.steady()
+        if motion or trajectory.stopped or periods >= _MOST_PERIODS:
             return Case(panel, parameters, periods, motion)
         # A run ends at phase 0, where the next one begins.
         _, state = trajectory.final

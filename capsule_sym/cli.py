@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 
-from capsule_sym.errors import CapsuleError, InvalidInput
+from capsule_sym.errors import InvalidInput
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _RESULTS = Path("results/paper")
 _PIPED_WIDTH = 110  # columns, where no terminal says how many there are
+_INTERRUPTED = 130  # the exit status of shells for it
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
@@ -132,7 +133,8 @@ def run(
 
     In the JSON, "segments" are those of the whole run, and "word", "global_map",
     "period_multiple" and "progression" describe the steady motion at its end; they are null if
-    there is none. "progression" is the advance of the capsule per excitation period.
+    there is none. "progression" is the advance of the capsule per excitation period. "stopped" is
+    there only if the run ended early, and says why.
     """
     from capsule_sym.map import simulate
     from capsule_sym.records import dumps, physical_record, run_record
@@ -140,7 +142,7 @@ def run(
     given = {name: value for name, value in dimensionless.items() if value is not None}
     parameters, physical = _parameters(file, given)
     trajectory = simulate(parameters, state, phase, periods, backend=backend)
-    motion = trajectory.steady()
+    motion = None if trajectory.stopped else trajectory.steady()
     if as_json:
         record = run_record(trajectory, motion)
         if physical:
@@ -173,9 +175,14 @@ def _print_run(
     console.print("   ".join(f"{name} = {value:.6g}" for name, value in values))
     console.print()
     if motion is None:
-        periods = trajectory.final[0].period
-        console.print(f"Not steady within {periods} periods. The segments of the last one:")
-        segments = [s for s in trajectory.segments if s.end >= (periods - 1, 0.0)]
+        (periods, phase), _ = trajectory.final
+        if trajectory.stopped:
+            console.print(f"Stopped at phase {float(phase):.5f} after {periods} periods,")
+            console.print(f"{trajectory.stopped}.")
+        else:
+            console.print(f"Not steady within {periods} periods.")
+        console.print("The segments of the last period:")
+        segments = [s for s in trajectory.segments if s.end >= (periods - 1, phase)]
         console.print(_segment_table(segments, physical))
         return
     console.print("The segments of the steady motion:")
@@ -195,20 +202,23 @@ def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | N
     from rich import box
     from rich.table import Table
 
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in ("field", "mode", "local map", "entry", "exit"):
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0, pad_edge=False)
+    for name in ("segment", "local map", "entry", "exit"):
         table.add_column(name)
-    numbers = ["phase", "duration", "x_r", "v_r", "v_c"]
-    for name in [*numbers, "ms"] if physical else numbers:
+    for name in ("phase", "ms" if physical else "duration", "x_r", "v_r", "v_c"):
         table.add_column(name, justify="right")
     for segment in segments:
-        values = (segment.start.phase, segment.duration, *segment.start_state)
-        cells = [f"{float(value):.6f}" for value in values]
+        duration = float(segment.duration)
         if physical:
-            cells.append(f"{1e3 * physical.time(float(segment.duration)):.4f}")
-        local_map = segment.local_map if segment.source and segment.target else ""
-        plane = (segment.source, segment.target)
-        table.add_row(segment.name, segment.mode, local_map, *plane, *cells)
+            duration = 1e3 * physical.time(duration)
+        values = (segment.start.phase, duration, *segment.start_state)
+        table.add_row(
+            f"{segment.name} {segment.mode}",
+            segment.local_map if segment.source and segment.target else "",
+            segment.source,
+            segment.target,
+            *(f"{float(value):.5f}" for value in values),
+        )
     return table
 
 
@@ -295,7 +305,7 @@ def _console(stderr: bool = False) -> Any:
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit: 0, 1 for a run that failed, 2 for bad input, 130 for Ctrl-C.
+    """Run the command line and exit: 0, or 2 for bad input, 130 for Ctrl-C.
 
     `arguments` are those of the process if not given.
     """
@@ -303,7 +313,12 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         if isinstance(stream, TextIOWrapper):
             # A Σ that the terminal cannot show appears as \u03a3, which JSON reads too.
             stream.reconfigure(errors="backslashreplace")
-    sys.exit(_status(list(sys.argv[1:] if arguments is None else arguments)))
+    status = _status(list(sys.argv[1:] if arguments is None else arguments))
+    if status == _INTERRUPTED:
+        # An interrupt during an import may make the interpreter die of the signal in the end,
+        # although it was caught.
+        os._exit(status)
+    sys.exit(status)
 
 
 def _status(arguments: list[str]) -> int:
@@ -317,10 +332,8 @@ def _status(arguments: list[str]) -> int:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
         return _complain(str(error), 2)
-    except CapsuleError as error:
-        return _complain(str(error), 1)
     except (KeyboardInterrupt, click.Abort):
-        return _complain("interrupted", 130)
+        return _complain("interrupted", _INTERRUPTED)
     except BrokenPipeError:
         # What is still buffered has no reader, and the flush at exit must not say so.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -45,14 +45,20 @@ def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
 
 
 def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:
-    """A whole run and the steady motion that it ends in, None if it has not settled."""
-    return {
+    """A whole run and the steady motion that it ends in, None if it has not settled.
+
+    Only of a run that ended early it says why, as `stopped`.
+    """
+    record = {
         "parameters": trajectory.parameters.to_dict(),
         "backend": trajectory.backend,
         "segments": [segment_record(segment) for segment in trajectory.segments],
         **motion_record(motion),
         "final": _point(*trajectory.final),
     }
+    if trajectory.stopped:
+        record["stopped"] = trajectory.stopped
+    return record
 
 
 def physical_record(

@@ -86,7 +86,7 @@ class NumpyBackend:
     def polish(self, function: Callable[[float], float], low: float, high: float) -> float:
         from scipy.optimize import brentq
 
-        return float(brentq(function, low, high, xtol=5e-324, rtol=4 * 2.0**-52))
+        return float(brentq(function, low, high, xtol=5e-324, rtol=4 * 2.0**-52, maxiter=2000))
 
     def constants(self, field: int, parameters: Parameters) -> Any:
         c = self.kernels.constants(field, *parameters.to_dict().values())

@@ -48,6 +48,7 @@ class Point(NamedTuple):
     error_x: Number
     error_v: Number
     error_v_c: Number
+    error_angle: Number
 
 
 @dataclass(frozen=True)
@@ -89,8 +90,8 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
     x += jet[:order]
     sizes += bounds[:order]
     # Each step of the recurrence commits at most five roundings of the magnitude, and its
-    # constants carry three more.
-    slack = [(8 * n + 8) * unit for n in range(order + 2)]
+    # constants carry three more; the forcing has the error of its angle besides.
+    slack = [(8 * n + 8) * unit + at.error_angle for n in range(order + 2)]
     error_x = [at.error_x, at.error_v] + [slack[n] * sizes[n] for n in range(2, order + 2)]
     p = list(jet[order:])
     error_p = [slack[n + 1] * bounds[order + n] for n in range(order + 1)]

@@ -14,6 +14,7 @@ from capsule_sym.map.isolation import Search, positive_at, search
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
+_MOST_EVALUATIONS = 1_000_000
 _ERROR_UNITS = 8  # rounding of the kernels, in units of their largest terms; measured: below 4
 
 
@@ -101,10 +102,18 @@ class Flow:
         )
         zero = start.x_r * 0
         self.origin = Point(
-            start.x_r, start.gap, start.v_r, start.v_c, start.margin, cosine, sine, zero, zero, zero
+            *start[:5], cosine, sine, zero, zero, zero, 2 * backend.unit * start.angle
         )
         self._force = abs(c.push) + c.m * (abs(start.x_r) + c.kappa * abs(start.gap))
         self._root_K = backend.sqrt(c.K)
+        # The response to forcing from rest, in units of alpha, never exceeds these.
+        detuning = abs(c.K - c.omega * c.omega)
+        if c.Z2 > 0:
+            both = c.omega + self._root_K
+            self._largest = (
+                (2 * c.sigma * both + 2 * detuning) / c.Z2,
+                (4 * c.sigma * c.omega * c.omega + detuning * both) / c.Z2,
+            )
 
     def __call__(self, h: Number) -> Point:
         """The point at a duration h > 0."""
@@ -114,23 +123,30 @@ class Flow:
         position, v_r = number(values[0]), number(values[1])
         x_r, gap = start.x_r + position, start.gap + position
         v_c = start.v_c + number(values[2]) if c.drift else start.v_c
-        cosine, sine = self.backend.cos_sin(start.angle + c.omega * h)
+        turned = c.omega * h
+        cosine, sine = self.backend.cos_sin(start.angle + turned)
         margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
-        return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *self._errors(h, x_r, v_r, v_c))
+        errors = self._errors(h, x_r, v_r, v_c)
+        error_angle = 2 * self.backend.unit * (start.angle + turned)
+        return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
 
     def _errors(
         self, h: Number, x_r: Number, v_r: Number, v_c: Number
     ) -> tuple[Number, Number, Number]:
-        """Bounds on the errors of x_r, v_r and v_c, from the largest terms of the closed form."""
+        """Bounds on the errors of x_r, v_r and v_c, from the largest terms of the closed form.
+
+        The phases of forced and of oscillating free motion carry an error in proportion to the
+        duration; that of the free motion decays with it.
+        """
         c, start, unit = self.c, self.start, self.backend.unit
         g = min(h, 1 / c.fast)
-        terms_x = (
-            abs(start.v_r) * g
-            + self._force * min(h * h / 2, 2 / c.K)
-            + c.alpha * min(h * h / 2, h / self._root_K)
-        )
-        terms_v = abs(start.v_r) + self._force * g + c.alpha * h
-        units = _ERROR_UNITS * unit * (1 + c.rate * h)
+        forced_x, forced_v = min(h * h / 2, h / self._root_K), h
+        if c.Z2 > 0:
+            forced_x, forced_v = min(forced_x, self._largest[0]), min(forced_v, self._largest[1])
+        terms_x = abs(start.v_r) * g + self._force * min(h * h / 2, 2 / c.K) + c.alpha * forced_x
+        terms_v = abs(start.v_r) + self._force * g + c.alpha * forced_v
+        phase = c.fast * h / (1 + c.sigma * h) if c.q >= 0 else 1
+        units = _ERROR_UNITS * unit * (1 + phase + c.omega * h)
         error_x = units * terms_x + unit * abs(x_r)
         error_v = units * terms_v
         if not c.drift:
@@ -139,7 +155,8 @@ class Flow:
             grown = (1 + c.kappa) * terms_x * h + 2 * c.zeta * (terms_x + abs(start.v_r) * h)
             terms = (abs(start.margin) * h + grown) / c.gamma
         else:
-            terms = (abs(start.v_r) + terms_v + (abs(c.friction) + c.alpha) * h) / (c.gamma + 1)
+            impulse = abs(c.friction) * h + c.alpha * min(h, 2 / c.omega)
+            terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)
         return error_x, error_v, units * terms + unit * abs(v_c)
 
     def guard(self, guard: Guard, point: Point) -> Number:
@@ -157,7 +174,8 @@ def locate(flow: Flow, limit: Number) -> Switch:
 
     The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
     GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
-    NEVER (proved: no guard fires at any later time) or END (proved: none fires up to the limit).
+    NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit), or
+    UNDECIDED (given up after very many evaluations).
     """
     backend, c = flow.backend, flow.c
     unit = backend.unit
@@ -165,7 +183,11 @@ def locate(flow: Flow, limit: Number) -> Switch:
     zeros: Mapping[Guard, int] = flow.start.zeros
     tangencies: list[Tangency] = []
     reach = _REACH / c.rate
+    # A guard that vanishes with all its derivatives stays zero: rest on the impact surface.
+    guards = [g for g in watched(c) if zeros.get(g, 0) < backend.kernels.JET_ORDER]
     while True:
+        if flow.evaluations > _MOST_EVALUATIONS:
+            return Switch(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
         if at_rest_forever(backend, c, at):
             return Switch(
                 Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies)
@@ -176,7 +198,7 @@ def locate(flow: Flow, limit: Number) -> Switch:
         while True:
             searches = {
                 guard: search(expansions[guard], zeros.get(guard, 0), ahead, unit)
-                for guard in watched(c)
+                for guard in guards
             }
             found = {g: s for g, s in searches.items() if s.bracket is not None}
             horizon = min(s.clear for s in searches.values())
@@ -187,12 +209,14 @@ def locate(flow: Flow, limit: Number) -> Switch:
             switch = _first(flow, now, searches, found)
             if switch is not None:
                 return replace(switch, tangencies=tuple(tangencies))
-        further = _further(flow, now, at, limit) if horizon < limit - now else horizon
+        further = horizon
+        if horizon < limit - now and not (zeros and now == 0):
+            further = _further(flow, guards, at, horizon, limit - now)
         if further > horizon:
             horizon = further
         elif horizon <= 4 * unit * now:
             stuck = [guard for guard, s in searches.items() if s.clear < ahead]
-            turned = _turning(expansions, stuck, min(_REACH / c.rate, limit - now), unit)
+            turned = _turning(expansions, stuck, min(1 / c.rate, limit - now), unit)
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
                 return Switch(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
@@ -206,14 +230,19 @@ def locate(flow: Flow, limit: Number) -> Switch:
         at = flow(now)
 
 
-def _further(flow: Flow, now: Number, at: Point, limit: Number) -> Number:
-    """How far the expansion of the forced response alone excludes a switch, 0 if it is no help."""
+def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Number) -> Number:
+    """How far the expansion of the forced response alone excludes a switch, 0 if below `least`."""
     rate = quasistatic.rate(flow.c)
-    if rate is None or (flow.start.zeros and now == 0):
-        return limit * 0
+    if rate is None:
+        return least * 0
     expansions = quasistatic.expand_forced(flow.backend, flow.c, at)
-    ahead = min(_REACH / rate, limit - now)
-    return min(search(e, 0, ahead, flow.backend.unit).clear for e in expansions.values())
+    ahead = min(_REACH / rate, most)
+    while ahead > least:
+        clear = min(search(expansions[g], 0, ahead, flow.backend.unit).clear for g in guards)
+        if clear > 0:
+            return clear
+        ahead = ahead / _SHRINK
+    return least * 0
 
 
 def _tangency(guard: Guard) -> Outcome:
@@ -223,29 +252,21 @@ def _tangency(guard: Guard) -> Outcome:
 def _turning(
     expansions: Mapping[Guard, Expansion], stuck: list[Guard], reach: Number, unit: Number
 ) -> Number | None:
-    """How far to go until guards that are zero within their error are positive again.
+    """How far to go until guards that are zero within their error are certainly positive again.
 
-    None if one of them crosses: the first derivative that is certain is negative. The others'
-    clearance of the same stretch is proved by the caller's next step back to it; a stretch in
-    which another guard could fire is not taken.
+    On the way each of them stays above zero but for a few times its error, and every other guard
+    is proved positive. None if there is no such stretch: a guard crosses.
     """
+    lifted = dict(expansions)
     for guard in stuck:
         e = expansions[guard]
-        certain = (i for i in range(1, len(e.values)) if abs(e.values[i]) > e.errors[i])
-        first = next(certain, None)
-        if first is None or e.values[first] < 0:
-            return None
+        lifted[guard] = replace(e, values=[e.values[0] + 4 * e.errors[0], *e.values[1:]])
     step = reach
     while step > 8 * unit * reach:
         if all(positive_at(expansions[guard], step, unit) for guard in stuck) and all(
-            search(e, 0, step, unit).clear >= step
-            for guard, e in expansions.items()
-            if guard not in stuck
+            search(e, 0, step, unit).clear >= step for e in lifted.values()
         ):
-            best = step
-            while all(positive_at(expansions[guard], best / 2, unit) for guard in stuck):
-                best = best / 2
-            return best
+            return step
         step = step / 2
     return None
 
@@ -307,19 +328,19 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     x_r is the forced response plus a free part whose energy never grows, so its future is bounded;
     so is that of the interaction force. Rounding is covered by the inflation of each bound.
     """
-    if c.drift or c.contact:
+    # Near resonance, rounding of K - omega^2 would be felt in the forced response.
+    if c.drift or c.contact or (c.resonant and c.alpha > 0):
         return False
     # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate.
     real, imaginary = c.K - c.omega * c.omega, 2 * c.sigma * c.omega
-    if c.Z2 == 0:
-        return False
-    size = c.alpha / c.Z2
+    size = c.alpha / c.Z2 if c.alpha else c.alpha
     forced = size * (real * at.cos_theta + imaginary * at.sin_theta)
     rate = size * c.omega * (imaginary * at.cos_theta - real * at.sin_theta)
     inflation = 1 + 64 * backend.unit
-    amplitude = c.alpha / backend.sqrt(c.Z2)
-    low = abs(at.x_r - forced) + at.error_x + 8 * backend.unit * (abs(at.x_r) + amplitude)
-    high = abs(at.v_r - rate) + at.error_v + 8 * backend.unit * (abs(at.v_r) + c.omega * amplitude)
+    amplitude = backend.sqrt(c.Z2) * size
+    rounding = 32 * backend.unit + at.error_angle
+    low = abs(at.x_r - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
+    high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
     energy = inflation * backend.sqrt(high * high + c.K * low * low)
     reach = inflation * (amplitude + energy / backend.sqrt(c.K))
     stiffness = backend.sqrt(c.K * c.K + 4 * c.zeta * c.zeta * c.omega * c.omega)

@@ -40,7 +40,7 @@ def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]
 
     centre = (c.m * c.kappa * c.delta + c.push) / c.K
     y, y_rate = at.x_r - centre - in_phase, at.v_r - c.omega * quadrature
-    rounding = 8 * unit
+    rounding = 8 * unit + at.error_angle
     error_y = at.error_x + rounding * (abs(at.x_r) + abs(centre) + amplitude)
     error_rate = at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
     if c.q < 0:
@@ -80,7 +80,7 @@ def _guards(
     free: _Free,
 ) -> dict[Guard, Expansion]:
     side = 1 if c.contact else -1
-    errors = [unit * size for size in sizes]
+    errors = [(unit + at.error_angle) * size for size in sizes]
     zero = x[0] * 0
 
     def expansion(
@@ -89,7 +89,7 @@ def _guards(
         slack = [slack[0] + size, slack[1] + free.fastest * size, *slack[2:]]
         return Expansion(values, slack, last * (1 + 16 * unit), zero)
 
-    rounding = 8 * unit
+    rounding = 8 * unit + at.error_angle
     offset = rounding * (abs(centre) + c.delta)
     gap = [side * (x[0] + (centre - c.delta)), *(side * value for value in x[1:order])]
     result = {

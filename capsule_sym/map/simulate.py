@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from capsule_sym.errors import InvalidInput
+from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard, Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
-from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant, is_finite
+from capsule_sym.map.trajectory import LONGEST, Segment, Trajectory, Triple, instant
 from capsule_sym.map.transitions import State, Undetermined, depart
 from capsule_sym.parameters import Parameters
 
@@ -37,6 +37,7 @@ def simulate(
     allowed.
     """
     values = _checked_state(state)
+    _check_scales(parameters)
     _check_phase(phase, parameters)
     _check_count("periods", periods)
     _check_count("max_segments", max_segments)
@@ -44,19 +45,38 @@ def simulate(
         return _Run(numbers, parameters, settle).go(values, phase, periods, max_segments)
 
 
-_LARGEST_COUNT = 10**12  # beyond it, a period's phase would no longer be exact
+_LARGEST_COUNT = 10**12
+_LARGEST_STATE = 1e20
+_RANGES = {
+    "alpha": (0.0, 1e16),
+    "omega": (1e-8, 1e8),
+    "delta": (0.0, 1e16),
+    "zeta": (0.0, 1e8),
+    "beta": (0.0, 1e16),
+    "gamma": (1e-12, 1e12),
+    "f_b": (1e-16, 1e16),
+}
 _backend = backend  # the parameter of `simulate` has the same name
 
 
 def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
-    allowed = "three finite numbers (x_r, v_r, v_c)"
+    allowed = f"three numbers (x_r, v_r, v_c) of size at most {_LARGEST_STATE:g}"
     try:
-        values = tuple(float(value) for value in state)
-    except (TypeError, ValueError):
+        x_r, v_r, v_c = (float(value) for value in state)
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInput("state", state, allowed) from None
-    if len(values) != 3 or not is_finite(values):
+    # NaN fails the comparison, so it is refused here as well.
+    if isinstance(state, str) or not all(abs(v) <= _LARGEST_STATE for v in (x_r, v_r, v_c)):
         raise InvalidInput("state", state, allowed)
-    return values
+    return x_r, v_r, v_c
+
+
+def _check_scales(parameters: Parameters) -> None:
+    """Refuse parameters whose powers and quotients double precision cannot carry."""
+    for field, (low, high) in _RANGES.items():
+        value = getattr(parameters, field)
+        if not low <= value <= high:
+            raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
 
 
 def _check_count(field: str, value: int) -> None:
@@ -88,7 +108,7 @@ class _Run:
         self, values: tuple[float, float, float], phase: float, periods: int, most: int
     ) -> Trajectory:
         number = self.numbers.number
-        x_r, v_r, v_c = map(number, values)
+        x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
         turns, position, stopped = 0, number(0), ""
         if phase == 0.0:
@@ -102,7 +122,7 @@ class _Run:
             limit = self._remaining(periods - turns, state.angle)
             flow, switch = self._locate(departure, limit)
             passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
-            if not switch.guards:
+            if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
             self._strobe(flow, state.angle, passed, switch)
             end_state, departure, target = self._arrive(departure, switch, angle)
@@ -128,10 +148,14 @@ class _Run:
             turns += passed
             state, source, position = end_state, target, position + advance
         if turns < periods and not stopped:
-            stopped = "undecided: no field leaves the last state with certainty"
+            if self.segments and self.segments[-1].outcome is Outcome.UNDECIDED:
+                stopped = "undecided: no switch found or excluded within the limit of evaluations"
+            else:
+                stopped = "undecided: no field leaves the last state with certainty"
         return Trajectory(
             self.parameters,
             self.numbers.name,
+            (instant(0, number(phase) * self.omega, self.omega), origin),
             tuple(self.segments),
             tuple(self.stroboscopic),
             self.settled,
@@ -156,7 +180,7 @@ class _Run:
     def _locate(self, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
         flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
         switch = locate(flow, limit)
-        if not switch.certain and self.settle:
+        if self.settle and not (switch.certain or switch.outcome is Outcome.UNDECIDED):
             switch = self._settle_switch(departure, limit)
         return flow, switch
 
@@ -211,7 +235,8 @@ class _Run:
 
     def _strobe(self, flow: Flow, angle: Number, passed: int, switch: Switch) -> None:
         """Record the states at the ends of the excitation periods that a segment passes."""
-        for turn in range(1, passed + 1):
+        # A segment that spans many periods is recorded at its last ones, which `steady` reads.
+        for turn in range(max(1, passed + 1 - 2 * LONGEST), passed + 1):
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
             point = flow(h) if h > 0 else flow.origin
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))

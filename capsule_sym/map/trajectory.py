@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +12,7 @@ from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map.backend import Number, backend
 from capsule_sym.parameters import Parameters
 
+LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
 _MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
 Triple = tuple[Number, Number, Number]
 
@@ -86,8 +86,7 @@ class SteadyMotion:
     def global_map(self) -> str:
         """The motion as a composition of local maps, right to left, in the paper's notation."""
         if len(self.segments) == 1:
-            only = self.segments[0]
-            return f"Id_{{Σ{only.field},{only.name},Σ{only.field}}}"
+            return self.segments[0].local_map.replace("P", "Id", 1)
         return " ∘ ".join(segment.local_map for segment in reversed(self.segments))
 
 
@@ -97,9 +96,11 @@ class Trajectory:
 
     parameters: Parameters
     backend: str
+    origin: tuple[Instant, Triple]
+    """Time and state at the start of the run."""
     segments: tuple[Segment, ...]
     stroboscopic: tuple[Triple, ...]
-    """States at the ends of whole excitation periods, counted from phase 0."""
+    """States at phase 0 in the order of time; of a segment over very many periods only the last."""
     settled: int
     """How many switches and departures double precision left open and 50 digits looked at."""
     stopped: str
@@ -108,12 +109,16 @@ class Trajectory:
     @property
     def final(self) -> tuple[Instant, Triple]:
         """Time and state at the end of the run."""
+        if not self.segments:
+            return self.origin
         last = self.segments[-1]
         return last.end, last.end_state
 
     @property
     def advance(self) -> Number:
         """Change of the capsule's position x_c over the run."""
+        if not self.segments:
+            return self.origin[1][0] * 0
         last = self.segments[-1]
         return last.position + last.advance
 
@@ -133,12 +138,13 @@ class Trajectory:
         times = np.asarray(t, dtype=float)
         period = self.parameters.period
         starts = np.array([s.start.period * period + float(s.start.phase) for s in self.segments])
-        end = self.segments[-1].end
+        (_, begin), _ = self.origin
+        end, _ = self.final
         stop = end.period * period + float(end.phase)
-        outside = ~((times >= starts[0]) & (times <= stop))
-        if np.any(outside):
-            value = float(times[outside].flat[0])
-            raise InvalidInput("t", value, f"a time in [{starts[0]!r}, {stop!r}]")
+        outside = ~((times >= float(begin)) & (times <= stop))
+        if np.any(outside) or not self.segments:
+            value = float(times[outside].flat[0]) if np.any(outside) else float(begin)
+            raise InvalidInput("t", value, f"a time in [{float(begin)!r}, {stop!r}]")
         index = np.searchsorted(starts, times, side="right") - 1
         out = np.empty((*times.shape, 4))
         with backend("numpy") as numbers:
@@ -148,11 +154,11 @@ class Trajectory:
                 out[chosen] = _inside(numbers, self.parameters, self.segments[i], h)
         return out
 
-    def steady(self, tolerance: float = 1e-9, longest: int = 16) -> SteadyMotion | None:
+    def steady(self, tolerance: float = 1e-9) -> SteadyMotion | None:
         """The periodic motion at the end of the run, None if it has not settled on one.
 
         The motion is periodic with multiple m if the stroboscopic states repeat after m periods
-        within `tolerance`, and so do the segments; the least m up to `longest` is taken. Slow
+        within `tolerance`, and so do the segments; the least m up to 16 is taken. Slow
         alternating convergence to a shorter period looks almost periodic too: it is told apart by
         asking that states within the period differ by a thousand tolerances.
         """
@@ -163,23 +169,44 @@ class Trajectory:
             last, before = states[-multiple:], states[-multiple - after : len(states) - after]
             return float(np.max(np.abs(last - before)))
 
-        for multiple in range(1, min(longest, len(states) // 2) + 1):
+        for multiple in range(1, min(LONGEST, len(states) // 2) + 1):
             if change(multiple, multiple) > tolerance:
                 continue
             divisors = (d for d in range(1, multiple) if multiple % d == 0)
             if any(change(divisor, multiple) <= 1e3 * tolerance for divisor in divisors):
                 continue
             segments, previous = self._last_periods(multiple, 0), self._last_periods(multiple, 1)
+            if not segments and not previous:
+                return SteadyMotion((self._last_period(),), 1, self.segments[-1].advance * 0)
             if _labels(segments) == _labels(previous):
                 return _steady(segments, multiple)
         return None
 
+    def _last_period(self) -> Segment:
+        """The last excitation period of a run that ends without switches, as a segment."""
+        last, (x_r, v_r, v_c) = self.segments[-1], self.stroboscopic[-2]
+        delta, zeta = type(x_r)(self.parameters.delta), type(x_r)(self.parameters.zeta)
+        plane = f"Σ{last.field}"
+        return replace(
+            last,
+            source=plane,
+            target=plane,
+            start=Instant(last.end.period - 1, x_r * 0),
+            start_state=self.stroboscopic[-2],
+            duration=type(x_r)(self.parameters.period),
+            tangencies=(),
+            position=last.position + last.advance,
+            advance=last.advance * 0,
+            closed=type(last.closed)(
+                x_r, x_r - delta, v_r, v_c, x_r + 2 * zeta * v_r, x_r * 0 + 1, x_r * 0
+            ),
+        )
+
     def _last_periods(self, multiple: int, back: int) -> tuple[Segment, ...]:
         """The segments that end in the given number of whole periods before the run's end."""
-        stop = len(self.stroboscopic) - 1 + self.segments[0].start.period - back * multiple
+        stop = self.segments[-1].end.period - back * multiple
         ended = [s for s in self.segments if s.target]
-        chosen = [s for s in ended if stop - multiple <= s.end.period < stop]
-        return tuple(chosen) if chosen else (self.segments[-1],)
+        return tuple(s for s in ended if stop - multiple <= s.end.period < stop)
 
 
 def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
@@ -214,8 +241,3 @@ def _inside(
 def instant(turns: int, angle: Number, omega: Number) -> Instant:
     """The time at a forcing angle in [0, 2 pi) after whole turns."""
     return Instant(turns, angle / omega if angle else angle * 0)
-
-
-def is_finite(values: Triple) -> bool:
-    """Whether all numbers of a state are finite."""
-    return all(math.isfinite(float(value)) for value in values)

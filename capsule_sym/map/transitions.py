@@ -136,11 +136,12 @@ def _departing(
     """
     cosine, sine = backend.cos_sin(start.angle)
     zero = state.x_r * 0
-    point = Point(*start[:5], cosine, sine, zero, zero, zero)
+    point = Point(*start[:5], cosine, sine, zero, zero, zero, 2 * backend.unit * start.angle)
     zeros: dict[Guard, int] = {}
     undetermined = False
     for guard, expansion in expand(backend, c, point).items():
-        count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish)
+        closed = (1 if c.contact else -1) if guard is Guard.GAP else 0
+        count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish, closed)
         if sign < 0:
             return None
         undetermined = undetermined or sign == 0
@@ -160,7 +161,9 @@ def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
     return (state.bound == (1 if guard is Guard.UPPER else -1),)
 
 
-def _first_sign(expansion: Expansion, exact: tuple[bool, ...], vanish: bool) -> tuple[int, int]:
+def _first_sign(
+    expansion: Expansion, exact: tuple[bool, ...], vanish: bool, closed: int
+) -> tuple[int, int]:
     """Number of leading zeros, and the sign of what follows (0 where rounding leaves it open)."""
     for count, (value, error) in enumerate(zip(expansion.values, expansion.errors, strict=True)):
         if count < len(exact) and exact[count]:
@@ -169,4 +172,5 @@ def _first_sign(expansion: Expansion, exact: tuple[bool, ...], vanish: bool) -> 
             return count, 1 if value > 0 else -1
         if not vanish:
             return count, 0
-    return len(expansion.values), 0
+    # It vanishes identically: the region with contact is the closed one, Eqs. (10)-(12).
+    return len(expansion.values), closed

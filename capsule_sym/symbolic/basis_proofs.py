@@ -33,7 +33,6 @@ from capsule_sym.symbolic.basis import (
     G,
     G2d,
     Gd,
-    H,
     K,
     cosine,
     nu,

@@ -16,10 +16,17 @@ import sympy as sp
 
 from capsule_sym.symbolic import basis, flow, jacobian, jets
 from capsule_sym.symbolic.basis import INITIAL, K, cosine, sine
-from capsule_sym.symbolic.basis_proofs import Proof, Residuals, independent
+from capsule_sym.symbolic.basis_proofs import (
+    DEPENDENT,
+    INDEPENDENT,
+    Proof,
+    Reduction,
+    Residuals,
+)
 from capsule_sym.symbolic.flow import contact, cos_theta, drift, sin_theta
 from capsule_sym.symbolic.model import P3, P4, SEGMENTS, Segment
 from capsule_sym.symbolic.symbols import (
+    PARAMETERS,
     alpha,
     delta,
     f_b,
@@ -39,7 +46,6 @@ JET_ORDER = 10  # the recurrence has one form at every order; so many of its ste
 _STATE = (x_r, v_r, v_c, x_c)
 _START = {**INITIAL, h: sp.S.Zero}
 _ANGLE = theta + omega * h
-_bodies = sp.Symbol("bodies", positive=True)  # gamma + 1, the mass of both
 
 _derive = cache(flow.derive)
 _rows = cache(jacobian.rows)
@@ -55,17 +61,21 @@ class _Motion:
     field: tuple[sp.Expr, ...]
     constants: Mapping[sp.Symbol, sp.Expr]
 
-    def vanishing(self, residual: sp.Expr) -> sp.Expr:
-        """A residual times powers of K and gamma + 1, as a sum of monomials: 0 if it vanishes."""
-        values = {
-            name: sp.sympify(value).subs(gamma + 1, _bodies)
-            for name, value in self.constants.items()
+    @cached_property
+    def _reduction(self) -> Reduction:
+        definitions = {
+            **DEPENDENT,
+            **self.constants,
+            jets.gap: x_r - delta,
+            flow.spring: flow.SPRING,
+            flow.margin: flow.MARGIN,
         }
-        stiffness = values.pop(K)
-        residual = residual.subs({flow.margin: flow.MARGIN, jets.gap: x_r - delta})
-        residual = residual.subs(flow.spring, flow.SPRING).subs(gamma + 1, _bodies)
-        residual = sp.expand(independent(residual).subs(values) * K**2 * _bodies**3)
-        return sp.expand(sp.expand(residual.subs(K, stiffness)).subs(_bodies, gamma + 1))
+        symbols = (*_STATE, *PARAMETERS, cos_theta, sin_theta, contact, drift, *INDEPENDENT)
+        return Reduction(symbols, definitions, (K, omega, gamma + 1, gamma))
+
+    def vanishing(self, residual: sp.Expr) -> sp.Expr:
+        """A residual in parameters and independent response functions: 0 if it vanishes."""
+        return self._reduction.numerator(residual)
 
     @cached_property
     def end(self) -> dict[sp.Symbol, sp.Expr]:
@@ -149,13 +159,18 @@ def _flow_proofs(segment: Segment) -> Iterator[Proof]:
         )
     mode = {contact: sp.Integer(int(segment.contact)), drift: sp.Integer(segment.drift)}
     shared = {
-        **{f"field.{state}": pair for state, *pair in zip(
-                _STATE, general.field, motion.field, strict=False
-            )},
+        **{
+            f"field.{state}": pair
+            for state, *pair in zip(_STATE, general.field, motion.field, strict=False)
+        },
         **{
             f"constant.{name}": (value, motion.constants[name])
             for name, value in general.constants.items()
         },
+        "stiffness": (
+            general.constants[flow.m] * (1 + general.constants[flow.kappa]),
+            motion.constants[K],
+        ),
     }
     for name, (claim, expected) in shared.items():
         yield Proof(
@@ -207,7 +222,7 @@ def _jet_proofs() -> Iterator[Proof]:
                 f"jets.{segment.name}.{symbol}",
                 motion.equation,
                 f"{symbol} = {firsts[symbol.name]} in {segment.name}",
-                steps[symbol],
+                steps[symbol].subs(motion.constants),
                 partial(motion.equals, firsts[symbol.name]),
             )
         if not segment.stick:
@@ -215,7 +230,7 @@ def _jet_proofs() -> Iterator[Proof]:
                 f"jets.{segment.name}.v_c",
                 motion.equation,
                 "v_c' = (P - friction)/gamma",
-                (steps[p(0)] - flow.friction) / gamma,
+                ((steps[p(0)] - flow.friction) / gamma).subs(motion.constants),
                 partial(motion.equals, segment.field[2]),
             )
 

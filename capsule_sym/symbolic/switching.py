@@ -26,12 +26,13 @@ from capsule_sym.symbolic.geometry import (
     LINES,
     PIECES,
     POINTS,
+    SCENARIOS,
     SURFACES,
     Piece,
 )
 from capsule_sym.symbolic.model import SEGMENTS, Segment
 from capsule_sym.symbolic.proof import Relation, Sign, consistent, implies, sign_under
-from capsule_sym.symbolic.symbols import STATE, delta, f_b, gamma, omega, tau, v_c, v_r, x_r
+from capsule_sym.symbolic.symbols import STATE, delta, f_b, gamma, omega, tau, v_c, v_r, x_r, zeta
 
 # The state, the force and its first rate of change: derivatives that hold no more than these.
 _ORDERS_OF_MOTION = 3
@@ -143,8 +144,13 @@ def _passage(
         return False, False
     arrives: bool | None = True
     departs: bool | None = True
+    split: _Split | None = None
     for guard in guards(field):
-        order, sign = _first_sign(guard, field, known)
+        try:
+            order, sign = _first_sign(guard, field, known)
+        except _Split as found:
+            split = split or found
+            continue
         if sign == 0:
             arrives, departs = arrives and None, departs and None
             continue
@@ -153,7 +159,9 @@ def _passage(
         if sign < 0:
             departs = False
         if arrives is False and departs is False:
-            break
+            return False, False
+    if split:
+        raise split
     return arrives, departs
 
 
@@ -203,11 +211,13 @@ def leaves(
 
 
 @lru_cache(maxsize=None)
-def _leaves_of(name: str) -> tuple[Leaf, ...]:
-    piece = PIECES[name]
-    if name == "L9":  # where the capsule is at rest it is the point O3
-        return tuple(chain(leaves(piece, (v_c > 0,)), leaves(piece, (v_c < 0,))))
-    return tuple(leaves(piece))
+def leaves_of(name: str) -> tuple[Leaf, ...]:
+    """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own."""
+    apart = {"L9": v_c, "O1": v_r}
+    if name not in apart:
+        return tuple(leaves(PIECES[name]))
+    sides = (sp.Gt(apart[name], 0), sp.Lt(apart[name], 0))
+    return tuple(chain.from_iterable(leaves(PIECES[name], (side,)) for side in sides))
 
 
 def surface_transitions() -> tuple[Transition, ...]:
@@ -215,7 +225,7 @@ def surface_transitions() -> tuple[Transition, ...]:
     return tuple(
         Transition(source, name, target)
         for name in SURFACES
-        for leaf in _leaves_of(name)
+        for leaf in leaves_of(name)
         for source in sorted(leaf.arrives)
         for target in sorted(leaf.departs)
         if source != target
@@ -230,46 +240,95 @@ def line_transitions() -> tuple[LineTransition, ...]:
     return tuple(
         LineTransition(source, name, target, leaf.condition)
         for name in (*LINES, *POINTS)
-        for leaf in _leaves_of(name)
+        for leaf in leaves_of(name)
         for source in sorted(leaf.arrives)
         for target in sorted(leaf.departs)
     )
 
 
-def _plane(piece: Piece, source: int, target: int) -> str:
-    """The switching plane of an event: by what follows at rest, by the impact surface else."""
-    if implies(piece.relations, sp.Eq(v_c, 0)):
-        return f"Σ{target}"
+@dataclass(frozen=True)
+class _Event:
+    """A leaf's switch: the plane it lies on, the field before it and the field after it."""
+
+    plane: str
+    before: int
+    after: int
+    at_rest: bool
+    relations: tuple[Relation, ...]
+
+
+@lru_cache(maxsize=None)
+def _events() -> tuple[_Event, ...]:
     impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
-    return impacts[source, target].replace("S", "Σ")
+    return tuple(
+        _Event(
+            plane=f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ"),
+            before=source,
+            after=target,
+            at_rest=rest,
+            relations=(*leaf.piece.relations, *leaf.condition),
+        )
+        for name, piece in PIECES.items()
+        for rest in (implies(piece.relations, sp.Eq(v_c, 0)),)
+        for leaf in leaves_of(name)
+        for source in sorted(leaf.arrives)
+        for target in sorted(leaf.departs)
+        if source != target
+    )
 
 
-def _maps(events: Iterable[tuple[str, int, int]]) -> frozenset[LocalMap]:
-    events = list(events)
+def momentum(field: Segment) -> sp.Expr:
+    """Capsule's velocity in the sense of drift, less the damper's share (beta, delta: springs).
+
+    Its rate along a drift field holds the springs and friction only: the damper's impulse
+    2 zeta (x_r - delta) / gamma is taken out.
+    """
+    return field.drift * (v_c - 2 * zeta * (x_r - delta) / gamma)
+
+
+def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
+    """Whether a drift that begins at an impact of the moving capsule cannot end at rest.
+
+    So it is when `momentum` is positive at the impact, never decreases in the cell, and is not
+    positive where the capsule is at rest.
+    """
+    side, speed = guards(field)
+    hypotheses = list(hypotheses)
+    held = momentum(field)
+    return (
+        implies([*hypotheses, sp.Eq(side, 0), speed > 0], held > 0)
+        and implies([*hypotheses, side >= 0], time_derivative(held, field) >= 0)
+        and implies([*hypotheses, side >= 0, sp.Eq(speed, 0)], held <= 0)
+    )
+
+
+def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
+    """The local maps that nothing excludes where the hypotheses on the parameters hold."""
+    hypotheses = list(hypotheses)
+    possible = [e for e in _events() if consistent([*e.relations, *hypotheses])]
+    barred = {
+        field.index
+        for field in SEGMENTS
+        if not field.stick and never_rests(field, hypotheses)
+    }
     return frozenset(
-        LocalMap(target=plane, field=field, source=start)
-        for plane, field, _ in events
-        for start, _, begun in events
-        if begun == field
+        LocalMap(target=end.plane, field=end.before, source=start.plane)
+        for end in possible
+        for start in possible
+        if start.after == end.before
+        and not (end.before in barred and end.at_rest and not start.at_rest)
     )
 
 
 @lru_cache(maxsize=None)
 def local_maps() -> tuple[LocalMap, ...]:
-    """Table 3, derived: the local maps whose ends the switching mechanisms allow.
+    """Table 3, derived: the local maps that occur for some parameters, in the paper's order.
 
     A map leads a field from a plane where it can begin to a plane where it can end. That each of
     them does occur is shown by the witnesses of `reachability`.
     """
-    events = {
-        (_plane(leaf.piece, source, target), source, target)
-        for name in PIECES
-        for leaf in _leaves_of(name)
-        for source in leaf.arrives
-        for target in leaf.departs
-        if source != target
-    }
-    return tuple(sorted(_maps(events), key=_table_order))
+    maps = frozenset[LocalMap]().union(*(allowed_maps([r]) for r in SCENARIOS.values()))
+    return tuple(sorted(maps, key=_table_order))
 
 
 def _table_order(local_map: LocalMap) -> tuple[int, int, int]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from math import sqrt
 from random import Random
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.map.backend import Backend
+from capsule_sym.map.backend import Backend, NumpyBackend
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.location import Departure, Flow, Start
 from tests.judges import CONTACT, DRIFT, taylor
@@ -63,8 +64,9 @@ class Motion:
         start = Start(x_r, gap, v_r, v_c, margin, number(self.angle), {})
         return Flow(numbers, c, Departure(self.field, start))
 
+    @cache  # noqa: B019 (a test's motions live as long as the test)
     def state_at(self, h: Any) -> Any:
-        """(x_r, v_r, v_c, x_c, cos, sin, 1) after a duration, by the judge."""
+        """(x_r, v_r, v_c, x_c, cos, sin, 1) after a duration, by the judge, to `DIGITS` digits."""
         with mp.workdps(DIGITS + 10):
             angle, omega = mpf(self.angle), mpf(self.parameters.omega)
             turned = angle + omega * mpf(h)
@@ -103,3 +105,22 @@ def random_motion(parameters: Parameters, field: int, random: Random) -> Motion:
     v_c = random.gauss(0, 1) * (DRIFT[field] != 0) * random.choice([0, 1, 1])
     state = (x_r, random.gauss(0, 1), v_c)
     return Motion(parameters, field, state, random.uniform(0, 6.28))
+
+
+def constants(motion: Motion) -> Any:
+    """The double constants of a motion's segment."""
+    return NumpyBackend().constants(motion.field, motion.parameters)
+
+
+def _cases() -> Iterator[tuple[Motion, Any]]:
+    """A random motion in each field and regime, at its start and at a later time."""
+    for name, parameters in REGIMES.items():
+        for field in FIELDS:
+            random = Random(f"{name} {field}")
+            motion = random_motion(parameters, field, random)
+            yield motion, 0.0
+            yield motion, 10 ** random.uniform(-6, 3) / constants(motion).rate
+
+
+CASES = list(_cases())
+"""Random motions at their start and at a later time, in each regime and field."""

@@ -264,8 +264,7 @@ def test_without_the_remainder_the_slope_is_not_bounded() -> None:
     # 1 - d + d^10 / 5 has its least value near d = 0.93 and rises from there.
     values, rest = [1.0, -1.0] + [0.0] * 8, factorial(10) / 5
     slopes = [
-        isolation._bounds(Expansion(values, [0.0] * 10, r, 0.0), 0, UNIT).slope
-        for r in (rest, 0.0)
+        isolation._bounds(Expansion(values, [0.0] * 10, r, 0.0), 0, UNIT).slope for r in (rest, 0.0)
     ]
     honest, careless = (isolation._value(slope, 0.97) for slope in slopes)
     assert careless < 0 < -1 + 2 * 0.97**9 <= honest

@@ -1,0 +1,1 @@
+"""Hard cases of the search for switches: what is true, what the map finds, what others find."""

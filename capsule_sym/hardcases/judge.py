@@ -1,0 +1,170 @@
+"""Switches of a run judged by 50 digits: which are true, and how far off their times are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from capsule_sym.map import Trajectory, simulate
+from capsule_sym.map.backend import Backend, Number, NumpyBackend, backend
+from capsule_sym.map.expansion import Guard, expand
+from capsule_sym.map.location import Departure, Flow, Switch, locate
+from capsule_sym.map.simulate import _Run
+from capsule_sym.parameters import Parameters
+
+CONTRACT = 8.0
+"""Largest error of a switching time t*, in units of u (t* + M/|g'(t*)|)."""
+
+_GRID = np.arange(1, 17) / 16
+
+
+@dataclass(frozen=True)
+class Start:
+    """The start of a run and its length, the arguments of `simulate`."""
+
+    parameters: Parameters
+    state: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    phase: float = 0.0
+    periods: int = 1
+    max_segments: int = 6
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A run in double precision beside the one in 50 digits.
+
+    `found` and `true` are the fields passed, in order; `error` is the largest error of a switching
+    time over all segments, each judged from its own start, in units of u (t* + M/|g'(t*)|).
+    """
+
+    run: Trajectory
+    found: tuple[int, ...]
+    true: tuple[int, ...]
+    error: float
+    wrong: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether every switch is true and within the accuracy contract."""
+        return not self.wrong and self.found == self.true and self.error <= CONTRACT
+
+
+def judge(start: Start) -> Judgement:
+    """The run from a start, judged segment by segment and as a whole."""
+    run = _Recorded(NumpyBackend(), start.parameters, settle=True)
+    found = run.go(start.state, start.phase, start.periods, start.max_segments)
+    true = simulate(
+        start.parameters,
+        start.state,
+        start.phase,
+        start.periods,
+        backend="mpmath",
+        max_segments=start.max_segments,
+    )
+    errors, wrong = [0.0], ""
+    with backend("mpmath") as numbers:
+        for leg in run.legs:
+            exact = exactly(numbers, start.parameters, leg.departure, leg.limit)
+            if set(leg.switch.guards) != set(exact.guards):
+                wrong = wrong or f"F{leg.departure.field}: {_names(leg.switch)}, not {_names(exact)}"
+            elif exact.guards:
+                errors.append(error(numbers, start.parameters, leg.departure, leg.switch, exact))
+    return Judgement(found, _fields(found), _fields(true), max(errors), wrong)
+
+
+def exactly(
+    numbers: Backend, parameters: Parameters, departure: Departure, limit: Number
+) -> Switch:
+    """The first switch after a departure, located in the given number system."""
+    start = departure.start.converted(numbers.number)
+    flow = Flow(
+        numbers, numbers.constants(departure.field, parameters), replace(departure, start=start)
+    )
+    return locate(flow, numbers.number(limit))
+
+
+def error(
+    numbers: Backend, parameters: Parameters, departure: Departure, found: Switch, exact: Switch
+) -> float:
+    """Error of a switching time in units of u (t* + M/|g'(t*)|), M the largest term of g.
+
+    Zero where g'(t*) = 0: there the contract asks for no digits.
+    """
+    c = numbers.constants(departure.field, parameters)
+    guard = exact.guards[0]
+    slope = abs(expand(numbers, c, exact.point)[guard].values[1])
+    if slope == 0:
+        return 0.0
+    term = largest_term(parameters, departure, guard, float(exact.duration))
+    scale = exact.duration + numbers.number(term) / slope
+    return float(abs(numbers.number(found.duration) - exact.duration) / scale) * 2.0**53
+
+
+def largest_term(parameters: Parameters, departure: Departure, guard: Guard, h: float) -> float:
+    """The largest value that a term of a guard's closed form takes up to a duration h.
+
+    The terms of x_r are the responses to position, velocity, constant force and forcing; those of
+    v_c are the momenta: of the relative motion, of friction and of the forcing.
+    """
+    numbers = NumpyBackend()
+    c, start = numbers.constants(departure.field, parameters), departure.start
+    kernels, times = numbers.kernels, h * _GRID
+    cosine, sine = numbers.cos_sin(start.angle)
+    if guard is Guard.DRIFT:
+        closed = kernels.Start(*start[:5], cosine, sine)
+        impulse = 2 * np.cos(start.angle + c.omega * times / 2) * np.sin(c.omega * times / 2)
+        momenta = (
+            kernels.flow(c, closed, times)[1] - start.v_r,
+            c.friction * times,
+            c.alpha / c.omega * impulse,
+        )
+        return max(abs(start.v_c), *(_most(p) / (1 + c.gamma) for p in momenta))
+    still = kernels.Start(0.0, 0.0, 0.0, 0.0, 0.0, cosine, sine)
+    free = c._replace(alpha=0.0, push=0.0)
+    responses = [
+        kernels.flow(free._replace(kappa=0.0), still._replace(x_r=start.gap), times),
+        kernels.flow(free, still._replace(v_r=start.v_r), times),
+        kernels.flow(free._replace(push=abs(c.push) + c.m * c.delta), still, times),
+        kernels.flow(c._replace(push=0.0), still, times),
+    ]
+    if guard is Guard.GAP:
+        return max(abs(start.x_r), c.delta, *(_most(r[0]) for r in responses))
+    stiffness = 1 + c.kappa
+    at_start = max(abs(start.x_r), c.kappa * abs(start.gap), 2 * c.zeta * abs(start.v_r), c.f_b)
+    return max(at_start, *(max(stiffness * _most(r[0]), 2 * c.zeta * _most(r[1])) for r in responses))
+
+
+def _most(values: Any) -> float:
+    return float(np.max(np.abs(values)))
+
+
+def _fields(run: Trajectory) -> tuple[int, ...]:
+    """Fields of the segments that end in a switch."""
+    return tuple(segment.field for segment in run.segments if segment.target)
+
+
+def _names(switch: Switch) -> str:
+    return " and ".join(guard.value for guard in switch.guards) or switch.outcome.value
+
+
+@dataclass(frozen=True)
+class _Leg:
+    departure: Departure
+    limit: Number
+    switch: Switch
+
+
+class _Recorded(_Run):
+    """A run that keeps the departure and the switch of each segment."""
+
+    def __init__(self, numbers: Backend, parameters: Parameters, settle: bool) -> None:
+        super().__init__(numbers, parameters, settle)
+        self.legs: list[_Leg] = []
+
+    def _locate(self, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
+        flow, switch = super()._locate(departure, limit)
+        self.legs.append(_Leg(departure, limit, switch))
+        return flow, switch

@@ -1,0 +1,96 @@
+"""`capsule-sym paper` as a whole: what it shows, what it writes, and whether that is true."""
+
+import csv
+import json
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import capsule_sym
+from capsule_sym import casestudy
+from capsule_sym.generated.py import DIGEST
+from capsule_sym.parameters import Parameters
+from tests.cli.readme import MAIN_JOB, assert_shown
+
+JUDGES = Path(__file__).parents[1] / "judges" / "data"
+
+
+# One test for one run, which takes most of the time of all tests here.
+def test_the_case_study(command, tmp_path: Path) -> None:
+    results = tmp_path / "results" / "paper"
+    results.mkdir(parents=True)
+    (results / "cases.csv").write_text("older results\n")
+    done = command("paper", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("wrote results/paper/casestudy.json")
+    assert_every_panel_is_shown(done.stdout)
+    assert_shown(MAIN_JOB, done.stdout)
+
+    result = json.loads((results / "casestudy.json").read_text(encoding="utf-8"))
+    assert result["version"] == capsule_sym.__version__
+    assert result["generated"] == DIGEST
+    cases = result["cases"]
+    assert [(case["parameters"]["gamma"], case["panel"]) for case in cases] == [
+        (gamma, panel) for gamma in (3.3, 3.0) for panel in "abcdefghijklmnop"
+    ]
+    for case in cases:
+        assert_is_a_steady_motion(case)
+    assert_tables_hold_the_same(cases, results)
+    assert {path.name for path in results.iterdir()} == {
+        "casestudy.json",
+        "cases.csv",
+        "segments.csv",
+    }
+    for gamma, truth in ((3.3, "truth_gamma33.json"), (3.0, "truth_gamma30.json")):
+        assert_words_are_those_of_independent_integration(cases, gamma, JUDGES / truth)
+
+
+def assert_every_panel_is_shown(output: str) -> None:
+    for panel, alpha in casestudy.PANELS.items():
+        rows = re.findall(rf"^{panel} +{alpha}\*? .*(?:agree|differ) *$", output, re.M)
+        assert len(rows) == 2
+    assert [line for line in output.splitlines() if line.startswith("γ")] == ["γ = 3.3", "γ = 3.0"]
+
+
+def assert_is_a_steady_motion(case: dict[str, Any]) -> None:
+    gamma, alpha = case["parameters"]["gamma"], casestudy.PANELS[case["panel"]]
+    assert case["parameters"] == Parameters(alpha=alpha, gamma=gamma).to_dict()
+    assert [segment["field"] for segment in case["segments"]] == case["word"]
+    assert case["agrees"] == casestudy.same_motion(case["global_map"], case["printed_global_map"])
+    for segment, following in pairwise([*case["segments"], case["segments"][0]]):
+        assert segment["target"] == following["source"]
+        assert segment["end"]["phase"] == pytest.approx(following["start"]["phase"], abs=1e-7)
+        assert segment["end"]["state"] == pytest.approx(following["start"]["state"], abs=1e-7)
+
+
+def assert_tables_hold_the_same(cases: list[dict[str, Any]], results: Path) -> None:
+    with (results / "cases.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["global_map"] for row in rows] == [case["global_map"] for case in cases]
+    assert [float(row["progression"]) for row in rows] == [case["progression"] for case in cases]
+    with (results / "segments.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    states = [segment["start"]["state"] for case in cases for segment in case["segments"]]
+    columns = ("start_x_r", "start_v_r", "start_v_c")
+    assert [[float(row[column]) for column in columns] for row in rows] == states
+
+
+def assert_words_are_those_of_independent_integration(
+    cases: list[dict[str, Any]], gamma: float, truth: Path
+) -> None:
+    words = {
+        case["parameters"]["alpha"]: "".join(field[1] for field in case["word"])
+        for case in cases
+        if case["parameters"]["gamma"] == gamma
+    }
+    compared = 0
+    for run in json.loads(truth.read_text())["runs"]:
+        word = words.get(float(run["alpha"]))
+        if word is not None:
+            # The judge's twenty periods from rest end in the same cycle of fields, three times.
+            assert run["fields"][-3 * len(word) :] in 4 * word, run["alpha"]
+            compared += 1
+    assert compared >= 7

@@ -1,0 +1,84 @@
+"""The generated power series against the expansions of the Laplace images at infinity."""
+
+from __future__ import annotations
+
+from math import factorial
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from capsule_sym.generated.mp import kernels as mp_kernels
+from capsule_sym.generated.py import kernels as py_kernels
+from capsule_sym.symbolic import basis
+from capsule_sym.symbolic.symbols import h, omega
+
+TERMS = 14
+SERIES = ("G", "Gd", "H", "H1", "B", "Bd", "Bdd", "BI")
+SENSITIVITIES = ("G2", "G2d", "H2", "B2", "B2d", "BW", "BWd")
+FORCING = ("lag", "sine2", "versine2", "lag2")
+
+RING, SIGMA, STIFFNESS, OMEGA, TIME = sp.ring([basis.sigma, basis.K, omega, h], sp.QQ)
+
+
+def expansion(name: str) -> Any:
+    """Terms below h^TERMS: an image's coefficient of 1/s^(n+1), times h^n/n!."""
+    z = sp.Symbol("z")
+    image = basis.IMAGES[sp.Symbol(name, real=True)]
+    # In powers of z = 1/s by division of polynomials whose lowest term is 1.
+    numerator, denominator = sp.fraction(sp.cancel(sp.together(image.subs(basis.s, 1 / z) / z)))
+    lead = denominator.subs(z, 0)
+    top = sp.Poly(sp.expand(numerator / lead), z).all_coeffs()[::-1]
+    bottom = sp.Poly(sp.expand(denominator / lead), z).all_coeffs()[::-1]
+    coefficients: list[Any] = []
+    total = RING.zero
+    for n in range(TERMS):
+        value = RING.from_expr(top[n]) if n < len(top) else RING.zero
+        for k in range(1, min(n, len(bottom) - 1) + 1):
+            value -= RING.from_expr(bottom[k]) * coefficients[n - k]
+        coefficients.append(value)
+        total += value * TIME**n / factorial(n)
+    return total
+
+
+def truncated(series: Any) -> Any:
+    return RING.from_dict({m: value for m, value in series.items() if m[-1] < TERMS})
+
+
+@pytest.fixture(params=[py_kernels, mp_kernels], ids=["py", "mp"])
+def kernels(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    # Each term lost to an integration or a factor h is one that must be there beforehand.
+    monkeypatch.setattr(request.param, "_terms", lambda h: TERMS + 1)
+    module: ModuleType = request.param
+    return module
+
+
+def evaluated(kernels: ModuleType) -> dict[str, Any]:
+    constants = SimpleNamespace(sigma=SIGMA, K=STIFFNESS, omega=OMEGA)
+    values = dict(zip(SERIES, kernels._series(constants, TIME), strict=True))
+    slopes = kernels._sensitivity_series(constants, TIME)
+    forcing = kernels._forcing_series((OMEGA * TIME) ** 2, TIME)
+    values |= zip(SENSITIVITIES, slopes, strict=True)
+    values |= zip(FORCING, forcing, strict=True)
+    return values
+
+
+@pytest.mark.parametrize("name", [*SERIES, *SENSITIVITIES, *FORCING])
+def test_series_is_the_expansion_of_the_image(kernels: ModuleType, name: str) -> None:
+    assert truncated(evaluated(kernels)[name]) == expansion(name)
+
+
+def test_wrong_term_is_seen(kernels: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One term of each recurrence, changed, shows in what is summed from it."""
+    terms = kernels._series_terms
+
+    def wrong(c: Any, h: Any) -> Any:
+        d, y = terms(c, h)
+        d[5], y[5] = 2 * d[5], 2 * y[5]
+        return d, y
+
+    monkeypatch.setattr(kernels, "_series_terms", wrong)
+    for name, series in evaluated(kernels).items():
+        if name not in FORCING:
+            assert truncated(series) != expansion(name), name

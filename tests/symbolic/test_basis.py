@@ -1,0 +1,62 @@
+"""The response functions: every statement is proved, and none survives a wrong sign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+import sympy as sp
+
+from capsule_sym.symbolic import basis
+from capsule_sym.symbolic.basis_proofs import Proof, image, proofs
+from capsule_sym.symbolic.symbols import h
+
+PROOFS = proofs()
+
+
+def mutants(claim: sp.Expr) -> Iterator[sp.Expr]:
+    """The claim with the sign of one term changed, for each term; 1 in place of 0."""
+    claim = sp.sympify(claim)
+    terms = sp.Add.make_args(claim)
+    if len(terms) == 1:
+        terms = sp.Add.make_args(sp.expand(claim))
+    yield from (claim - 2 * term if term != 0 else sp.Integer(1) for term in terms)
+
+
+@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
+def test_proof(proof: Proof) -> None:
+    assert all(residual == 0 for residual in proof.residuals())
+
+
+@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
+def test_wrong_sign_is_refused(proof: Proof) -> None:
+    for mutant in mutants(proof.claim):
+        assert any(residual != 0 for residual in proof.check(mutant)), mutant
+
+
+def test_every_line_of_the_derivation_is_proved() -> None:
+    """What the generator and the flow take from `basis` is, line by line, the claim of a proof."""
+    claims = {proof.name: proof.claim for proof in PROOFS}
+    tables = {
+        "initial": basis.INITIAL,
+        **{f"derivative.{variable}": rules for variable, rules in basis.RULES.items()},
+        "relation": basis.RELATIONS,
+        "oscillating": basis.OSCILLATING,
+        "overdamped": basis.OVERDAMPED,
+        "detached": basis.detached(),
+        "sensitivity": basis.sensitivities(),
+    }
+    doubled = {**basis.double(), **basis.double_sensitivities()}
+    for kind, table in {**tables, "double": doubled}.items():
+        for name, form in table.items():
+            assert claims[f"basis.{kind}.{name}"] == form
+
+
+def test_product_of_response_functions_has_no_image() -> None:
+    with pytest.raises(ValueError, match="not linear in the response functions"):
+        image(basis.G * basis.H)
+
+
+def test_factor_h_is_minus_a_derivative_of_the_image() -> None:
+    assert sp.cancel(image(h) - 1 / basis.s**2) == 0
+    assert sp.cancel(image(h**2 * basis.G) - sp.diff(1 / basis.Q, basis.s, 2)) == 0
