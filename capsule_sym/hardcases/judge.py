@@ -29,7 +29,7 @@ class Start:
     state: tuple[float, float, float] = (0.0, 0.0, 0.0)
     phase: float = 0.0
     periods: int = 1
-    max_segments: int = 6
+    max_segments: int = 3
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ def error(
 def largest_term(parameters: Parameters, departure: Departure, guard: Guard, h: float) -> float:
     """The largest value that a term of a guard's closed form takes up to a duration h.
 
-    The terms of x_r are the responses to position, velocity, constant force and forcing; those of
-    v_c are the momenta: of the relative motion, of friction and of the forcing.
+    The terms of x_r are the start's own and the responses to spring and friction, velocity and forcing; those
+    of v_c are the momenta: of the relative motion, of friction and of the forcing.
     """
     numbers = NumpyBackend()
     c, start = numbers.constants(departure.field, parameters), departure.start
@@ -124,10 +124,10 @@ def largest_term(parameters: Parameters, departure: Departure, guard: Guard, h: 
         return max(abs(start.v_c), *(_most(p) / (1 + c.gamma) for p in momenta))
     still = kernels.Start(0.0, 0.0, 0.0, 0.0, 0.0, cosine, sine)
     free = c._replace(alpha=0.0, push=0.0)
+    force = max(abs(c.push), c.m * abs(start.x_r), c.m * c.kappa * abs(start.gap))
     responses = [
-        kernels.flow(free._replace(kappa=0.0), still._replace(x_r=start.gap), times),
+        kernels.flow(free._replace(push=force), still, times),
         kernels.flow(free, still._replace(v_r=start.v_r), times),
-        kernels.flow(free._replace(push=abs(c.push) + c.m * c.delta), still, times),
         kernels.flow(c._replace(push=0.0), still, times),
     ]
     if guard is Guard.GAP:

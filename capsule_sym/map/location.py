@@ -106,6 +106,10 @@ class Flow:
         )
         self._force = abs(c.push) + c.m * (abs(start.x_r) + c.kappa * abs(start.gap))
         self._root_K = backend.sqrt(c.K)
+        # What the margin was added up from; where a slip begins it is 0 and exact.
+        exact = start.zeros.get(Guard.DRIFT, 0) > 1
+        added = abs(start.x_r) + c.kappa * abs(start.gap) + 2 * c.zeta * abs(start.v_r)
+        self._margin = zero if exact else added + abs(c.friction)
         # The response to forcing from rest, in units of alpha, never exceeds these.
         detuning = abs(c.K - c.omega * c.omega)
         if c.Z2 > 0:
@@ -153,7 +157,7 @@ class Flow:
             return error_x, error_v, h * 0
         if c.rate * h < 1:
             grown = (1 + c.kappa) * terms_x * h + 2 * c.zeta * (terms_x + abs(start.v_r) * h)
-            terms = (abs(start.margin) * h + grown) / c.gamma
+            terms = (self._margin * h + grown) / c.gamma
         else:
             impulse = abs(c.friction) * h + c.alpha * min(h, 2 / c.omega)
             terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)

@@ -165,19 +165,18 @@ def _passage(
     return arrives, departs
 
 
-def _reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
+def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
     """A shorter expression that has the same sign where the equations among the known hold."""
+    roots: list[tuple[sp.Expr, sp.Expr]] = []
     for relation in known:
         if isinstance(relation, sp.Eq):
-            equation = sp.expand(relation.lhs - relation.rhs)
+            equation = sp.expand((relation.lhs - relation.rhs).subs(roots))
             for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), delta):
                 slope = equation.coeff(unknown)
                 if slope.is_nonzero:
-                    # Substitution in the known equations too would be needed only for cycles,
-                    # and each equation brings a new unknown.
-                    root = sp.expand(unknown - equation / slope)
-                    expression = sp.expand(expression.subs(unknown, root))
+                    roots.append((unknown, sp.expand(unknown - equation / slope)))
                     break
+    expression = expression.subs(roots)
     numerator = sp.numer(sp.factor(expression))
     parts = [f for f in sp.Mul.make_args(numerator) if f == omega or not f.is_positive]
     product = sp.expand(sp.Mul(*parts))
@@ -194,7 +193,7 @@ def leaves(
         for field in SEGMENTS:
             passages[field.index] = _passage(field, known)
     except _Split as split:
-        expression = _reduced(split.expression, known)
+        expression = reduced(split.expression, known)
         for relation in (sp.Gt, sp.Lt, sp.Eq):
             case = relation(expression, 0)
             if consistent([*known, case]):

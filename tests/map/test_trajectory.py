@@ -78,7 +78,7 @@ def test_both_ends_belong_to_the_run(run: Trajectory) -> None:
 @pytest.mark.parametrize("t", [1.0, -1.0, 95.0, nan, inf, [2.0, 1.2], [[2.0, nan]]])
 def test_times_outside_the_run_are_refused(run: Trajectory, t: Any) -> None:
     for evaluate in (run, run.position):
-        with pytest.raises(InvalidInput, match="t = .*must be a time in") as caught:
+        with pytest.raises(InvalidInput, match=r"t = .*must be a time in") as caught:
             evaluate(t)
         assert caught.value.field == "t"
 
@@ -212,9 +212,18 @@ def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> Non
     assert 1e-9 < twice < once / 10
     assert run.steady() is None
     assert run.steady(tolerance=2 * twice) is None
-    later = simulate(Parameters(alpha=0.3), periods=1500).steady()
+    later = simulate(Parameters(alpha=0.3), periods=500).steady(tolerance=1e-4)
     assert later is not None
     assert later.period_multiple == 1
+
+
+@pytest.mark.parametrize("phase", [0.0, 3.0])
+def test_a_steady_motion_is_read_off_the_last_periods(phase: float) -> None:
+    run = simulate(Parameters(alpha=0.7), (0.0, 0.0, 0.0), phase, 60)
+    motion = run.steady()
+    assert motion is not None
+    assert run.segments[-1].outcome is Outcome.END
+    assert max(segment.end for segment in motion.segments) == run.segments[-2].end
 
 
 BAD = [
