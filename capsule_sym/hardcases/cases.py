@@ -54,7 +54,7 @@ def cases() -> Iterator[Case]:
 
 @dataclass(frozen=True)
 class _Approach:
-    """Starts of one field whose guard has a minimum between two durations after the start."""
+    """Starts of one field whose guard has a minimum soon; `touch` is about (v_r, h) of a tangency."""
 
     parameters: Parameters
     field: int
@@ -62,34 +62,24 @@ class _Approach:
     v_c: float
     phase: float
     guard: Guard
-    between: tuple[float, float]
-    velocities: tuple[float, float]
+    touch: tuple[float, float]
 
     def near(self, distance: float) -> Start:
         """The start whose guard has a minimum of -distance."""
+        from mpmath import findroot
+
         with backend("mpmath") as numbers:
-            v_r = self._solve(numbers, distance)
+
+            def excess(v_r: Number, h: Number) -> tuple[Number, Number]:
+                """The guard above -distance, and its rate."""
+                begun = (self.field, self.x_r, v_r, self.v_c, self.phase)
+                flow = flow_from(numbers, self.parameters, *begun)
+                point = flow(h)
+                above = flow.guard(self.guard, point) + numbers.number(distance)
+                return above, _rate(flow, self.guard, point)
+
+            v_r, _ = findroot(excess, self.touch, tol=1e-40)
         return Start(self.parameters, (self.x_r, float(v_r), self.v_c), self.phase, periods=2)
-
-    def _solve(self, numbers: Backend, distance: float) -> Number:
-        from mpmath import findroot
-
-        def excess(v_r: Number) -> Number:
-            return self._minimum(numbers, v_r) + numbers.number(distance)
-
-        return findroot(excess, self.velocities, solver="anderson", tol=1e-60, verify=False)
-
-    def _minimum(self, numbers: Backend, v_r: Number) -> Number:
-        from mpmath import findroot
-
-        flow = flow_from(numbers, self.parameters, self.field, self.x_r, v_r, self.v_c, self.phase)
-
-        def slope(h: Number) -> Number:
-            return _rate(flow, self.guard, flow(h))
-
-        low, high = map(numbers.number, self.between)
-        turn = findroot(slope, (low, high), solver="anderson", tol=1e-70, verify=False)
-        return flow.guard(self.guard, flow(turn))
 
 
 def flow_from(
@@ -125,16 +115,12 @@ def _rate(flow: Flow, guard: Guard, at: Point) -> Number:
 
 _CASE = Parameters(omega=1.0)
 _APPROACHES = {
-    "graze from F2": _Approach(_CASE, 2, -0.3, 0.0, 2.5, Guard.GAP, (0.3, 2.5), (0.3, 1.2)),
-    "graze from F1": _Approach(_CASE, 1, -0.3, 1.5, 2.5, Guard.GAP, (0.2, 2.0), (0.3, 1.5)),
-    "graze from F5": _Approach(_CASE, 5, 0.2, 0.0, 5.5, Guard.GAP, (0.1, 1.2), (-0.5, -0.1)),
-    "graze from F6": _Approach(_CASE, 6, 0.2, -1.5, 5.5, Guard.GAP, (0.1, 1.2), (-0.5, 0.2)),
-    "sliding tangency on L3": _Approach(
-        _CASE, 5, 0.2, 0.0, 0.0, Guard.UPPER, (0.1, 1.5), (0.05, 1.2)
-    ),
-    "sliding tangency on L2": _Approach(
-        _CASE, 2, -0.5, 0.0, 2.5, Guard.LOWER, (0.1, 2.0), (-1.0, 0.2)
-    ),
+    "graze from F2": _Approach(_CASE, 2, -0.3, 0.0, 2.5, Guard.GAP, (0.59, 0.98)),
+    "graze from F1": _Approach(_CASE, 1, -0.3, 1.5, 2.5, Guard.GAP, (0.36, 1.48)),
+    "graze from F5": _Approach(_CASE, 5, 0.2, 0.0, 5.5, Guard.GAP, (-0.37, 0.79)),
+    "graze from F6": _Approach(_CASE, 6, 0.2, -1.5, 5.5, Guard.GAP, (-0.13, 1.26)),
+    "sliding tangency on L3": _Approach(_CASE, 5, 0.2, 0.0, 0.0, Guard.UPPER, (0.24, 1.01)),
+    "sliding tangency on L2": _Approach(_CASE, 2, -0.5, 0.0, 2.5, Guard.LOWER, (-0.38, 1.61)),
 }
 
 
@@ -193,9 +179,7 @@ def _short() -> Iterator[Case]:
 # Corners: x_r and v_c at the start are solved for so that both vanish at one time.
 
 
-def _meeting(
-    parameters: Parameters, field: int, v_r: float, impact: float, stop: float
-) -> Start:
+def _meeting(parameters: Parameters, field: int, v_r: float, impact: float, stop: float) -> Start:
     """A start with x_r = delta at one duration and v_c = 0 at another; both are affine in it."""
     with backend("mpmath") as numbers:
         at_zero, at_one = (
@@ -295,7 +279,8 @@ def _resonance() -> Iterator[Case]:
         for zeta in (0.0, 1e-9):
             for beside in (0.0, 1e-12):
                 p = base.replace(zeta=zeta, omega=frequency + beside)
-                name = f"F{field} at omega = {frequency:g}{' + 1e-12' * (beside > 0)}, zeta = {zeta:g}"
+                omega = f"{frequency:g}{' + 1e-12' if beside else ''}"
+                name = f"F{field} at omega = {omega}, zeta = {zeta:g}"
                 yield Case(name, "forcing meets an eigenfrequency", Start(p, _start_in(field)))
 
 

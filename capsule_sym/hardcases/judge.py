@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -69,7 +68,8 @@ def judge(start: Start) -> Judgement:
         for leg in run.legs:
             exact = exactly(numbers, start.parameters, leg.departure, leg.limit)
             if set(leg.switch.guards) != set(exact.guards):
-                wrong = wrong or f"F{leg.departure.field}: {_names(leg.switch)}, not {_names(exact)}"
+                field = leg.departure.field
+                wrong = wrong or f"F{field}: {names(leg.switch)}, not {names(exact)}"
             elif exact.guards:
                 errors.append(error(numbers, start.parameters, leg.departure, leg.switch, exact))
     return Judgement(found, _fields(found), _fields(true), max(errors), wrong)
@@ -106,23 +106,13 @@ def error(
 def largest_term(parameters: Parameters, departure: Departure, guard: Guard, h: float) -> float:
     """The largest value that a term of a guard's closed form takes up to a duration h.
 
-    The terms of x_r are the start's own and the responses to spring and friction, velocity and forcing; those
-    of v_c are the momenta: of the relative motion, of friction and of the forcing.
+    The terms of x_r and v_r are the start's own and the responses to spring and friction, velocity
+    and forcing; those of v_c are the momenta of the relative motion, of friction and of forcing.
     """
     numbers = NumpyBackend()
     c, start = numbers.constants(departure.field, parameters), departure.start
     kernels, times = numbers.kernels, h * _GRID
-    cosine, sine = numbers.cos_sin(start.angle)
-    if guard is Guard.DRIFT:
-        closed = kernels.Start(*start[:5], cosine, sine)
-        impulse = 2 * np.cos(start.angle + c.omega * times / 2) * np.sin(c.omega * times / 2)
-        momenta = (
-            kernels.flow(c, closed, times)[1] - start.v_r,
-            c.friction * times,
-            c.alpha / c.omega * impulse,
-        )
-        return max(abs(start.v_c), *(_most(p) / (1 + c.gamma) for p in momenta))
-    still = kernels.Start(0.0, 0.0, 0.0, 0.0, 0.0, cosine, sine)
+    still = kernels.Start(0.0, 0.0, 0.0, 0.0, 0.0, *numbers.cos_sin(start.angle))
     free = c._replace(alpha=0.0, push=0.0)
     force = max(abs(c.push), c.m * abs(start.x_r), c.m * c.kappa * abs(start.gap))
     responses = [
@@ -130,11 +120,14 @@ def largest_term(parameters: Parameters, departure: Departure, guard: Guard, h: 
         kernels.flow(free, still._replace(v_r=start.v_r), times),
         kernels.flow(c._replace(push=0.0), still, times),
     ]
+    x_r: float = max(abs(start.x_r), c.delta, *(_most(r[0]) for r in responses))
+    v_r = max(*(_most(r[1]) for r in responses))
     if guard is Guard.GAP:
-        return max(abs(start.x_r), c.delta, *(_most(r[0]) for r in responses))
-    stiffness = 1 + c.kappa
-    at_start = max(abs(start.x_r), c.kappa * abs(start.gap), 2 * c.zeta * abs(start.v_r), c.f_b)
-    return max(at_start, *(max(stiffness * _most(r[0]), 2 * c.zeta * _most(r[1])) for r in responses))
+        return x_r
+    if guard is Guard.DRIFT:
+        momenta: list[float] = [v_r, abs(c.friction) * h, c.alpha * min(h, 2 / c.omega)]
+        return float(max(abs(start.v_c), max(momenta) / (1 + c.gamma)))
+    return float(max((1 + c.kappa) * x_r, 2 * c.zeta * max(v_r, abs(start.v_r)), c.f_b))
 
 
 def _most(values: Any) -> float:
@@ -146,7 +139,8 @@ def _fields(run: Trajectory) -> tuple[int, ...]:
     return tuple(segment.field for segment in run.segments if segment.target)
 
 
-def _names(switch: Switch) -> str:
+def names(switch: Switch) -> str:
+    """The guards that fired at a switch, or its outcome if none did."""
     return " and ".join(guard.value for guard in switch.guards) or switch.outcome.value
 
 

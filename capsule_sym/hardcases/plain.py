@@ -26,6 +26,8 @@ _MODES = {field: mode for mode, field in FIELDS.items()}
 State = tuple[float, float, float]
 
 
+_Leg = Callable[[int, float, State, float], tuple[float, State, int] | None]
+
 
 class GaveUp(Exception):
     """A plain approach that did not come to the end of the run within its limit."""
@@ -47,7 +49,7 @@ def solve_ivp(start: Start) -> tuple[int, ...]:
     return _fields(start, _Integration(start.parameters).leg)
 
 
-def _fields(start: Start, leg: Callable[[int, float, State, float], tuple[float, State, int] | None]) -> tuple[int, ...]:
+def _fields(start: Start, leg: _Leg) -> tuple[int, ...]:
     p, state, now = start.parameters, start.state, start.phase
     end = start.periods * p.period
     contact, drift = int(state[0] >= p.delta), _sign(state[2])
@@ -184,6 +186,6 @@ class _Integration:
             raise GaveUp(done.message)
         if done.status == 0:
             return None
-        fired = next(guard for guard, times in enumerate(done.t_events) if len(times))
+        fired = next(guard for guard, times in enumerate(done.t_events or ()) if len(times))
         x, v, w = (float(value) for value in done.y[:, -1])
         return float(done.t[-1]), (x, v, w), fired

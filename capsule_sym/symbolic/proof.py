@@ -201,7 +201,7 @@ def _settled(constraints: Iterable[_Constraint]) -> list[_Constraint]:
     kept: list[_Constraint] = []
     for constraint in dict.fromkeys(constraints):
         try:
-            if not _permits(constraint.kind, _sign(constraint.polynomial)):
+            if not _holds(constraint):
                 return [constraint]
         except Undecided:
             kept.append(constraint)
@@ -246,12 +246,13 @@ def _satisfiable(constraints: Iterable[_Constraint]) -> bool:
     unsettled: list[_Constraint] = []
     for constraint in constraints:
         try:
-            if not _permits(constraint.kind, _sign(constraint.polynomial)):
+            if not _holds(constraint):
                 return False
         except Undecided:
             unsettled.append(constraint)
-    unknown = {s for c in unsettled for s in c.polynomial.as_expr().free_symbols}
-    if not unknown:
+    unknown = sorted({s for c in unsettled for s in c.polynomial.as_expr().free_symbols}, key=str)
+    samples = (dict(zip(unknown, values, strict=True)) for values in _trials(len(unknown)))
+    if any(all(_holds(constraint.at(sample)) for constraint in unsettled) for sample in samples):
         return True
     if len(unknown) > 1:
         raise Undecided(unsettled)
@@ -260,6 +261,15 @@ def _satisfiable(constraints: Iterable[_Constraint]) -> bool:
     system = [((sp.Poly(c.polynomial.as_expr(), symbol), one), c.kind) for c in unsettled]
     positive = ((sp.Poly(symbol, symbol), one), ">")
     return solve_rational_inequalities([[positive, *system]]) != sp.S.EmptySet
+
+
+def _holds(constraint: _Constraint) -> bool:
+    return _permits(constraint.kind, _sign(constraint.polynomial))
+
+
+def _trials(count: int) -> Iterator[tuple[Fraction, ...]]:
+    """Values at which a system may be seen to hold; that it does not there proves nothing."""
+    return product((Fraction(1, 16), Fraction(1), Fraction(16)), repeat=count)
 
 
 @lru_cache(maxsize=None)

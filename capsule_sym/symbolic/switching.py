@@ -276,6 +276,20 @@ def _events() -> tuple[_Event, ...]:
     )
 
 
+def end_planes() -> frozenset[tuple[int, str]]:
+    """Fields with the planes on which they may end, undecided higher derivatives included."""
+    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
+    return frozenset(
+        (source, f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ"))
+        for name, piece in PIECES.items()
+        for rest in (implies(piece.relations, sp.Eq(v_c, 0)),)
+        for leaf in leaves_of(name)
+        for source in leaf.may_arrive
+        for target in leaf.may_depart
+        if source != target
+    )
+
+
 def momentum(field: Segment) -> sp.Expr:
     """Capsule's velocity in the sense of drift, less the damper's share (beta, delta: springs).
 

@@ -39,10 +39,11 @@ class Case:
         """The start in doubles, each converted to the kernel's kind of number."""
         x_r, v_r, v_c = self.state
         gap = x_r - self.parameters.delta
-        constants = self.constants(exact, mpf)
-        margin = x_r + constants.kappa * gap + 2 * self.parameters.zeta * v_r - constants.friction
+        with mp.workdps(DIGITS):
+            c = self.constants(exact, mpf)
+            margin = float(x_r + c.kappa * gap + 2 * mpf(self.parameters.zeta) * v_r - c.friction)
         angle = math.cos(self.theta), math.sin(self.theta)
-        return kernels.Start(*map(number, (x_r, gap, v_r, v_c, float(margin), *angle)))
+        return kernels.Start(*map(number, (x_r, gap, v_r, v_c, margin, *angle)))
 
 
 def cases(count: int, seed: int) -> Iterator[Case]:

@@ -23,6 +23,7 @@ from mpmath import mp, mpf
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.generated.py import kernels as double
+from capsule_sym.parameters import Parameters
 from tests.crosscheck import DIGITS, UNIT, Case, cases, flow_scale, jacobian_scale
 
 
@@ -156,14 +157,14 @@ def native_jacobian(library: ctypes.CDLL) -> Evaluate:
     return evaluate
 
 
-def worst_flow(evaluate: Evaluate) -> tuple[float, Case]:
+def worst_flow(evaluate: Evaluate, batch: list[Case]) -> tuple[float, Case]:
     def units(case: Case, result: Rows) -> float:
         errors = [
             abs(value - mpf(float(r))) for value, r in zip(exact_flow(case), result, strict=True)
         ]
         return max(float(e) / (UNIT * s) for e, s in zip(errors, flow_scale(case), strict=False))
 
-    measured = [(units(c, r), c) for c, r in zip(FLOWS, evaluate(FLOWS), strict=True)]
+    measured = [(units(c, r), c) for c, r in zip(batch, evaluate(batch), strict=True)]
     return max(measured, key=lambda pair: pair[0])
 
 
@@ -186,17 +187,17 @@ def jacobian_units(case: Case) -> list[list[float]]:
 
 
 def test_flow_of_numpy_scalars() -> None:
-    units, case = worst_flow(scalar(double.flow, advance=True))
+    units, case = worst_flow(scalar(double.flow, advance=True), FLOWS)
     assert units < BOUND, case
 
 
 def test_flow_of_numpy_lanes() -> None:
-    units, case = worst_flow(lanes(double.flow, advance=True))
+    units, case = worst_flow(lanes(double.flow, advance=True), FLOWS)
     assert units < BOUND, case
 
 
 def test_flow_of_c(library: ctypes.CDLL) -> None:
-    units, case = worst_flow(native_flow(library))
+    units, case = worst_flow(native_flow(library), FLOWS)
     assert units < BOUND, case
 
 
@@ -213,6 +214,15 @@ def test_jacobian_of_numpy_lanes() -> None:
 def test_jacobian_of_c(library: ctypes.CDLL) -> None:
     units, entry, case = worst_jacobian(native_jacobian(library), JACOBIANS)
     assert units < BOUND, (entry, case)
+
+
+@pytest.mark.xfail(reason="the closed form of B' cancels to a part K H of its terms", strict=True)
+def test_flow_under_strong_damping_from_a_slow_forcing() -> None:
+    """Found among 6000 random segments: damping rate 711, stiffness 12, forcing 0.007."""
+    parameters = Parameters(1.05, 0.0073, 0.49, 57.2, 3.86, 0.0875, 1.0)
+    case = Case(parameters, 1, (0.6034, 0.9262, 0.1486), 1.1709, 0.000865)
+    units, _ = worst_flow(scalar(double.flow, advance=True), [case])
+    assert units < BOUND
 
 
 @pytest.mark.xfail(reason="closed sensitivities cancel where rates lie far apart", strict=True)
@@ -232,7 +242,7 @@ def test_a_wrong_constant_is_seen() -> None:
             results.append(list(double.flow(wrong, start, case.duration, advance=True)))
         return results
 
-    units, _ = worst_flow(evaluate)
+    units, _ = worst_flow(evaluate, FLOWS)
     assert units > 10 * BOUND
 
 

@@ -8,13 +8,16 @@ from math import isfinite, pi
 from typing import Any
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym.errors import Outcome
 from capsule_sym.symbolic.switching import local_maps
 from tests.judges import CONTACT, DRIFT, taylor
+
+# A run is reported as it was found: making it smaller takes longer than it tells.
+FOUND = (Phase.explicit, Phase.reuse, Phase.generate)
 
 
 def magnitude(low: float, high: float) -> st.SearchStrategy[float]:
@@ -41,6 +44,8 @@ def parameters(draw: st.DrawFn) -> Parameters:
 def starts(draw: st.DrawFn) -> tuple[Parameters, tuple[float, float, float], float]:
     """Parameters, a state anywhere or on an impact surface or at rest, and a phase."""
     case = draw(parameters())
+    # Without forcing and damping a start at rest comes back to its own tangency for ever.
+    assume(case.alpha or case.zeta)
     number = st.floats(-3, 3)
     x_r = draw(st.just(case.delta) | number)
     state = (x_r, draw(st.just(0.0) | number), draw(st.just(0.0) | number))
@@ -88,14 +93,14 @@ def check(run: Trajectory) -> None:
 
 
 @given(starts())
-@settings(max_examples=120)
+@settings(max_examples=120, phases=FOUND)
 def test_every_run_is_complete_joined_and_within_table_3(start: Any) -> None:
     case, state, phase = start
     check(simulate(case, state, phase, 2))
 
 
 @given(starts())
-@settings(max_examples=12)
+@settings(max_examples=12, phases=FOUND)
 def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
     case, state, phase = start
     double = simulate(case, state, phase, 2)
@@ -109,7 +114,7 @@ def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
 
 
 @given(starts())
-@settings(max_examples=10)
+@settings(max_examples=10, phases=FOUND)
 def test_every_segment_is_the_motion_that_the_judge_integrates(start: Any) -> None:
     case, state, phase = start
     for segment in simulate(case, state, phase, 1).segments[:6]:
