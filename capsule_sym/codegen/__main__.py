@@ -54,7 +54,8 @@ def main(check: bool, out: Path) -> None:
         found = difference(expected, _present(out))
         if found:
             click.echo(found, nl=False)
-            click.echo(f"{out} is not what its inputs give. To mend it, run:\n\n    {COMMAND}\n")
+            mend = COMMAND if out == _GENERATED else f"{COMMAND} --out {out}"
+            click.echo(f"{out} is not what its inputs give. To mend it, run:\n\n    {mend}\n")
             sys.exit(1)
         click.echo(f"{out}: {len(expected)} files agree with their inputs.")
         return

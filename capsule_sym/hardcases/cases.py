@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from capsule_sym.hardcases.judge import Start
@@ -22,11 +23,11 @@ _EIGENFREQUENCIES = {1: 3.0, 2: 1.0, 4: 6.0, 5: 2.0}
 
 @dataclass(frozen=True)
 class Case:
-    """A hard case: its name, what is hard about it, and the start of its run."""
+    """A hard case: its name, what is hard about it, and how to build the start of its run."""
 
     name: str
     hard: str
-    start: Start
+    build: Callable[[], Start]
 
 
 def cases() -> Iterator[Case]:
@@ -54,7 +55,7 @@ def cases() -> Iterator[Case]:
 
 @dataclass(frozen=True)
 class _Approach:
-    """Starts of one field whose guard has a minimum soon; `touch` is about (v_r, h) of a tangency."""
+    """Starts of one field whose guard has a minimum soon; it is zero near `touch`, a (v_r, h)."""
 
     parameters: Parameters
     field: int
@@ -130,7 +131,7 @@ def _tangencies(kind: str, hard: str) -> Iterator[Case]:
             continue
         for distance in _DISTANCES:
             for side, word in ((1, "past"), (-1, "short of")):
-                start = approach.near(side * distance)
+                start = partial(approach.near, side * distance)
                 yield Case(f"{name}, {distance:.0e} {word} it", hard, start)
 
 
@@ -144,9 +145,9 @@ def _sliding_tangencies() -> Iterator[Case]:
 
 def _exact_tangencies() -> Iterator[Case]:
     free = Parameters(alpha=0.0, zeta=0.0, omega=1.0)
-    graze = Start(free.replace(delta=0.5), (-0.5, 0.0, 0.0), max_segments=3)
+    graze = partial(Start, free.replace(delta=0.5), (-0.5, 0.0, 0.0), max_segments=3)
     yield Case("exact graze", "x_r = -cos(h)/2 only touches delta = 1/2", graze)
-    slide = Start(free.replace(delta=2.0), (0.0, 1.0, 0.0), max_segments=3)
+    slide = partial(Start, free.replace(delta=2.0), (0.0, 1.0, 0.0), max_segments=3)
     yield Case("exact sliding tangency", "P = sin(h) only touches f_b = 1", slide)
 
 
@@ -159,7 +160,7 @@ def _onsets() -> Iterator[Case]:
         ("triple zero, no slip", 0.5, (1.0, 0.0, 0.0), "v_c, v_c' and v_c''"),
         ("fivefold zero, no slip", 1.0, (1.0, 0.0, 0.0), "five derivatives"),
     ):
-        yield Case(name, f"{zeros} vanish there", Start(base.replace(alpha=alpha), state))
+        yield Case(name, f"{zeros} vanish there", partial(Start, base.replace(alpha=alpha), state))
 
 
 def _short() -> Iterator[Case]:
@@ -167,12 +168,12 @@ def _short() -> Iterator[Case]:
     # x_r'' = -delta at the start of the contact, as the phase is that of no force.
     for duration in _DURATIONS:
         state = (impact.delta, duration * impact.delta / 2, 0.0)
-        start = Start(impact, state, math.pi / 2)
+        start = partial(Start, impact, state, math.pi / 2)
         yield Case(f"contact of {duration:.0e}", "both ends within one step", start)
     slip = Parameters(zeta=0.0, delta=2.0, omega=1.0, alpha=0.5)
     # P' = v_r and P'' = -1/2 at the start of the slip.
     for duration in _DURATIONS:
-        start = Start(slip, (1.0, duration / 6, 0.0))
+        start = partial(Start, slip, (1.0, duration / 6, 0.0))
         yield Case(f"slip of {duration:.0e}", "starts and ends within one step", start)
 
 
@@ -203,14 +204,14 @@ def _corners() -> Iterator[Case]:
         ("L7", 6, -0.5),
         ("L8", 4, -9.0),
     ):
-        start = _meeting(_CORNERS, field, v_r, 0.25, 0.25)
+        start = partial(_meeting, _CORNERS, field, v_r, 0.25, 0.25)
         yield Case(f"corner on {line} from F{field}", "x_r = delta and v_c = 0 at once", start)
 
 
 def _twins() -> Iterator[Case]:
     for gap in (2.0**-54, 2.0**-53, 2.0**-52, 1e-14, 1e-12):
         for field, v_r in ((1, 1.0), (4, -1.0)):
-            start = _meeting(_CORNERS, field, v_r, 0.25, 0.25 + gap)
+            start = partial(_meeting, _CORNERS, field, v_r, 0.25, 0.25 + gap)
             name = f"two switches {gap:.1e} apart from F{field}"
             yield Case(name, "one ulp of time between them", start)
 
@@ -218,7 +219,7 @@ def _twins() -> Iterator[Case]:
 def _places() -> Iterator[Case]:
     p = Parameters(alpha=0.7, gamma=3.0, zeta=0.25, delta=0.5)
     for place, state in PLACES.items():
-        yield Case(f"start on {place}", "guards vanish at the start", Start(p, state))
+        yield Case(f"start on {place}", "guards vanish at the start", partial(Start, p, state))
 
 
 PLACES = {
@@ -259,7 +260,7 @@ def _start_in(field: int) -> tuple[float, float, float]:
 
 def _damping() -> Iterator[Case]:
     for zeta in (0.0, 1e-12, 10.0, 1e3):
-        start = Start(Parameters(zeta=zeta), (0.3, 0.4, 0.5))
+        start = partial(Start, Parameters(zeta=zeta), (0.3, 0.4, 0.5))
         yield Case(f"zeta = {zeta:g}", "undamped to stiff", start)
     base = Parameters(beta=3.0, gamma=1.0)
     critical = {1: math.sqrt(0.5), 2: 1.0, 4: math.sqrt(2.0), 5: 2.0}
@@ -269,7 +270,7 @@ def _damping() -> Iterator[Case]:
             (math.nextafter(zeta, 0.0), "one ulp below critical"),
             (math.nextafter(zeta, 9.0), "one ulp above critical"),
         ):
-            start = Start(base.replace(zeta=value), _start_in(field))
+            start = partial(Start, base.replace(zeta=value), _start_in(field))
             yield Case(f"F{field} {word}", "the eigenvalues meet", start)
 
 
@@ -281,37 +282,39 @@ def _resonance() -> Iterator[Case]:
                 p = base.replace(zeta=zeta, omega=frequency + beside)
                 omega = f"{frequency:g}{' + 1e-12' if beside else ''}"
                 name = f"F{field} at omega = {omega}, zeta = {zeta:g}"
-                yield Case(name, "forcing meets an eigenfrequency", Start(p, _start_in(field)))
+                yield Case(
+                    name, "forcing meets an eigenfrequency", partial(Start, p, _start_in(field))
+                )
 
 
 def _scales() -> Iterator[Case]:
     def varied(name: str, values: tuple[float, ...], hard: str, **others: Any) -> Iterator[Case]:
         for value in values:
             p = Parameters(**{name: value})
-            yield Case(f"{name} = {value:g}", hard, Start(p, **others))
+            yield Case(f"{name} = {value:g}", hard, partial(Start, p, **others))
 
     yield from varied("beta", (0.0, 1e2, 1e4, 1e8), "contacts down to 1e-4", periods=2)
     yield from varied("gamma", (1e-6, 1e-3, 1e3, 1e6), "light to heavy capsule", periods=2)
     yield from varied("alpha", (0.0, 1e-12, 1e3, 1e6), "weak to strong forcing", periods=2)
     yield from varied("delta", (0.0, 1.0, 2.0), "no L6 from delta = f_b on", periods=2)
     yield from varied("omega", (1e-4, 1e4), "slow to fast forcing", state=(0.3, 0.4, 0.5))
-    many = Start(Parameters(omega=1e-4, zeta=1e-3), (0.0, 0.5, 0.0), max_segments=20)
+    many = partial(Start, Parameters(omega=1e-4, zeta=1e-3), (0.0, 0.5, 0.0), max_segments=20)
     yield Case("omega = 1e-4, free oscillations", "thousands within one forcing period", many)
-    stiff = Start(Parameters(omega=1e-4, zeta=1e3), (0.3, 0.4, 0.5))
+    stiff = partial(Start, Parameters(omega=1e-4, zeta=1e3), (0.3, 0.4, 0.5))
     yield Case("omega = 1e-4, zeta = 1000", "rates from 1e-4 to 1e3", stiff)
     for state in ((1e12, -1e12, 1e12), (-1e12, 1e12, -1e12)):
-        start = Start(Parameters(), state)
+        start = partial(Start, Parameters(), state)
         yield Case(f"state at {state[0]:g}", "terms 1e12 times the guards' scale", start)
 
 
 def _rest() -> Iterator[Case]:
     for alpha in (0.0, 0.005):
-        start = Start(Parameters(alpha=alpha), (0.3, 0.2, 0.1), 0.0, 100, max_segments=60)
+        start = partial(Start, Parameters(alpha=alpha), (0.3, 0.2, 0.1), 0.0, 100, max_segments=60)
         yield Case(f"decay to rest, alpha = {alpha:g}", "must end, not loop", start)
-    on_impact = Start(Parameters(alpha=0.0, delta=0.0))
+    on_impact = partial(Start, Parameters(alpha=0.0, delta=0.0))
     yield Case("at rest on the impact surface", "all derivatives vanish", on_impact)
 
 
 def _long() -> Iterator[Case]:
-    start = Start(Parameters(alpha=0.005), periods=10**6)
+    start = partial(Start, Parameters(alpha=0.005), periods=10**6)
     yield Case("10^6 periods of stick", "a segment of 8e6", start)

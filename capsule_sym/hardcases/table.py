@@ -56,7 +56,8 @@ def rows(cases: list[Case]) -> Iterator[Row]:
 
 def row(case: Case) -> Row:
     """One case judged, with the plain approaches beside it."""
-    judged = judge(case.start)
+    start = case.build()
+    judged = judge(start)
     return Row(
         case.name,
         case.hard,
@@ -67,8 +68,8 @@ def row(case: Case) -> Row:
         judged.run.settled,
         _verdict(judged),
         {
-            "sampling": _plain(plain.sampling, case.start, judged.true),
-            "solve_ivp": _plain(plain.solve_ivp, case.start, judged.true),
+            "sampling": _plain(plain.sampling, start, judged.true),
+            "solve_ivp": _plain(plain.solve_ivp, start, judged.true),
         },
     )
 

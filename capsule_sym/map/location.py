@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -31,17 +31,6 @@ class Start(NamedTuple):
     margin: Number
     angle: Number
     zeros: Mapping[Guard, int]
-
-    def converted(self, number: Callable[[Number], Number]) -> Start:
-        """The same start in another number system."""
-        return self._replace(
-            x_r=number(self.x_r),
-            gap=number(self.gap),
-            v_r=number(self.v_r),
-            v_c=number(self.v_c),
-            margin=number(self.margin),
-            angle=number(self.angle),
-        )
 
 
 @dataclass(frozen=True)
@@ -101,8 +90,10 @@ class Flow:
             start.x_r, start.gap, start.v_r, start.v_c, start.margin, cosine, sine
         )
         zero = start.x_r * 0
+        # Far from the impact surface the gap is a rounded difference.
+        self._error_gap = backend.unit * abs(start.gap) if 2 * abs(start.gap) > c.delta else zero
         self.origin = Point(
-            *start[:5], cosine, sine, zero, zero, zero, 2 * backend.unit * start.angle
+            *start[:5], cosine, sine, self._error_gap, zero, zero, 2 * backend.unit * start.angle
         )
         self._force = abs(c.push) + c.m * (abs(start.x_r) + c.kappa * abs(start.gap))
         self._root_K = backend.sqrt(c.K)
@@ -151,8 +142,11 @@ class Flow:
         terms_v = abs(start.v_r) + self._force * g + c.alpha * forced_v
         phase = c.fast * h / (1 + c.sigma * h) if c.q >= 0 else 1
         units = _ERROR_UNITS * unit * (1 + phase + c.omega * h)
-        error_x = units * terms_x + unit * abs(x_r)
-        error_v = units * terms_v
+        # Errors of the start's gap and angle are carried along.
+        carried = 2 * (1 + c.zeta) * self._error_gap + 2 * unit * start.angle * c.alpha * forced_x
+        error_x = units * terms_x + unit * abs(x_r) + carried
+        carried = 2 * (1 + c.zeta) * self._root_K * self._error_gap
+        error_v = units * terms_v + carried + 2 * unit * start.angle * c.alpha * forced_v
         if not c.drift:
             return error_x, error_v, h * 0
         if c.rate * h < 1:
@@ -199,14 +193,23 @@ def locate(flow: Flow, limit: Number) -> Switch:
         expansions = expand(backend, c, at)
         ahead = min(reach, limit - now)
         smallest = 4 * unit * (now + 1 / c.rate)
+        searches: dict[Guard, Search] = {}
+        blocked = guards
         while True:
-            searches = {
-                guard: search(expansions[guard], zeros.get(guard, 0), ahead, unit)
-                for guard in guards
-            }
+            for guard in blocked:
+                searches[guard] = search(expansions[guard], zeros.get(guard, 0), ahead, unit)
             found = {g: s for g, s in searches.items() if s.bracket is not None}
+            blocked = [g for g in guards if searches[g].clear < ahead and g not in found]
             horizon = min(s.clear for s in searches.values())
-            if horizon > 0 or ahead <= smallest:
+            # A guard within its error of zero now stays so however short the interval.
+            if (
+                horizon > 0
+                or ahead <= smallest
+                or any(
+                    not zeros.get(g, 0) and expansions[g].values[0] <= expansions[g].errors[0]
+                    for g in blocked
+                )
+            ):
                 break
             ahead = ahead / _SHRINK
         if found:
@@ -219,7 +222,7 @@ def locate(flow: Flow, limit: Number) -> Switch:
         if further > horizon:
             horizon = further
         elif horizon <= 4 * unit * now:
-            stuck = [guard for guard, s in searches.items() if s.clear < ahead]
+            stuck = [guard for guard in blocked if searches[guard].clear <= 4 * unit * now]
             turned = _turning(expansions, stuck, min(1 / c.rate, limit - now), unit)
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])

@@ -10,7 +10,7 @@ from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard, Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.trajectory import LONGEST, Segment, Trajectory, Triple, instant
-from capsule_sym.map.transitions import State, Undetermined, depart
+from capsule_sym.map.transitions import State, Undetermined, depart, start_at
 from capsule_sym.parameters import Parameters
 
 
@@ -42,7 +42,7 @@ def simulate(
     _check_count("periods", periods)
     _check_count("max_segments", max_segments)
     with _backend(backend) as numbers:
-        return _Run(numbers, parameters, settle).go(values, phase, periods, max_segments)
+        return _Run(numbers, parameters, phase, settle).go(values, periods, max_segments)
 
 
 _LARGEST_COUNT = 10**12
@@ -95,8 +95,10 @@ def _check_phase(phase: float, parameters: Parameters) -> None:
 class _Run:
     """One run: the constants of all segments, and what has been passed so far."""
 
-    def __init__(self, numbers: Backend, parameters: Parameters, settle: bool) -> None:
-        self.numbers, self.parameters = numbers, parameters
+    def __init__(
+        self, numbers: Backend, parameters: Parameters, phase: float, settle: bool
+    ) -> None:
+        self.numbers, self.parameters, self.phase = numbers, parameters, phase
         self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
@@ -104,10 +106,8 @@ class _Run:
         self.stroboscopic: list[Triple] = []
         self.settled = 0
 
-    def go(
-        self, values: tuple[float, float, float], phase: float, periods: int, most: int
-    ) -> Trajectory:
-        number = self.numbers.number
+    def go(self, values: tuple[float, float, float], periods: int, most: int) -> Trajectory:
+        number, phase = self.numbers.number, self.phase
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
         turns, position, stopped = 0, number(0), ""
@@ -120,7 +120,7 @@ class _Run:
                 stopped = f"after {most} segments"
                 break
             limit = self._remaining(periods - turns, state.angle)
-            flow, switch = self._locate(departure, limit)
+            flow, switch = self._locate(state, departure, limit)
             passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
@@ -177,29 +177,39 @@ class _Run:
         except Undetermined:
             return None
 
-    def _locate(self, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
+    def _locate(self, state: State, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
         flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
         switch = locate(flow, limit)
         if self.settle and not (switch.certain or switch.outcome is Outcome.UNDECIDED):
-            switch = self._settle_switch(departure, limit)
+            switch = self._settle_switch(state, departure, limit)
         return flow, switch
 
     # Fifty digits look at the same doubles; what they decide comes back rounded once.
+    def _exactly(self, numbers: Backend, state: State) -> State:
+        exact = state.exactly(numbers.number, self.parameters.delta)
+        if self.segments:
+            return exact
+        # The run's phase is given, and its angle is a rounded product.
+        angle = numbers.number(self.phase) * numbers.number(self.parameters.omega)
+        return exact._replace(angle=angle)
+
     def _settle_departure(self, state: State, source: int | None) -> Departure | None:
         self.settled += 1
         with _backend("mpmath") as numbers:
-            exact = state.converted(numbers.number)
-            departure = _Run(numbers, self.parameters, False)._depart(exact, source)
-            if departure is None:
+            exact = self._exactly(numbers, state)
+            settled = _Run(numbers, self.parameters, self.phase, False)._depart(exact, source)
+            if settled is None:
                 return None
-            return replace(departure, start=departure.start.converted(float))
+            start = start_at(self.constants[settled.field - 1], state)
+            return replace(settled, start=start._replace(zeros=settled.start.zeros))
 
-    def _settle_switch(self, departure: Departure, limit: Number) -> Switch:
+    def _settle_switch(self, state: State, departure: Departure, limit: Number) -> Switch:
         self.settled += 1
         with _backend("mpmath") as numbers:
-            exact = replace(departure, start=departure.start.converted(numbers.number))
-            flow = Flow(numbers, numbers.constants(departure.field, self.parameters), exact)
-            switch = locate(flow, numbers.number(limit))
+            c = numbers.constants(departure.field, self.parameters)
+            start = start_at(c, self._exactly(numbers, state))
+            exact = replace(departure, start=start._replace(zeros=departure.start.zeros))
+            switch = locate(Flow(numbers, c, exact), numbers.number(limit))
             return replace(
                 switch,
                 duration=float(switch.duration),

@@ -32,9 +32,17 @@ class State(NamedTuple):
     angle: Number
     bound: int = 0
 
-    def converted(self, number: Callable[[Number], Number]) -> State:
-        """The same state in another number system."""
+    def exactly(self, number: Callable[[Number], Number], delta: float) -> State:
+        """The same state in a wider number system.
+
+        Near the impact surface the gap is what is known, elsewhere the position is: the other
+        follows without the rounding that it has here.
+        """
         x_r, gap, v_r, v_c, angle = (number(value) for value in self[:5])
+        if 2 * abs(self.gap) > delta:
+            gap = x_r - number(delta)
+        else:
+            x_r = number(delta) + gap
         return State(x_r, gap, v_r, v_c, angle, self.bound)
 
 
@@ -65,7 +73,7 @@ def depart(
         candidates = [field for field in candidates if field in allowed]
     for field in candidates:
         c = constants[field - 1]
-        start = _start(backend, c, state)
+        start = start_at(c, state)
         zeros = _departing(backend, c, state, start, vanish)
         if zeros is not None:
             departures.append(Departure(field, start._replace(zeros=zeros)))
@@ -119,7 +127,8 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
 _IMPACTS = {(True, True): "S7", (True, False): "S8", (False, True): "S9", (False, False): "S10"}
 
 
-def _start(backend: Backend, c: Any, state: State) -> Start:
+def start_at(c: Any, state: State) -> Start:
+    """The start of a segment with constants `c` at a state, before its zeros are known."""
     force = state.x_r + c.kappa * state.gap + 2 * c.zeta * state.v_r
     if state.bound:
         force = state.bound * c.f_b

@@ -100,8 +100,11 @@ _IN_H = {
 _G2dd = _IN_H[G2d]
 _B2dd = _IN_H[B2d]
 _BWdd = _IN_H[BWd]
-_IN_K = {G: -G2, Gd: -G2d, H: -H2, B: -B2, Bd: -B2d, Bdd: -_B2dd}
+_FORCING = (cosine, sine, versine, lag)
+_UNMOVED = dict.fromkeys(_FORCING, sp.S.Zero)
+_IN_K = {**_UNMOVED, G: -G2, Gd: -G2d, H: -H2, B: -B2, Bd: -B2d, Bdd: -_B2dd}
 _IN_SIGMA = {
+    **_UNMOVED,
     G: -2 * G2d,
     Gd: -2 * _G2dd,
     H: -2 * G2,
@@ -200,7 +203,7 @@ OSCILLATING = {
 OVERDAMPED = {
     # Written so that neither exp overflows nor nearly equal rates cancel.
     G: -sp.exp(slow * h) * expm1(-2 * nu * h) / (2 * nu),
-    Gd: sp.exp(slow * h) * (1 + expm1(-2 * nu * h)) + slow * G,
+    Gd: sp.exp((slow - 2 * nu) * h) + slow * G,
     H: (slow * G - expm1(slow * h)) / K,
 }
 """Closed form for K < sigma^2, eigenvalues slow and slow - 2 nu; a line may use those above it."""
@@ -224,24 +227,26 @@ def _split(image: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     return coefficients
 
 
-def detached() -> dict[sp.Symbol, sp.Expr]:
+def detached() -> Family:
     """B, Bd and Bdd away from resonance, in G, Gd, H and the forcing, derived by partial fractions.
 
-    The free part is written with 1 - K H, the response to a unit displacement, in place of Gd
-    where that avoids the cancellation Gd + 2 sigma G of strong damping.
+    B and Bd are written with K H = 1 - Gd - 2 sigma G and omega^2 versine = 1 - cosine, both small
+    where strong damping or slow forcing would make their parts cancel.
     """
-    free = sp.Symbol("free")
+    settled = sp.Symbol("settled")  # K H
+    begun = sp.Symbol("begun")  # omega^2 versine
+    small = {Gd: 1 - settled - 2 * sigma * G, cosine: 1 - begun}
     closed = {}
     for name in (B, Bd, Bdd):
         parts = _split(IMAGES[name])
         combined = sum(coefficient * part for part, coefficient in parts.items())
-        if name is B:
-            combined = combined.subs(Gd, free - 2 * sigma * G)
+        if name is not Bdd:
+            combined = combined.subs(small)
         combined = sp.expand(combined)
         combined = sum(
-            sp.factor(combined.coeff(part)) * part for part in (cosine, sine, free, G, Gd)
+            sp.factor(combined.coeff(part)) * part for part in (begun, settled, cosine, sine, G, Gd)
         )
-        closed[name] = combined.subs(free, 1 - K * H) / Z2
+        closed[name] = combined.subs({settled: K * H, begun: omega**2 * versine}) / Z2
     return closed
 
 

@@ -14,6 +14,7 @@ functions of `basis`; `flow_proofs` substitutes it back into the six fields of t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import sympy as sp
 
@@ -96,6 +97,7 @@ def _original(image: sp.Expr) -> sp.Expr:
     return total
 
 
+@lru_cache(maxsize=1)
 def derive() -> Flow:
     """The flow of a segment, from the Laplace transforms of its equations of motion."""
     X = sp.Symbol("X")

@@ -7,6 +7,8 @@ omega varies; with the start's time held instead, add tau_0 times the column of 
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import sympy as sp
 
 from capsule_sym.symbolic import basis
@@ -47,14 +49,15 @@ def _total(expression: sp.Expr, column: sp.Symbol, stick: bool) -> sp.Expr:
     moving |= {variable: sp.Integer(1) for variable in (h, omega) if variable is column}
     for name in sorted(expression.free_symbols & basis.IMAGES.keys(), key=str):
         for variable, rate in moving.items():
-            rule = basis.RULES[variable].get(name, sp.S.Zero)
+            rule = basis.RULES[variable][name]
             result += sp.diff(expression, name) * rule * rate
     for constant in (K, sigma):
         result += sp.diff(expression, constant) * moving[constant]
     return result
 
 
-def rows(stick: bool) -> list[list[sp.Expr]]:
+@lru_cache(maxsize=2)
+def rows(stick: bool) -> tuple[tuple[sp.Expr, ...], ...]:
     """Rows x_r, v_r (and, in drift, v_c and x_c's advance) of the flow's Jacobian."""
     flow = derive()
     state = [x_r + flow.position, flow.velocity]
@@ -62,7 +65,7 @@ def rows(stick: bool) -> list[list[sp.Expr]]:
         state += [v_c + flow.drift_long, flow.advance]
     else:
         state = [expression.subs({push: 0, friction: 0}) for expression in state]
-    return [
-        [_total(expression, column, stick).subs(x_r - delta, gap) for column in COLUMNS]
+    return tuple(
+        tuple(_total(expression, column, stick).subs(x_r - delta, gap) for column in COLUMNS)
         for expression in state
-    ]
+    )

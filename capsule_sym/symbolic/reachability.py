@@ -10,18 +10,16 @@ accepted is a proof that its map is possible. That no other map is, follows from
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from importlib.resources import files
-from math import ceil, comb
 
 import sympy as sp
 
+from capsule_sym.symbolic.enclosure import Flow, first_order
 from capsule_sym.symbolic.geometry import SCENARIOS
 from capsule_sym.symbolic.model import SEGMENTS, Segment
-from capsule_sym.symbolic.proof import force
 from capsule_sym.symbolic.switching import LocalMap, guards, time_derivative
 from capsule_sym.symbolic.symbols import (
     STATE,
@@ -31,15 +29,9 @@ from capsule_sym.symbolic.symbols import (
     f_b,
     gamma,
     omega,
-    tau,
     zeta,
 )
 
-Polynomial = list[Fraction]
-"""Coefficients of powers of the time before the end, from order 0."""
-
-_DEGREE = 16
-_DEEPEST = 12
 _ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
 
 
@@ -74,114 +66,18 @@ class Witness:
         return name, self.zeta > 0
 
 
-_QUADRATURE = sp.Symbol("w", real=True)  # alpha sin(omega tau)
-_EXTENDED = (*STATE, force, _QUADRATURE)
-
-
-def _affine(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
-    """Coefficients of state, force and quadrature, then the constant, in an affine function."""
-    plain = sp.expand(expression).subs(alpha * sp.cos(omega * tau), force).subs(values)
-    slopes = [plain.coeff(symbol) for symbol in _EXTENDED]
-    constant = plain.subs(dict.fromkeys(_EXTENDED, 0))
-    return [Fraction(int(c.p), int(c.q)) for c in (*slopes, constant)]
-
-
-class _Backward:
-    """The state before the end as Taylor polynomials of elapsed time, with their remainder."""
-
-    def __init__(self, witness: Witness, field: Segment) -> None:
-        self.values = witness.parameters
-        rates = (*field.field, -_QUADRATURE, force)
-        rows = [_affine(rate, self.values) for rate in rates]
-        terms: list[list[Fraction]] = [[*witness.end, *witness.forcing]]
-        for order in range(_DEGREE + 1):
-            rise = [
-                sum((a * x for a, x in zip(row, terms[-1], strict=False)), Fraction(0))
-                + (row[-1] if order == 0 else 0)
-                for row in rows
-            ]
-            terms.append([-rate / (order + 1) for rate in rise])
-        *self.terms, tail = terms
-        self.tail = max(map(abs, tail))
-        self.norm = max(sum(map(abs, row[:-1]), Fraction(0)) for row in rows)
-
-    def along(self, expression: sp.Expr) -> tuple[Polynomial, Fraction]:
-        """Taylor polynomial of an affine function of the state, and its sensitivity."""
-        *slopes, constant = _affine(expression, self.values)
-        series = [
-            sum((a * x for a, x in zip(slopes, term, strict=True)), Fraction(0))
-            for term in self.terms
-        ]
-        series[0] += constant
-        return series, sum(map(abs, slopes), Fraction(0))
-
-    def remainder(self, sensitivity: Fraction, order: int, time: Fraction) -> Fraction:
-        """Bound on the neglected terms, divided by time**order, for all shorter times."""
-        growth = Fraction(3) ** ceil(self.norm * time)
-        return sensitivity * self.tail * time ** (_DEGREE + 1 - order) * growth
-
-
-def _bernstein(polynomial: Polynomial, start: Fraction, end: Fraction) -> list[Fraction]:
-    degree = len(polynomial) - 1
-    shifted = [
-        sum(
-            (polynomial[k] * comb(k, j) * start ** (k - j) for k in range(j, degree + 1)),
-            Fraction(0),
-        )
-        * (end - start) ** j
-        for j in range(degree + 1)
-    ]
-    return [
-        sum((Fraction(comb(i, j), comb(degree, j)) * shifted[j] for j in range(i + 1)), Fraction(0))
-        for i in range(degree + 1)
-    ]
-
-
-def _exceeds(
-    polynomial: Polynomial, bound: Fraction, start: Fraction, end: Fraction, depth: int = 0
-) -> bool:
-    """Whether a polynomial is proved larger than a bound on an interval."""
-    coefficients = _bernstein(polynomial, start, end)
-    if min(coefficients) > bound:
-        return True
-    if min(coefficients[0], coefficients[-1]) <= bound or depth == _DEEPEST:
-        return False
-    middle = (start + end) / 2
-    return all(
-        _exceeds(polynomial, bound, a, b, depth + 1) for a, b in ((start, middle), (middle, end))
-    )
-
-
-def _first_order(series: Polynomial) -> int:
-    return next((order for order, term in enumerate(series) if term != 0), len(series) - 1)
-
-
-def _positive_before_end(flow: _Backward, guard: sp.Expr, time: Fraction) -> bool:
-    """Whether a guard is positive from `time` before the end until just before it."""
-    series, sensitivity = flow.along(guard)
-    order = _first_order(series)
-    bound = flow.remainder(sensitivity, order, time)
-    return _exceeds(series[order:], bound, Fraction(0), time)
-
-
-def _positive_within(flow: _Backward, function: sp.Expr, bracket: tuple[Fraction, Fraction]) -> bool:
-    series, sensitivity = flow.along(function)
-    return _exceeds(series, flow.remainder(sensitivity, 0, bracket[1]), *bracket)
-
-
-def _negative_at(flow: _Backward, function: sp.Expr, time: Fraction) -> bool:
-    series, sensitivity = flow.along(function)
-    value = sum((c * time**k for k, c in enumerate(series)), Fraction(0))
-    return value < -flow.remainder(sensitivity, 0, time)
+def _flow(witness: Witness, field: Segment) -> Flow:
+    start = (*witness.end, *witness.forcing)
+    return Flow(field, witness.parameters, start, sense=-1)
 
 
 def _departs(witness: Witness, field: Segment) -> bool:
     """Whether the trajectory of a field through the end leaves it into the field's cell."""
     if field.stick and witness.end[2] != 0:
         return False
-    flow = _Backward(witness, field)
-    series = [flow.along(guard)[0] for guard in guards(field)]
-    return all(one[_first_order(one)] * (-1) ** _first_order(one) > 0 for one in series)
+    flow = _flow(witness, field)
+    series = [flow.series(guard) for guard in guards(field)]
+    return all(one[first_order(one)] * (-1) ** first_order(one) > 0 for one in series)
 
 
 def target(witness: Witness) -> str:
@@ -193,9 +89,9 @@ def target(witness: Witness) -> str:
 def source(witness: Witness) -> str | None:
     """The plane on which the witness is proved to begin; None where that is not proved."""
     field = SEGMENTS[witness.local_map.field - 1]
-    flow = _Backward(witness, field)
+    flow = _flow(witness, field)
     late, early = witness.bracket
-    if not all(_positive_before_end(flow, guard, late) for guard in guards(field)):
+    if not all(flow.positive_until(guard, late) for guard in guards(field)):
         return None
     if field.stick:
         return f"Σ{field.index}"
@@ -203,9 +99,9 @@ def source(witness: Witness) -> str | None:
     planes = {speed: f"Σ{field.index}", side: _ENTRY_PLANE[field.index]}
     for crossed, other in ((speed, side), (side, speed)):
         if (
-            _negative_at(flow, crossed, early)
-            and _positive_within(flow, time_derivative(crossed, field), witness.bracket)
-            and _positive_within(flow, other, witness.bracket)
+            flow.negative_at(crossed, early)
+            and flow.positive_within(time_derivative(crossed, field), witness.bracket)
+            and flow.positive_within(other, witness.bracket)
         ):
             return planes[crossed]
     return None

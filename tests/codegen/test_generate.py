@@ -113,7 +113,6 @@ def test_surplus_file_is_found_and_removed(run: Run, copy: Path) -> None:
     assert not (copy / "py" / "stray.py").exists()
 
 
-@pytest.mark.xfail(reason="the command printed is the one for generated/", strict=True)
 def test_command_printed_is_the_one_for_the_directory_checked(run: Run, copy: Path) -> None:
     (copy / "manifest.json").write_text("{}\n", encoding="utf-8")
     result = run("--check", "--out", str(copy))

@@ -216,7 +216,6 @@ def test_jacobian_of_c(library: ctypes.CDLL) -> None:
     assert units < BOUND, (entry, case)
 
 
-@pytest.mark.xfail(reason="the closed form of B' cancels to a part K H of its terms", strict=True)
 def test_flow_under_strong_damping_from_a_slow_forcing() -> None:
     """Found among 6000 random segments: damping rate 711, stiffness 12, forcing 0.007."""
     parameters = Parameters(1.05, 0.0073, 0.49, 57.2, 3.86, 0.0875, 1.0)
@@ -225,7 +224,6 @@ def test_flow_under_strong_damping_from_a_slow_forcing() -> None:
     assert units < BOUND
 
 
-@pytest.mark.xfail(reason="closed sensitivities cancel where rates lie far apart", strict=True)
 def test_jacobian_under_strong_damping() -> None:
     units, entry, case = worst_jacobian(scalar(double.jacobian), STRONGLY_DAMPED)
     assert units < BOUND, (entry, case)

@@ -1,0 +1,57 @@
+"""Every hard case by name: judged by 50 digits, and by a judge that shares no formula with them."""
+
+from __future__ import annotations
+
+import pytest
+
+from capsule_sym import simulate
+from capsule_sym.hardcases.cases import Case, cases
+from capsule_sym.hardcases.judge import judge
+from tests.judges import taylor_events
+
+CASES = {case.name: case for case in cases()}
+
+BEYOND_THE_JUDGE = {
+    # It subdivides at rational points, so at a tangency that is exact it has no answer.
+    "exact graze",
+    "exact sliding tangency",
+    # Its steps follow the fastest rate: minutes of them.
+    "zeta = 1000",
+    "gamma = 1e-06",
+    "omega = 0.0001",
+    "omega = 1e-4, free oscillations",
+    "omega = 1e-4, zeta = 1000",
+    "10^6 periods of stick",
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_switches_are_those_of_50_digits_and_as_accurate_as_promised(name: str) -> None:
+    judged = judge(CASES[name].build())
+    assert not judged.wrong
+    assert judged.found == judged.true
+    assert judged.error <= 8.0
+
+
+@pytest.mark.parametrize("name", sorted(set(CASES) - BEYOND_THE_JUDGE))
+def test_fields_are_those_of_the_independent_judge(name: str) -> None:
+    start = CASES[name].build()
+    truth = taylor_events.run(start.parameters, start.state, start.phase, start.periods)
+    run = simulate(
+        start.parameters,
+        start.state,
+        start.phase,
+        start.periods,
+        max_segments=start.max_segments,
+    )
+    found = "".join(str(segment.field) for segment in run.segments)
+    assert found == truth.fields[: start.max_segments]
+
+
+def test_names_are_unique() -> None:
+    listed: list[Case] = list(cases())
+    assert len({case.name for case in listed}) == len(listed)
+
+
+def test_every_case_beyond_the_judge_is_a_case() -> None:
+    assert set(CASES) >= BEYOND_THE_JUDGE
