@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test lint types contract generate check-generated clean
+.PHONY: help paper test test-long lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -17,6 +17,9 @@ paper: $(READY)  ## the main job: the paper's case study by the exact map
 
 test: $(READY)  ## run the tests
 	$(BIN)/python -m pytest -n 2 -q
+
+test-long: $(READY)  ## run the tests that take more than ten seconds each
+	$(BIN)/python -m pytest -n 2 -q -m long
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

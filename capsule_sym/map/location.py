@@ -335,17 +335,22 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     x_r is the forced response plus a free part whose energy never grows, so its future is bounded;
     so is that of the interaction force. Rounding is covered by the inflation of each bound.
     """
-    # Near resonance, rounding of K - omega^2 would be felt in the forced response.
-    if c.drift or c.contact or (c.resonant and c.alpha > 0):
+    if c.drift or c.contact:
         return False
-    # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate.
+    # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate. Rounding of K - omega^2 is
+    # felt in it near resonance; there the proof is not tried.
     real, imaginary = c.K - c.omega * c.omega, 2 * c.sigma * c.omega
-    size = c.alpha / c.Z2 if c.alpha else c.alpha
+    distance = backend.sqrt(c.Z2)
+    rounded = 4 * backend.unit * (c.K + c.omega * c.omega)
+    if distance <= 64 * rounded:
+        return False
+    size = c.alpha / c.Z2
     forced = size * (real * at.cos_theta + imaginary * at.sin_theta)
     rate = size * c.omega * (imaginary * at.cos_theta - real * at.sin_theta)
-    inflation = 1 + 64 * backend.unit
-    amplitude = backend.sqrt(c.Z2) * size
-    rounding = 32 * backend.unit + at.error_angle
+    relative = 4 * rounded / distance
+    inflation = 1 + 64 * backend.unit + relative
+    amplitude = distance * size * (1 + relative)
+    rounding = 32 * backend.unit + relative + at.error_angle
     low = abs(at.x_r - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
     high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
     energy = inflation * backend.sqrt(high * high + c.K * low * low)
