@@ -56,9 +56,12 @@ def group() -> None:
     """The exact three-dimensional map of a capsule system with bidirectional drifts."""
 
 
-group.add_command(
-    _Elsewhere("verify", "capsule_sym.symbolic.command", "Prove the derivations with SymPy.")
-)
+for _name, _module, _text in (
+    ("verify", "capsule_sym.symbolic.command", "Prove the derivations with SymPy."),
+    ("hardcases", "capsule_sym.hardcases.command", "Judge the switches of hard cases."),
+    ("adversarial", "capsule_sym.hardcases.command", "Judge random starts near tangencies."),
+):
+    group.add_command(_Elsewhere(_name, _module, _text))
 
 _json_option = click.option(
     "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."

@@ -18,6 +18,7 @@ from capsule_sym.generated.py import DIGEST
 from capsule_sym.hardcases.judge import CONTRACT, Start, error, names
 from capsule_sym.hardcases.starts import random_start
 from capsule_sym.map.backend import NumpyBackend, backend
+from capsule_sym.map.location import Departure
 from capsule_sym.map.simulate import _Run
 from capsule_sym.map.transitions import State
 
@@ -93,8 +94,9 @@ def _logged(log: Path, seed: int) -> dict[int, Tally]:
     tallies = {}
     for line in whole.splitlines():
         record = json.loads(line)
-        if (record.pop("seed"), record.pop("digest")) == (seed, DIGEST):
-            tallies[record.pop("chunk")] = Tally(**record)
+        number, key = record.pop("chunk"), (record.pop("seed"), record.pop("digest"))
+        if key == (seed, DIGEST):
+            tallies[number] = Tally(**record)
     return tallies
 
 
@@ -111,41 +113,43 @@ def chunk(seed: int, number: int) -> Tally:
 
 def compare(kind: str, start: Start) -> Tally:
     """One start: the field that takes over and its first switch, in double and in 50 digits."""
-    parameters = start.parameters
-    run = _Run(NumpyBackend(), parameters, settle=True)
+    parameters, length = start.parameters, start.periods * start.parameters.period
     x_r, v_r, v_c = start.state
-    departure = run._depart(
-        State(x_r, x_r - parameters.delta, v_r, v_c, start.phase * parameters.omega)
-    )
+    state = State(x_r, x_r - parameters.delta, v_r, v_c, start.phase * parameters.omega)
+    run = _Run(NumpyBackend(), parameters, start.phase, settle=True)
+    departure = run._depart(state)
     tally = Tally(starts=1, kinds={kind: 1})
     with backend("mpmath") as numbers:
-        exact = _Run(numbers, parameters, settle=False)
-        x, v, w, phase = map(numbers.number, (*start.state, start.phase))
-        truth = exact._depart(State(x, x - exact.delta, v, w, phase * exact.omega))
-        problem = ""
+        exact = _Run(numbers, parameters, start.phase, settle=False)
+        given = run._exactly(numbers, state)
+        truth = exact._depart(given)
+        problem, outcome = "", Outcome.UNDECIDED
         if departure is None or truth is None:
-            tally.outcomes = {str(Outcome.UNDECIDED): 1}
             tally.undecided = 1
-            if (departure is None) != (truth is None):
-                problem = f"departs {departure and departure.field}, not {truth and truth.field}"
+            if departure or truth:
+                problem = f"{_field(departure)} takes over, not {_field(truth)}"
         elif departure.field != truth.field:
-            problem = f"departs F{departure.field}, not F{truth.field}"
+            problem = f"{_field(departure)} takes over, not {_field(truth)}"
         else:
-            length = start.periods * parameters.period
-            _, switch = run._locate(departure, length)
-            _, true = exact._locate(truth, numbers.number(length))
-            tally.outcomes = {str(switch.outcome): 1}
-            tally.undecided = int(switch.outcome is Outcome.UNDECIDED or not true.certain)
+            _, switch = run._locate(state, departure, length)
+            _, true = exact._locate(given, truth, numbers.number(length))
+            outcome = switch.outcome
+            tally.undecided = int(outcome is Outcome.UNDECIDED or not true.certain)
             if set(switch.guards) != set(true.guards):
-                problem = f"F{truth.field}: {names(switch)}, not {names(true)}"
+                problem = f"{_field(truth)}: {names(switch)}, not {names(true)}"
             elif true.guards:
                 tally.worst = error(numbers, parameters, departure, switch, true)
                 if tally.worst > CONTRACT:
-                    problem = f"F{truth.field}: {true.guards[0].value} off by {tally.worst:.1f}"
+                    problem = f"{_field(truth)}: {names(true)} off by {tally.worst:.1f}"
     tally.settled = int(run.settled > 0)
+    tally.outcomes = {str(outcome): 1}
     if problem:
         tally.disagreements = [
             {"kind": kind, "problem": problem, "parameters": parameters.to_dict()}
-            | {"state": list(start.state), "phase": start.phase, "undecided": tally.undecided}
+            | {"state": list(start.state), "phase": start.phase}
         ]
     return tally
+
+
+def _field(departure: Departure | None) -> str:
+    return f"F{departure.field}" if departure else "no field"

@@ -1,15 +1,25 @@
-"""The command `hardcases`: the table of hard cases beside what plain approaches make of them."""
+"""The commands `hardcases` and `adversarial`: named hard cases, and random ones in numbers."""
 
 from __future__ import annotations
 
 import sys
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
+if TYPE_CHECKING:
+    from capsule_sym.hardcases.adversarial import Tally
+    from capsule_sym.hardcases.table import Row
+
+_RESULTS = Path("results/adversarial")
+_json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
+)
+
 
 @click.command("hardcases")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else.")
+@_json_option
 @click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
 def hardcases(as_json: bool, only: str) -> None:
     """Run every hard case and judge the switches found by 50 digits.
@@ -50,7 +60,7 @@ def hardcases(as_json: bool, only: str) -> None:
         raise click.exceptions.Exit(1)
 
 
-def _print(rows: list[Any], median: float, most: int) -> None:
+def _print(rows: list[Row], median: float, most: int) -> None:
     from rich import box
     from rich.table import Table
 
@@ -84,8 +94,59 @@ def _print(rows: list[Any], median: float, most: int) -> None:
     )
 
 
-def _all(rows: list[Any], way: str) -> int:
+def _all(rows: list[Row], way: str) -> int:
     return sum(row.plain[way] == "all" for row in rows)
+
+
+@click.command("adversarial")
+@click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
+@click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
+@_json_option
+def adversarial(count: int, seed: int, as_json: bool) -> None:
+    """Compare the first switch of random starts near tangencies and corners with 50 digits.
+
+    The log results/adversarial/seed-SEED.jsonl grows by a line for every 200 starts; a run that
+    was interrupted goes on where it stopped. Exits with 1 if a single start disagrees.
+    """
+    from dataclasses import asdict
+
+    from rich.progress import track
+
+    from capsule_sym.hardcases.adversarial import CHUNK, Tally, run
+    from capsule_sym.records import dumps
+
+    progress = _console(stderr=True)
+    total, log = Tally(), _RESULTS / f"seed-{seed}.jsonl"
+    for tally in track(
+        run(count, seed, log),
+        "Comparing with 50 digits",
+        -(-count // CHUNK),
+        console=progress,
+        disable=not progress.is_terminal,
+        transient=True,
+    ):
+        total.add(tally)
+    if as_json:
+        click.echo(dumps(asdict(total)))
+    else:
+        _print_tally(total)
+    if total.disagreements:
+        raise click.exceptions.Exit(1)
+
+
+def _print_tally(total: Tally) -> None:
+    console = _console()
+    for disagreement in total.disagreements:
+        console.print(f"[red]{disagreement['problem']}[/red]  {disagreement}")
+    outcomes = ", ".join(f"{name} {count}" for name, count in sorted(total.outcomes.items()))
+    console.print(
+        f"{total.starts} starts, {len(total.disagreements)} disagreements.\n"
+        f"Outcomes: {outcomes}.\n"
+        f"Left open by double precision and settled by 50 digits: {total.settled}; "
+        f"open to 50 digits as well: {total.undecided}.\n"
+        f"Largest error of a switching time: {total.worst:.2f} of 8 allowed.\n"
+        f"{total.starts / total.seconds:.1f} starts per second and process."
+    )
 
 
 def _console(stderr: bool = False) -> Any:

@@ -12,6 +12,7 @@ from capsule_sym.map.backend import Backend, Number, NumpyBackend, backend
 from capsule_sym.map.expansion import Guard, expand
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.simulate import _Run
+from capsule_sym.map.transitions import State, start_at
 from capsule_sym.parameters import Parameters
 
 CONTRACT = 8.0
@@ -53,8 +54,8 @@ class Judgement:
 
 def judge(start: Start) -> Judgement:
     """The run from a start, judged segment by segment and as a whole."""
-    run = _Recorded(NumpyBackend(), start.parameters, settle=True)
-    found = run.go(start.state, start.phase, start.periods, start.max_segments)
+    run = _Judged(NumpyBackend(), start.parameters, start.phase, settle=True)
+    found = run.go(start.state, start.periods, start.max_segments)
     true = simulate(
         start.parameters,
         start.state,
@@ -63,27 +64,7 @@ def judge(start: Start) -> Judgement:
         backend="mpmath",
         max_segments=start.max_segments,
     )
-    errors, wrong = [0.0], ""
-    with backend("mpmath") as numbers:
-        for leg in run.legs:
-            exact = exactly(numbers, start.parameters, leg.departure, leg.limit)
-            if set(leg.switch.guards) != set(exact.guards):
-                field = leg.departure.field
-                wrong = wrong or f"F{field}: {names(leg.switch)}, not {names(exact)}"
-            elif exact.guards:
-                errors.append(error(numbers, start.parameters, leg.departure, leg.switch, exact))
-    return Judgement(found, _fields(found), _fields(true), max(errors), wrong)
-
-
-def exactly(
-    numbers: Backend, parameters: Parameters, departure: Departure, limit: Number
-) -> Switch:
-    """The first switch after a departure, located in the given number system."""
-    start = departure.start.converted(numbers.number)
-    flow = Flow(
-        numbers, numbers.constants(departure.field, parameters), replace(departure, start=start)
-    )
-    return locate(flow, numbers.number(limit))
+    return Judgement(found, _fields(found), _fields(true), run.error, run.wrong)
 
 
 def error(
@@ -144,21 +125,22 @@ def names(switch: Switch) -> str:
     return " and ".join(guard.value for guard in switch.guards) or switch.outcome.value
 
 
-@dataclass(frozen=True)
-class _Leg:
-    departure: Departure
-    limit: Number
-    switch: Switch
+class _Judged(_Run):
+    """A run of which every switch is also located in 50 digits, from the same start."""
 
+    error, wrong = 0.0, ""
 
-class _Recorded(_Run):
-    """A run that keeps the departure and the switch of each segment."""
-
-    def __init__(self, numbers: Backend, parameters: Parameters, settle: bool) -> None:
-        super().__init__(numbers, parameters, settle)
-        self.legs: list[_Leg] = []
-
-    def _locate(self, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
-        flow, switch = super()._locate(departure, limit)
-        self.legs.append(_Leg(departure, limit, switch))
+    def _locate(self, state: State, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
+        flow, switch = super()._locate(state, departure, limit)
+        with backend("mpmath") as numbers:
+            c = numbers.constants(departure.field, self.parameters)
+            start = start_at(c, self._exactly(numbers, state))
+            exact = replace(departure, start=start._replace(zeros=departure.start.zeros))
+            true = locate(Flow(numbers, c, exact), numbers.number(limit))
+            if set(switch.guards) != set(true.guards):
+                self.wrong = self.wrong or f"F{flow.field}: {names(switch)}, not {names(true)}"
+            elif true.guards:
+                self.error = max(
+                    self.error, error(numbers, self.parameters, departure, switch, true)
+                )
         return flow, switch
