@@ -88,31 +88,30 @@ def largest_term(parameters: Parameters, departure: Departure, guard: Guard, h: 
     """The largest value that a term of a guard's closed form takes up to a duration h.
 
     The terms of x_r and v_r are the start's own and the responses to spring and friction, velocity
-    and forcing; those of v_c are the momenta of the relative motion, of friction and of forcing.
+    and forcing, the last with its amplitude over all phases; those of v_c are the momenta of the
+    relative motion, of friction and of forcing.
     """
     numbers = NumpyBackend()
     c, start = numbers.constants(departure.field, parameters), departure.start
     kernels, times = numbers.kernels, h * _GRID
-    still = kernels.Start(0.0, 0.0, 0.0, 0.0, 0.0, *numbers.cos_sin(start.angle))
     free = c._replace(alpha=0.0, push=0.0)
     force = max(abs(c.push), c.m * abs(start.x_r), c.m * c.kappa * abs(start.gap))
-    responses = [
-        kernels.flow(free._replace(push=force), still, times),
-        kernels.flow(free, still._replace(v_r=start.v_r), times),
-        kernels.flow(c._replace(push=0.0), still, times),
-    ]
-    x_r: float = max(abs(start.x_r), c.delta, *(_most(r[0]) for r in responses))
-    v_r = max(*(_most(r[1]) for r in responses))
+
+    def response(constants: Any, v_r: float = 0.0, cosine: float = 0.0, sine: float = 0.0) -> Any:
+        rest = kernels.Start(0.0, 0.0, v_r, 0.0, 0.0, cosine, sine)
+        return np.abs(kernels.flow(constants, rest, times)[:2])
+
+    forced = c._replace(push=0.0)
+    amplitude = np.hypot(response(forced, cosine=1.0), response(forced, sine=1.0))
+    responses = (response(free._replace(push=force)), response(free, start.v_r), amplitude)
+    x_r, v_r = np.max(responses, axis=(0, 2))
+    x_r = max(abs(start.x_r), c.delta, x_r)
     if guard is Guard.GAP:
-        return x_r
+        return float(x_r)
     if guard is Guard.DRIFT:
-        momenta: list[float] = [v_r, abs(c.friction) * h, c.alpha * min(h, 2 / c.omega)]
+        momenta = (v_r, abs(c.friction) * h, c.alpha * min(h, 2 / c.omega))
         return float(max(abs(start.v_c), max(momenta) / (1 + c.gamma)))
     return float(max((1 + c.kappa) * x_r, 2 * c.zeta * max(v_r, abs(start.v_r)), c.f_b))
-
-
-def _most(values: Any) -> float:
-    return float(np.max(np.abs(values)))
 
 
 def _fields(run: Trajectory) -> tuple[int, ...]:

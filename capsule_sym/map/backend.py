@@ -80,8 +80,9 @@ class NumpyBackend:
         whole = math.floor(angle / high)
         rest = (angle - whole * high) - whole * low
         if rest < 0.0:
-            return whole - 1, max(rest + high, 0.0) if rest + high < high else 0.0
-        return whole, rest
+            whole -= 1
+            rest = (angle - whole * high) - whole * low
+        return (whole + 1, 0.0) if rest >= high else (whole, rest)
 
     def polish(self, function: Callable[[float], float], low: float, high: float) -> float:
         from scipy.optimize import brentq

@@ -14,7 +14,7 @@ from capsule_sym.map.isolation import Search, positive_at, search
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
-_MOST_EVALUATIONS = 1_000_000
+_MOST_EVALUATIONS = 200_000
 _ERROR_UNITS = 8  # rounding of the kernels, in units of their largest terms; measured: below 4
 
 
@@ -217,7 +217,7 @@ def locate(flow: Flow, limit: Number) -> Switch:
             if switch is not None:
                 return replace(switch, tangencies=tuple(tangencies))
         further = horizon
-        if horizon < limit - now and not (zeros and now == 0):
+        if 0 < horizon < limit - now and not (zeros and now == 0):
             further = _further(flow, guards, at, horizon, limit - now)
         if further > horizon:
             horizon = further
@@ -244,7 +244,8 @@ def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Nu
         return least * 0
     expansions = quasistatic.expand_forced(flow.backend, flow.c, at)
     ahead = min(_REACH / rate, most)
-    while ahead > least:
+    # Below the segment's own reach the expansion of the whole motion does as well.
+    while ahead > max(least, _REACH / flow.c.rate):
         clear = min(search(expansions[g], 0, ahead, flow.backend.unit).clear for g in guards)
         if clear > 0:
             return clear

@@ -48,13 +48,13 @@ def simulate(
 _LARGEST_COUNT = 10**12
 _LARGEST_STATE = 1e20
 _RANGES = {
-    "alpha": (0.0, 1e16),
-    "omega": (1e-8, 1e8),
-    "delta": (0.0, 1e16),
-    "zeta": (0.0, 1e8),
-    "beta": (0.0, 1e16),
-    "gamma": (1e-12, 1e12),
-    "f_b": (1e-16, 1e16),
+    "alpha": (0.0, 1e10),
+    "omega": (1e-6, 1e6),
+    "delta": (0.0, 1e10),
+    "zeta": (0.0, 1e4),
+    "beta": (0.0, 1e10),
+    "gamma": (1e-8, 1e8),
+    "f_b": (1e-10, 1e10),
 }
 _backend = backend  # the parameter of `simulate` has the same name
 
@@ -62,11 +62,13 @@ _backend = backend  # the parameter of `simulate` has the same name
 def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
     allowed = f"three numbers (x_r, v_r, v_c) of size at most {_LARGEST_STATE:g}"
     try:
+        if any(isinstance(value, str | bytes | bool) for value in state):
+            raise TypeError
         x_r, v_r, v_c = (float(value) for value in state)
     except (TypeError, ValueError, OverflowError):
         raise InvalidInput("state", state, allowed) from None
     # NaN fails the comparison, so it is refused here as well.
-    if isinstance(state, str) or not all(abs(v) <= _LARGEST_STATE for v in (x_r, v_r, v_c)):
+    if not all(abs(value) <= _LARGEST_STATE for value in (x_r, v_r, v_c)):
         raise InvalidInput("state", state, allowed)
     return x_r, v_r, v_c
 

@@ -139,17 +139,20 @@ def _appendix_a() -> Iterator[Item]:
         mutant=(((sp.Le(second.smaller, second.larger),), sp.Le(first.smaller, first.larger)),),
         formula=rf"{sp.latex(first.alpha_bound)}\le {sp.latex(second.alpha_bound)}",
     )
-    corner = (*PIECES["O1"].relations, sp.Eq(first.smaller, first.larger), sp.Eq(force, -alpha))
+    at_end = (_DAMPED, sp.Eq(first.smaller, first.larger))
+    outside = (*PIECES["L1"].closure.relations, *at_end, sp.Le(outward("L1"), 0))
+    corner = (*PIECES["O1"].relations, *at_end, sp.Eq(force, -alpha))
+    only = ((outside, sp.Eq(x_r, delta)), (outside, sp.Eq(force, -alpha)))
     yield Item(
         id="appendix.A.endpoint",
         equation="Eq. (A.4)",
         statement=(
-            "at the end point of the bound the inner product (22) vanishes only at O1, which is "
+            "at the end point of the bound (22) vanishes on the closure of L1 only at O1, which is "
             "not on L1 (open at delta), at the instants cos(omega tau) = -1"
         ),
-        claim=(outward("L1"), (_DAMPED, *corner), 0),
-        check=signed,
-        mutant=(outward("L1") + v_r, (_DAMPED, *corner), 0),
+        claim=(*only, (corner, sp.Eq(outward("L1"), 0))),
+        check=implications,
+        mutant=(*only, (corner, sp.Gt(outward("L1"), 0))),
         formula=sp.latex(sp.Eq(outward("L1"), 0)),
     )
     yield Item(
@@ -229,9 +232,10 @@ def _both_signs(claim: tuple[Part, tuple[int, ...]]) -> bool:
     product = outward(part.line)
     low, high = part.within
     inside = (_DAMPED, alpha > 0, sp.Gt(low.lhs, low.rhs), sp.Lt(high.lhs, high.rhs))
-    return all(
-        always_solvable(inside, [sp.Gt(sign * product, 0)], [force]) for sign in signs
-    ) and sign_under(product, [*part.relations, *inside]) is None
+    return (
+        all(always_solvable(inside, [sp.Gt(sign * product, 0)], [force]) for sign in signs)
+        and sign_under(product, [*part.relations, *inside]) is None
+    )
 
 
 BIFURCATIONS = ("adding", "crossing", "grazing", "switching")
@@ -311,6 +315,11 @@ def _part_items(part: Part) -> Iterator[Item]:
         mutant=(part, frozenset(BIFURCATIONS) - kinds),
         formula=formula,
     )
+
+
+def part(line: str, number: int) -> Part:
+    """A part by its line and number."""
+    return next(one for one in PARTS if (one.line, one.number) == (line, number))
 
 
 def _widened(part: Part) -> Part:

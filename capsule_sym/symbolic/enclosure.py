@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
+from functools import cache
 from math import ceil, comb
 
 import sympy as sp
@@ -26,12 +27,17 @@ _EXTENDED = (*STATE, force, _quadrature)
 _DEEPEST = 12
 
 
-def _affine(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
+@cache
+def _coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
     """Coefficients of state, force and quadrature, then the constant, in an affine function."""
-    plain = sp.expand(expression).subs(alpha * sp.cos(omega * tau), force).subs(values)
-    slopes = [plain.coeff(symbol) for symbol in _EXTENDED]
-    constant = plain.subs(dict.fromkeys(_EXTENDED, 0))
-    return [Fraction(int(c.p), int(c.q)) for c in (*slopes, constant)]
+    plain = sp.expand(sp.expand(function).subs(alpha * sp.cos(omega * tau), force))
+    constant = plain.xreplace(dict.fromkeys(_EXTENDED, sp.S.Zero))
+    return (*(plain.coeff(symbol) for symbol in _EXTENDED), constant)
+
+
+def _affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
+    found = [coefficient.xreplace(values) for coefficient in _coefficients(function)]
+    return [Fraction(int(c.p), int(c.q)) for c in found]
 
 
 class Flow:
@@ -75,7 +81,7 @@ class Flow:
         found[0] += constant
         return found
 
-    def _remainder(self, function: sp.Expr, order: int, time: Fraction) -> Fraction:
+    def remainder(self, function: sp.Expr, order: int, time: Fraction) -> Fraction:
         """Bound on the terms neglected until `time`, divided by the elapsed time**order."""
         sensitivity = sum(map(abs, _affine(function, self._values)[:-1]), Fraction(0))
         growth = Fraction(3) ** ceil(self._norm * time)  # exceeds the exponential
@@ -85,16 +91,16 @@ class Flow:
         """Whether a function is proved positive from just after the start until `time`."""
         series = self.series(function)
         order = first_order(series)
-        return exceeds(series[order:], self._remainder(function, order, time), Fraction(0), time)
+        return exceeds(series[order:], self.remainder(function, order, time), Fraction(0), time)
 
     def positive_within(self, function: sp.Expr, bracket: Bracket) -> bool:
         """Whether a function is proved positive at all times of a bracket."""
-        return exceeds(self.series(function), self._remainder(function, 0, bracket[1]), *bracket)
+        return exceeds(self.series(function), self.remainder(function, 0, bracket[1]), *bracket)
 
     def negative_at(self, function: sp.Expr, time: Fraction) -> bool:
         """Whether a function is proved negative at a time."""
         value = sum((c * time**k for k, c in enumerate(self.series(function))), Fraction(0))
-        return value < -self._remainder(function, 0, time)
+        return value < -self.remainder(function, 0, time)
 
 
 def first_order(series: Polynomial) -> int:
@@ -105,7 +111,10 @@ def first_order(series: Polynomial) -> int:
 def _bernstein(polynomial: Polynomial, start: Fraction, end: Fraction) -> list[Fraction]:
     degree = len(polynomial) - 1
     scaled = [
-        sum((polynomial[k] * comb(k, j) * start ** (k - j) for k in range(j, degree + 1)), Fraction())
+        sum(
+            (polynomial[k] * comb(k, j) * start ** (k - j) for k in range(j, degree + 1)),
+            Fraction(),
+        )
         * (end - start) ** j
         for j in range(degree + 1)
     ]

@@ -39,9 +39,10 @@ class Piece:
         return Piece(f"cl {self.name}", tuple(map(_closed, self.relations)))
 
     @property
-    def codimension(self) -> int:
-        """Number of equations; each piece has independent ones."""
-        return sum(isinstance(relation, sp.Eq) for relation in self.relations)
+    def latex(self) -> str:
+        """The piece by its relations, in LaTeX."""
+        listed = r",\ ".join(map(sp.latex, self.relations))
+        return rf"{self.name[0]}_{{{self.name[1:]}}}=\{{{listed}\}}"
 
     def contains(self, state: Iterable[sp.Expr], hypotheses: Iterable[Relation] = ()) -> bool:
         """Whether a state (x_r, v_r, v_c) lies in the piece whenever the hypotheses hold."""
@@ -52,7 +53,9 @@ class Piece:
 def _closed(relation: Relation) -> Relation:
     if isinstance(relation, sp.StrictGreaterThan):
         return sp.Ge(relation.lhs, relation.rhs)
-    return sp.Le(relation.lhs, relation.rhs) if isinstance(relation, sp.StrictLessThan) else relation
+    return (
+        sp.Le(relation.lhs, relation.rhs) if isinstance(relation, sp.StrictLessThan) else relation
+    )
 
 
 def empty(piece: Piece, hypotheses: Iterable[Relation] = ()) -> bool:

@@ -170,8 +170,10 @@ def _corner_items() -> Iterator[Item]:
             claim=(corner, hypotheses, lines),
             check=lambda claim: lines_at(*claim[:2]) == claim[2],
             mutant=(corner, hypotheses, lines - {"L1", "L2"}),
-            formula=rf"{corner[0]}_{corner[1]}\in" + r"\cap".join(
-                rf"\bar L_{{{n[1:]}}}" for n in listed.replace(",", "").replace("L", "").split()
+            formula=rf"{corner[0]}_{corner[1]}\in"
+            + r"\cap".join(
+                rf"\bar L_{{{n[1:]}}}"
+                for n in listed.replace(",", "").replace("L", "").split()
                 for n in ["L" + n]
             ),
         )
@@ -323,7 +325,10 @@ def _order_item(stick: Segment) -> Item:
         claim=y4 - rule,
         check=vanishes,
         mutant=y4 + rule,
-        formula=rf"P^{{(4)}}=-\omega^2({sp.latex(k)}P+2\zeta P'+P'')-({sp.latex(k)})P''-2\zeta P'''",
+        formula=(
+            rf"P^{{(4)}}=-\omega^2\bigl(({sp.latex(k)})P+2\zeta P'+P''\bigr)"
+            rf"-({sp.latex(k)})P''-2\zeta P^{{(3)}}"
+        ),
     )
 
 

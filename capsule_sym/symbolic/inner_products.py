@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import sympy as sp
 
@@ -94,7 +94,7 @@ def _on(piece: Piece, expression: sp.Expr) -> sp.Expr:
     return sp.factor(sp.expand(sp.together(expression.subs(STATE[0], root))))
 
 
-@lru_cache(maxsize=None)
+@cache
 def inner_products() -> tuple[InnerProduct, ...]:
     """All inner products of Section 3: every surface and line with every field beside it."""
     places = [name for name in (*SURFACES, *LINES) if name != _GRAZE]
@@ -157,9 +157,9 @@ def _item(product: InnerProduct) -> Item:
 
 def _latex(product: InnerProduct) -> str:
     function, side = product.normal[1:-1], product.normal[-1].replace("−", "-")
+    value: str = sp.latex(product.value)
     return (
-        rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle="
-        + sp.latex(product.value)
+        rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle=" + value
     )
 
 

@@ -88,4 +88,4 @@ def signed(claim: tuple[sp.Expr, tuple[Relation, ...], int]) -> bool:
 
 def vanishes(claim: sp.Expr) -> bool:
     """Check that an expression is identically zero."""
-    return sp.expand(sp.together(claim)) == 0
+    return bool(sp.expand(sp.together(claim)) == 0)

@@ -8,9 +8,10 @@ equivalence over the real numbers, so that consistency and implication are decid
 where the sign of a coefficient is not known, `Undecided` is raised.
 
 Every relation is homogeneous in the variables (the unit of force is free), so f_b = 1 stands for
-all f_b > 0. zeta = 0 and beta = 0 are treated as cases of their own, beside zeta > 0 and beta > 0. The force
-alpha cos(omega tau) takes any value in [-alpha, alpha]; its rate of change is left unbounded,
-which only makes a system easier to satisfy: what is inconsistent here is so in the model.
+all f_b > 0. zeta = 0 and beta = 0 are cases of their own, beside zeta > 0 and beta > 0. The
+force alpha cos(omega tau) takes any value in [-alpha, alpha]; its rate of change is left
+unbounded, which only makes a system easier to satisfy: what is inconsistent here is so in the
+model.
 """
 
 from __future__ import annotations
@@ -18,10 +19,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, cached_property
 from itertools import product
 from math import ceil, floor
-from typing import Literal
+from typing import Any, Literal, TypeAlias
 
 import sympy as sp
 from sympy.polys.rings import PolyElement, ring
@@ -43,7 +44,7 @@ from capsule_sym.symbolic.symbols import (
 
 Kind = Literal[">", ">=", "=="]
 Sign = Literal[-1, 0, 1]
-Relation = sp.Basic
+Relation: TypeAlias = sp.Basic
 """A SymPy relation (>, >=, <, <=, Eq), or one of SymPy's truth values."""
 
 force = sp.Symbol("u", real=True)  # alpha cos(omega tau)
@@ -51,8 +52,8 @@ force_rate = sp.Symbol("u1", real=True)  # its time derivative
 _depth = sp.Symbol("s", real=True)  # x_r - delta
 _inverse_gamma = sp.Symbol("g", positive=True)
 
-_VARIABLES = (_depth, v_c, v_r, force_rate, force, alpha, delta, f_b)
-_RING = ring((*_VARIABLES, zeta, beta, omega, _inverse_gamma), sp.QQ)[0]
+_VARIABLES = (_depth, v_c, v_r, force_rate, force, alpha, delta)
+_RING = ring((*_VARIABLES, f_b, zeta, beta, omega, _inverse_gamma), sp.QQ)[0]
 _GENERATOR = dict(zip(_RING.symbols, _RING.gens, strict=True))
 _POSITION = {symbol: position for position, symbol in enumerate(_RING.symbols)}
 _LINEAR = {
@@ -79,20 +80,37 @@ class _Constraint:
 
     def slope(self, symbol: sp.Symbol) -> PolyElement:
         """Coefficient of a variable, in which the constraint is linear."""
-        derivative = self.polynomial.diff(_POSITION[symbol])
-        if any(powers[_POSITION[symbol]] for powers in derivative):
-            raise Undecided(self.polynomial, symbol)
-        return derivative
+        position = _POSITION[symbol]
+        terms = {}
+        for powers, coefficient in self.polynomial.items():
+            if powers[position] > 1:
+                raise Undecided(self.polynomial, symbol)
+            if powers[position]:
+                terms[_without(powers, position)] = coefficient
+        return _RING.from_dict(terms)
+
+    @cached_property
+    def _support(self) -> frozenset[int]:
+        return frozenset(i for powers in self.polynomial for i, n in enumerate(powers) if n)
 
     def involves(self, symbol: sp.Symbol) -> bool:
-        position = _POSITION[symbol]
-        return any(powers[position] for powers in self.polynomial)
+        return _POSITION[symbol] in self._support
 
     def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> _Constraint:
         """The constraint with numbers in place of some symbols."""
-        pairs = [(_GENERATOR[s], sp.QQ(Fraction(v))) for s, v in values.items()]
-        return _Constraint(self.polynomial.subs(pairs), self.kind)
+        numbers = [(_POSITION[s], sp.QQ(Fraction(v))) for s, v in values.items()]
+        terms: dict[tuple[int, ...], Any] = {}
+        for powers, coefficient in self.polynomial.items():
+            for position, number in numbers:
+                if powers[position]:
+                    coefficient *= number ** powers[position]
+                    powers = _without(powers, position)
+            terms[powers] = terms.get(powers, 0) + coefficient
+        return _Constraint(_RING.from_dict(terms), self.kind)
 
+
+def _without(powers: tuple[int, ...], position: int) -> tuple[int, ...]:
+    return (*powers[:position], 0, *powers[position + 1 :])
 
 
 def _permits(kind: Kind, sign: Sign) -> bool:
@@ -108,35 +126,31 @@ def _sign(polynomial: PolyElement) -> Sign:
     return 1 if signs == {1} else -1
 
 
-@lru_cache(maxsize=None)
+@cache
 def _polynomial(expression: sp.Expr) -> PolyElement:
-    return _RING.from_expr(sp.expand(expression.xreplace(_LINEAR)))
-
-
-def _homogeneous(expression: sp.Expr) -> PolyElement:
-    polynomial = _polynomial(expression)
-    if len({sum(powers[: len(_VARIABLES)]) for powers in polynomial}) > 1:
+    """A homogeneous expression as a polynomial, at f_b = 1."""
+    polynomial = _RING.from_expr(sp.expand(expression.xreplace(_LINEAR)))
+    if len({sum(powers[: _POSITION[f_b] + 1]) for powers in polynomial}) > 1:
         raise Undecided(expression)
-    return polynomial
+    return _Constraint(polynomial, "==").at({f_b: 1}).polynomial
 
 
 def _constraint(relation: Relation) -> _Constraint:
     if relation in (sp.true, sp.false):
         return _Constraint(_RING.one if relation == sp.true else -_RING.one, ">")
     if isinstance(relation, sp.Eq):
-        return _Constraint(_homogeneous(relation.lhs - relation.rhs), "==")
+        return _Constraint(_polynomial(relation.lhs - relation.rhs), "==")
     if isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan)):
-        return _Constraint(_homogeneous(relation.gts - relation.lts), ">")
+        return _Constraint(_polynomial(relation.gts - relation.lts), ">")
     if isinstance(relation, (sp.GreaterThan, sp.LessThan)):
-        return _Constraint(_homogeneous(relation.gts - relation.lts), ">=")
+        return _Constraint(_polynomial(relation.gts - relation.lts), ">=")
     raise TypeError(f"not a relation that can be decided: {relation}")
 
 
-_a, _u, _f = (_GENERATOR[symbol] for symbol in (alpha, force, f_b))
+_a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))
 _RANGES = (
     _Constraint(_a, ">="),
     _Constraint(_GENERATOR[delta], ">="),
-    _Constraint(_f, ">"),
     _Constraint(_a - _u, ">="),
     _Constraint(_a + _u, ">="),
 )
@@ -196,13 +210,17 @@ def _order(constraints: list[_Constraint], symbols: list[sp.Symbol]) -> sp.Symbo
     return symbols[min(costs)[1]]
 
 
+class _Contradiction(Exception):
+    """A constraint without variables that does not hold."""
+
+
 def _settled(constraints: Iterable[_Constraint]) -> list[_Constraint]:
-    """The constraints without those that hold by themselves; one alone if it cannot hold."""
+    """The constraints without those that hold by themselves."""
     kept: list[_Constraint] = []
     for constraint in dict.fromkeys(constraints):
         try:
             if not _holds(constraint):
-                return [constraint]
+                raise _Contradiction
         except Undecided:
             kept.append(constraint)
     return kept
@@ -215,16 +233,16 @@ def _stages(
     left = list(symbols)
     constraints = _settled(constraints)
     while left:
-        symbol = _order(constraints, left)
+        present = [s for s in left if any(c.involves(s) for c in constraints)]
+        symbol = _order(constraints, present) if present else left[0]
         left.remove(symbol)
         yield symbol, constraints
-        constraints = _settled(_eliminate(symbol, constraints))
+        if present:
+            constraints = _settled(_eliminate(symbol, constraints))
     yield sp.S.One, constraints
 
 
-def _remaining(
-    constraints: list[_Constraint], symbols: Iterable[sp.Symbol]
-) -> list[_Constraint]:
+def _remaining(constraints: list[_Constraint], symbols: Iterable[sp.Symbol]) -> list[_Constraint]:
     return list(_stages(constraints, symbols))[-1][1]
 
 
@@ -235,21 +253,18 @@ def _zero_patterns(symbols: list[sp.Symbol]) -> Iterator[dict[sp.Symbol, int]]:
 
 def _cases(constraints: Iterable[_Constraint]) -> Iterator[list[_Constraint]]:
     """The constraints for zeta and beta zero or positive, in every combination that occurs."""
-    constraints = [constraint.at({f_b: 1}) for constraint in (*constraints, *_RANGES)]
+    constraints = [*constraints, *_RANGES]
     present = [s for s in (zeta, beta) if any(c.involves(s) for c in constraints)]
     for values in _zero_patterns(present):
         yield [constraint.at(values) for constraint in constraints]
 
 
-def _satisfiable(constraints: Iterable[_Constraint]) -> bool:
-    """Whether constraints on positive zeta, beta and 1/gamma alone can hold together."""
-    unsettled: list[_Constraint] = []
-    for constraint in constraints:
-        try:
-            if not _holds(constraint):
-                return False
-        except Undecided:
-            unsettled.append(constraint)
+def _satisfiable(constraints: list[_Constraint]) -> bool:
+    """Whether some state and some positive zeta, beta, omega and 1/gamma satisfy constraints."""
+    try:
+        unsettled = _remaining(constraints, _VARIABLES)
+    except _Contradiction:
+        return False
     unknown = sorted({s for c in unsettled for s in c.polynomial.as_expr().free_symbols}, key=str)
     samples = (dict(zip(unknown, values, strict=True)) for values in _trials(len(unknown)))
     if any(all(_holds(constraint.at(sample)) for constraint in unsettled) for sample in samples):
@@ -260,7 +275,7 @@ def _satisfiable(constraints: Iterable[_Constraint]) -> bool:
     one = sp.Poly(1, symbol)
     system = [((sp.Poly(c.polynomial.as_expr(), symbol), one), c.kind) for c in unsettled]
     positive = ((sp.Poly(symbol, symbol), one), ">")
-    return solve_rational_inequalities([[positive, *system]]) != sp.S.EmptySet
+    return bool(solve_rational_inequalities([[positive, *system]]) != sp.S.EmptySet)
 
 
 def _holds(constraint: _Constraint) -> bool:
@@ -272,11 +287,9 @@ def _trials(count: int) -> Iterator[tuple[Fraction, ...]]:
     return product((Fraction(1, 16), Fraction(1), Fraction(16)), repeat=count)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _consistent(constraints: tuple[_Constraint, ...]) -> bool:
-    return any(
-        _satisfiable(_remaining(case, _VARIABLES[:-1])) for case in _cases(constraints)
-    )
+    return any(map(_satisfiable, _cases(constraints)))
 
 
 def consistent(relations: Iterable[Relation]) -> bool:
@@ -287,16 +300,17 @@ def consistent(relations: Iterable[Relation]) -> bool:
     return _consistent(tuple(map(_constraint, relations)))
 
 
-def _negations(relation: Relation) -> list[Relation]:
+def negations(relation: Relation) -> tuple[Relation, ...]:
+    """The relations of which exactly one holds where the given one does not."""
     if isinstance(relation, sp.Eq):
-        return [sp.Gt(relation.lhs, relation.rhs), sp.Lt(relation.lhs, relation.rhs)]
-    return [sp.Not(relation)]
+        return sp.Gt(relation.lhs, relation.rhs), sp.Lt(relation.lhs, relation.rhs)
+    return (sp.Not(relation),)
 
 
 def implies(hypotheses: Iterable[Relation], conclusion: Relation) -> bool:
     """Whether the conclusion holds wherever all the hypotheses do."""
     hypotheses = list(hypotheses)
-    return not any(consistent([*hypotheses, other]) for other in _negations(conclusion))
+    return not any(consistent([*hypotheses, other]) for other in negations(conclusion))
 
 
 def sign_under(expression: sp.Expr, hypotheses: Iterable[Relation]) -> Sign | None:
@@ -323,7 +337,10 @@ def always_solvable(
     for values in _zero_patterns(present):
         case = [constraint.at(values) for constraint in given]
         fixed = [_Constraint(_GENERATOR[s], ">") for s in present if s not in values]
-        remaining = _remaining([c.at(values) for c in (*wanted, *_RANGES)], eliminated)
+        try:
+            remaining = _remaining([c.at(values) for c in (*wanted, *_RANGES)], eliminated)
+        except _Contradiction:
+            remaining = [_Constraint(-_RING.one, ">")]
         for condition in remaining:
             for opposite in _opposites(condition):
                 if _consistent((*case, *fixed, opposite)):
@@ -362,8 +379,8 @@ def example(
 ) -> dict[sp.Symbol, Fraction]:
     """An exact rational point that satisfies the relations, found by back-substitution.
 
-    `values` gives zeta, beta and gamma and any other symbol that is to be fixed; the result
-    holds them and x_r, v_r, v_c, the force, alpha, delta and f_b. Raises ValueError when there
+    `values` gives zeta, beta, gamma, f_b = 1 and any other symbol that is to be fixed; the
+    result holds them and x_r, v_r, v_c, the force, alpha and delta. Raises ValueError when there
     is no such point.
     """
     fixed = {symbol: Fraction(value) for symbol, value in values.items()}
@@ -373,9 +390,10 @@ def example(
     polynomial_values[_inverse_gamma] = 1 / fixed[gamma]
     constraints = [c.at(polynomial_values) for c in [*map(_constraint, relations), *_RANGES]]
     unknowns = [symbol for symbol in _VARIABLES if symbol not in fixed]
-    *stages, (_, rest) = _stages(constraints, unknowns)
-    if not _satisfiable(rest):
-        raise ValueError(f"no point satisfies {list(relations)} at {fixed}")
+    try:
+        *stages, _ = _stages(constraints, unknowns)
+    except _Contradiction:
+        raise ValueError(f"no point satisfies {list(relations)} at {fixed}") from None
     found: dict[sp.Symbol, Fraction | int] = {}
     for symbol, stage in reversed(stages):
         found[symbol] = _choose(symbol, [c.at(found) for c in stage if c.involves(symbol)])
@@ -402,9 +420,7 @@ def _choose(symbol: sp.Symbol, constraints: Iterable[_Constraint]) -> Fraction:
     return _simplest(low, high, closed)
 
 
-def evaluate(
-    expression: sp.Expr, point: Mapping[sp.Symbol, Fraction]
-) -> Fraction:
+def evaluate(expression: sp.Expr, point: Mapping[sp.Symbol, Fraction]) -> Fraction:
     """Exact value of an expression that is rational in the symbols of a point."""
     reduced = expression.xreplace({sp.cos(omega * tau): force / alpha}).expand()
     value = reduced.xreplace({symbol: sp.Rational(v) for symbol, v in point.items()})

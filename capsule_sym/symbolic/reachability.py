@@ -1,19 +1,22 @@
 """Witnesses that the local maps of Table 3 occur, each checked in exact rational arithmetic.
 
 A witness gives rational parameters and a rational state at the END of the map, with the values
-of alpha cos(omega tau) and alpha sin(omega tau) there, which determine alpha. The field is followed backwards by its Taylor polynomial with a rigorous bound on the
-remainder: the trajectory stays in the cell of the field until it meets, transversally, the
-surface on which the map began. Every comparison is one of rational numbers, so a witness that is
-accepted is a proof that its map is possible. That no other map is, follows from `switching`.
+of alpha cos(omega tau) and alpha sin(omega tau) there, which determine alpha. The field is
+followed backwards in a rigorous enclosure: the trajectory stays in the cell of the field until it
+meets, transversally, the surface on which the map began. Every comparison is one of rational
+numbers, so a witness that is accepted is a proof that its map is possible. That no other map is,
+follows from `switching`.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 from importlib.resources import files
+from typing import Any
 
 import sympy as sp
 
@@ -22,7 +25,6 @@ from capsule_sym.symbolic.geometry import SCENARIOS
 from capsule_sym.symbolic.model import SEGMENTS, Segment
 from capsule_sym.symbolic.switching import LocalMap, guards, time_derivative
 from capsule_sym.symbolic.symbols import (
-    STATE,
     alpha,
     beta,
     delta,
@@ -53,7 +55,8 @@ class Witness:
     bracket: tuple[Fraction, Fraction]
 
     @property
-    def parameters(self) -> dict[sp.Symbol, sp.Rational]:
+    def parameters(self) -> dict[sp.Symbol, sp.Expr]:
+        """The parameters as exact numbers."""
         values = {delta: self.delta, zeta: self.zeta, beta: self.beta, gamma: self.gamma}
         exact = {symbol: sp.Rational(value) for symbol, value in values.items()}
         amplitude = sp.sqrt(sum(sp.Rational(part) ** 2 for part in self.forcing))
@@ -107,23 +110,43 @@ def source(witness: Witness) -> str | None:
     return None
 
 
+def described(witness: Witness) -> dict[str, str]:
+    """A witness in exact numbers, as text."""
+    cosine, sine = witness.forcing
+    return {
+        **{str(symbol): str(value) for symbol, value in witness.parameters.items()},
+        "end (x_r, v_r, v_c)": ", ".join(map(str, witness.end)),
+        "alpha cos(omega tau)": str(cosine),
+        "alpha sin(omega tau)": str(sine),
+        "duration": "between {} and {}".format(*witness.bracket),
+    }
+
+
 def proves(witness: Witness) -> bool:
     """Whether the witness proves that its local map occurs."""
     wanted = witness.local_map
     return target(witness) == wanted.target and source(witness) == wanted.source
 
 
-@lru_cache(maxsize=None)
+@cache
 def witnesses() -> tuple[Witness, ...]:
     """The stored witnesses: at least one for every local map in every regime that allows it."""
     text = (files(__package__) / "witnesses.json").read_text(encoding="utf-8")
-    return tuple(
-        Witness(
-            LocalMap(f"Σ{record['map'][0]}", record["map"][1], f"Σ{record['map'][2]}"),
-            *(Fraction(record[name]) for name in ("delta", "zeta", "beta", "gamma")),
-            end=tuple(map(Fraction, record["end"])),
-            forcing=tuple(map(Fraction, record["forcing"])),
-            bracket=tuple(map(Fraction, record["bracket"])),
-        )
-        for record in json.loads(text)
+    return tuple(map(_witness, json.loads(text)))
+
+
+def _witness(record: Mapping[str, Any]) -> Witness:
+    end_plane, field, start_plane = record["map"]
+    x_end, v_end, capsule_end = map(Fraction, record["end"])
+    cosine, sine = map(Fraction, record["forcing"])
+    late, early = map(Fraction, record["bracket"])
+    return Witness(
+        LocalMap(f"Σ{end_plane}", field, f"Σ{start_plane}"),
+        delta=Fraction(record["delta"]),
+        zeta=Fraction(record["zeta"]),
+        beta=Fraction(record["beta"]),
+        gamma=Fraction(record["gamma"]),
+        end=(x_end, v_end, capsule_end),
+        forcing=(cosine, sine),
+        bracket=(late, early),
     )

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from itertools import chain
 
 import sympy as sp
@@ -95,7 +95,7 @@ def time_derivative(expression: sp.Expr, field: Segment) -> sp.Expr:
     return sp.expand(along + expression.diff(tau))
 
 
-@lru_cache(maxsize=None)
+@cache
 def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, ...]:
     """A function and its time derivatives along F`index`, orders 0 to `orders`."""
     found = [sp.expand(expression)]
@@ -119,9 +119,7 @@ class _Split(Exception):
         self.expression = expression
 
 
-def _first_sign(
-    guard: sp.Expr, field: Segment, known: tuple[Relation, ...]
-) -> tuple[int, Sign]:
+def _first_sign(guard: sp.Expr, field: Segment, known: tuple[Relation, ...]) -> tuple[int, Sign]:
     """Order and sign of the first derivative of a guard that does not vanish (0: all vanish)."""
     orders = _ORDERS_OF_FORCE if guard.has(f_b) else _ORDERS_OF_MOTION
     for order, expression in enumerate(derivatives(guard, field.index, orders)):
@@ -133,9 +131,7 @@ def _first_sign(
     return orders + 1, 0
 
 
-def _passage(
-    field: Segment, known: tuple[Relation, ...]
-) -> tuple[bool | None, bool | None]:
+def _passage(field: Segment, known: tuple[Relation, ...]) -> tuple[bool | None, bool | None]:
     """Whether the field's trajectory through the point comes from, and goes into, its cell.
 
     None where nothing excludes it and some guard vanishes with all its derivatives.
@@ -183,9 +179,7 @@ def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
     return sp.expand(product / gamma ** sp.degree(product, gamma))
 
 
-def leaves(
-    piece: Piece, condition: tuple[Relation, ...] = ()
-) -> Iterator[Leaf]:
+def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]:
     """The parts of a piece on which every field's arrival and departure are decided."""
     known = (*piece.relations, *condition)
     passages: dict[int, tuple[bool | None, bool | None]] = {}
@@ -209,7 +203,7 @@ def leaves(
     )
 
 
-@lru_cache(maxsize=None)
+@cache
 def leaves_of(name: str) -> tuple[Leaf, ...]:
     """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own."""
     apart = {"L9": v_c, "O1": v_r}
@@ -256,7 +250,7 @@ class _Event:
     relations: tuple[Relation, ...]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _events() -> tuple[_Event, ...]:
     impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
     return tuple(
@@ -320,9 +314,7 @@ def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
     hypotheses = list(hypotheses)
     possible = [e for e in _events() if consistent([*e.relations, *hypotheses])]
     barred = {
-        field.index
-        for field in SEGMENTS
-        if not field.stick and never_rests(field, hypotheses)
+        field.index for field in SEGMENTS if not field.stick and never_rests(field, hypotheses)
     }
     return frozenset(
         LocalMap(target=end.plane, field=end.before, source=start.plane)
@@ -333,7 +325,7 @@ def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
     )
 
 
-@lru_cache(maxsize=None)
+@cache
 def local_maps() -> tuple[LocalMap, ...]:
     """Table 3, derived: the local maps that occur for some parameters, in the paper's order.
 

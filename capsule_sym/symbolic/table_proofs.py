@@ -15,7 +15,7 @@ from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import SEGMENTS
 from capsule_sym.symbolic.printed import Row
 from capsule_sym.symbolic.proof import Relation, consistent, implies
-from capsule_sym.symbolic.reachability import Witness, proves, witnesses
+from capsule_sym.symbolic.reachability import Witness, described, proves, witnesses
 from capsule_sym.symbolic.switching import (
     Leaf,
     LocalMap,
@@ -27,7 +27,7 @@ from capsule_sym.symbolic.switching import (
     never_rests,
     surface_transitions,
 )
-from capsule_sym.symbolic.symbols import delta, f_b, gamma, v_c, zeta
+from capsule_sym.symbolic.symbols import delta, f_b, zeta
 
 Passage = tuple[frozenset[int], frozenset[int]]
 """Fields that arrive, and fields that depart."""
@@ -58,7 +58,7 @@ def _table_1() -> Iterator[Item]:
             claim=rows,
             check=_surface_matches,
             mutant=frozenset(Row(row.target, row.place, row.source) for row in rows),
-            formula=rf"S_{{{surface[1:]}}}",
+            formula=PIECES[surface].latex,
         )
 
 
@@ -172,7 +172,7 @@ def _table_2() -> Iterator[Item]:
             claim=rows,
             check=_crossing_matches,
             mutant=frozenset(Row(row.target, row.place, row.source) for row in rows),
-            formula=rf"L_{{{line[1:]}}}",
+            formula=PIECES[line].latex,
         )
 
 
@@ -185,7 +185,9 @@ def _occurs(claim: tuple[LocalMap, tuple[Witness, ...]]) -> bool:
 def _map_item(local_map: LocalMap) -> Item:
     found = tuple(w for w in witnesses() if w.local_map == local_map)
     other = replace(local_map, target="Σ7" if local_map.target != "Σ7" else "Σ2")
-    scenarios = sorted({f"{s}{'' if damped else ', ζ = 0'}" for s, damped in (w.regime for w in found)})
+    scenarios = sorted(
+        {f"{s}{'' if damped else ', ζ = 0'}" for s, damped in (w.regime for w in found)}
+    )
     new = "" if local_map in printed.TABLE_3 else " (not in the printed table)"
     return Item(
         id=f"table3.{local_map.target}.F{local_map.field}.{local_map.source}",
@@ -196,6 +198,7 @@ def _map_item(local_map: LocalMap) -> Item:
         mutant=(other, tuple(replace(w, local_map=other) for w in found)),
         formula=rf"P_{{\Sigma_{{{local_map.target[1:]}}},F_{local_map.field},"
         rf"\Sigma_{{{local_map.source[1:]}}}}}",
+        witness=lambda: described(found[0]),
     )
 
 
@@ -227,9 +230,9 @@ def _regime_items() -> Iterator[Item]:
 
 
 def _closed(claim: tuple[LocalMap, ...]) -> bool:
-    """Whether points that only higher derivatives decide add no end of a field to the maps."""
+    """Whether these are the maps not excluded, at points of any degeneracy."""
     known = {(m.field, m.target) for m in claim}
-    return end_planes() <= known
+    return set(claim) == set(local_maps()) and end_planes() <= known
 
 
 _BAR = (4, sp.Ge(delta, f_b))
@@ -241,7 +244,7 @@ def _is_barred(claim: tuple[int, Relation]) -> bool:
 
 
 def _table_3() -> Iterator[Item]:
-    maps = local_maps()
+    maps = tuple(sorted({w.local_map for w in witnesses()}))
     common = frozenset(printed.TABLE_3)
     yield Item(
         id="table3.printed",

@@ -46,8 +46,8 @@ def flow_of(parameters: Parameters, start: Departure, precise: bool = False) -> 
     margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
     if given.margin == 0:
         margin = mpf(0)
-    converted = given.converted(numbers.number)._replace(gap=gap, margin=margin)
-    return Flow(numbers, c, Departure(start.field, converted))
+    exact = Start(x_r, gap, v_r, mpf(given.v_c), margin, mpf(given.angle), given.zeros)
+    return Flow(numbers, c, Departure(start.field, exact))
 
 
 def check_errors(motion: Motion, h: float, truth: Any) -> None:

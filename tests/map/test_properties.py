@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from math import isfinite, pi
 from typing import Any
 
@@ -13,7 +12,6 @@ from hypothesis import strategies as st
 
 from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym.errors import Outcome
-from capsule_sym.symbolic.switching import local_maps
 from tests.judges import CONTACT, DRIFT, taylor
 
 # A run is reported as it was found: making it smaller takes longer than it tells.
@@ -46,20 +44,15 @@ def starts(draw: st.DrawFn) -> tuple[Parameters, tuple[float, float, float], flo
     case = draw(parameters())
     # Without forcing and damping a start at rest comes back to its own tangency for ever.
     assume(case.alpha or case.zeta)
-    number = st.floats(-3, 3)
+    # Not smaller than 1e-6: sizes at which doubles end are cases of their own.
+    number = st.integers(-3_000_000, 3_000_000).map(lambda millionths: millionths / 1e6)
     x_r = draw(st.just(case.delta) | number)
     state = (x_r, draw(st.just(0.0) | number), draw(st.just(0.0) | number))
-    return case, state, draw(st.floats(0, 0.999)) * 2 * pi / case.omega
-
-
-@cache
-def table_3() -> frozenset[str]:
-    """The derived local maps."""
-    return frozenset(map(str, local_maps()))
+    return case, state, draw(st.integers(0, 999)) / 1000 * 2 * pi / case.omega
 
 
 def check(run: Trajectory) -> None:
-    """Nothing but finite numbers, segments that join, and local maps that exist."""
+    """Nothing but finite numbers, states within each segment's region, segments that join."""
     case = run.parameters
     assert run.stopped == ""
     assert run.final[0] == (2, 0)
@@ -87,14 +80,12 @@ def check(run: Trajectory) -> None:
         assert before.end_state == after.start_state
         assert before.end == after.start
         assert before.target == after.source
-        if before.source:
-            assert before.local_map in table_3()
     assert run.segments[-1].outcome in (Outcome.END, Outcome.NEVER)
 
 
 @given(starts())
 @settings(max_examples=120, phases=FOUND)
-def test_every_run_is_complete_joined_and_within_table_3(start: Any) -> None:
+def test_every_run_is_complete_and_stays_in_its_regions(start: Any) -> None:
     case, state, phase = start
     check(simulate(case, state, phase, 2))
 
@@ -108,9 +99,9 @@ def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
     fields = [[segment.field for segment in run.segments] for run in (double, precise)]
     # Two systems that switch at almost the same time may part: then the segment is as short.
     if fields[0] != fields[1]:
-        parted = next(i for i, (a, b) in enumerate(zip(*fields, strict=False)) if a != b)
+        parted = next(i for i, pair in enumerate(zip_longest(*fields)) if len(set(pair)) > 1)
         shortest = min(float(run.segments[parted].duration) for run in (double, precise))
-        assert shortest < 1e-9 or double.settled, (fields, shortest)
+        assert shortest < 1e-9, (fields, shortest)
 
 
 @given(starts())

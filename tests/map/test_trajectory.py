@@ -161,6 +161,19 @@ def test_a_state_after_many_turns_of_fast_forcing_is_at_the_right_phase() -> Non
             assert end == pytest.approx(leg.end, abs=1e-10)
 
 
+def test_a_switch_at_a_whole_period_does_not_lose_it() -> None:
+    # At resonance without damping the motion comes back to x_r = delta after exactly one period.
+    case = Parameters(
+        alpha=0.29868932310650864, omega=1.0, delta=0.02, zeta=0.0, beta=0.0, gamma=1.0
+    )
+    run = simulate(case, (0.02, 0.0, 0.0), periods=2)
+    judged = dop853.run(case, (0.02, 0.0, 0.0), periods=2)
+    assert "".join(str(segment.field) for segment in run.segments) == judged.fields
+    for segment, leg in zip(run.segments, judged.legs, strict=True):
+        assert segment.end.period * case.period + segment.end.phase == pytest.approx(leg.end)
+    assert run.final[1] == pytest.approx(judged.final[:3], abs=1e-10)
+
+
 def test_a_steady_motion_of_one_period() -> None:
     run = simulate(Parameters(alpha=0.7), periods=60)
     motion = run.steady()

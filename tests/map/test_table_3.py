@@ -1,0 +1,76 @@
+"""The run-time map stays inside the derived tables, also where it is not made to.
+
+The map takes its candidates from the derived switching table. Here that restriction is removed:
+the field that goes on is whichever the guards' derivatives allow, and every local map visited must
+still be one of the derived Table 3.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from typing import Any
+
+import pytest
+
+from capsule_sym.generated.switching import LOCAL_MAPS
+from capsule_sym.map import simulate
+from capsule_sym.map.transitions import depart
+from capsule_sym.parameters import Parameters
+
+
+def _random_case(rng: random.Random, scenario: int) -> tuple[Parameters, Any, float]:
+    parameters = Parameters(
+        alpha=rng.choice([rng.uniform(0, 3), 10 ** rng.uniform(-3, 1.5)]),
+        omega=10 ** rng.uniform(-1, 0.7),
+        delta=(rng.uniform(0, 0.9), 1.0, rng.uniform(1.1, 3))[scenario],
+        zeta=10 ** rng.uniform(-3, 0.7),
+        beta=rng.choice([0.0, rng.uniform(0, 5), 10 ** rng.uniform(-1, 3)]),
+        gamma=10 ** rng.uniform(-1.5, 1.5),
+    )
+    state = (rng.uniform(-2, 2), rng.uniform(-2, 2), rng.choice([0.0, rng.uniform(-1, 1)]))
+    return parameters, state, rng.uniform(0, parameters.period * 0.999)
+
+
+def _unrestricted(*arguments: Any, **options: Any) -> Any:
+    return depart(*arguments[:3], **options)
+
+
+def _visited(count: int, seed: int) -> tuple[int, set[tuple[str, int, str]]]:
+    rng, segments, visited = random.Random(seed), 0, set()
+    while segments < count:
+        for scenario in range(3):
+            parameters, state, phase = _random_case(rng, scenario)
+            run = simulate(parameters, state, phase, periods=6, max_segments=400)
+            assert not run.stopped.startswith("undecided"), (parameters, state, phase)
+            segments += len(run.segments)
+            visited |= {
+                (s.target, s.field, s.source) for s in run.segments if s.source and s.target
+            }
+    return segments, visited
+
+
+@pytest.fixture
+def _free(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["capsule_sym.map.simulate"], "depart", _unrestricted)
+
+
+@pytest.mark.usefixtures("_free")
+def test_every_local_map_of_a_random_run_is_derived() -> None:
+    _, visited = _visited(3_000, seed=1)
+    assert visited <= LOCAL_MAPS
+    assert len(visited) > 20
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("_free")
+def test_every_local_map_of_a_hundred_thousand_segments_is_derived() -> None:
+    segments, visited = _visited(100_000, seed=2)
+    print(f"{segments} segments, {len(visited)} of {len(LOCAL_MAPS)} local maps")
+    assert visited <= LOCAL_MAPS
+
+
+@pytest.mark.usefixtures("_free")
+def test_a_map_missing_from_the_table_would_be_seen() -> None:
+    _, visited = _visited(1_000, seed=3)
+    assert not visited <= LOCAL_MAPS - {("Σ2", 1, "Σ8")}

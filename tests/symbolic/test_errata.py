@@ -1,0 +1,87 @@
+"""Witnesses of the errata, evaluated with the model written anew in fractions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+from capsule_sym.symbolic.errata import ERRATA, Erratum
+from capsule_sym.symbolic.findings import items
+from capsule_sym.symbolic.proof import consistent, force
+from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, gamma, v_c, v_r, x_r, zeta
+
+BY_ID = {erratum.id: erratum for erratum in ERRATA}
+
+
+def _force(point: dict[sp.Symbol, Fraction], contact: bool) -> Fraction:
+    spring = point[beta] * (point[x_r] - point[delta]) if contact else 0
+    return point[x_r] + 2 * point[zeta] * point[v_r] + spring
+
+
+@pytest.mark.parametrize("erratum", ERRATA, ids=lambda e: e.id)
+def test_witness_is_in_range(erratum: Erratum) -> None:
+    point = erratum.point()
+    assert point[alpha] >= 0
+    assert point[delta] >= 0
+    assert point[f_b] == 1
+    assert point[force] == point[alpha]  # tau = 0
+    assert consistent(erratum.derived_scope)
+
+
+def test_equation_23_at_its_witness() -> None:
+    point = BY_ID["equation.23"].point()
+    assert _force(point, contact=False) == -1
+    acceleration = 1 + point[force]
+    value = -point[v_r] - 2 * point[zeta] * acceleration
+    printed = -point[v_r] + 2 * point[zeta] + 2 * point[zeta] * point[force]
+    assert value != printed
+    assert value == -point[v_r] - 2 * point[zeta] - 2 * point[zeta] * point[force]
+
+
+def test_forward_drift_from_l4_is_decelerated() -> None:
+    point = BY_ID["table2.L4"].point()
+    assert _force(point, contact=True) == -1
+    assert point[x_r] > point[delta]
+    assert (_force(point, contact=True) - 1) / point[gamma] == -2 / point[gamma]
+
+
+def test_line_above_the_corner_holds_no_stick() -> None:
+    point = BY_ID["equation.14.L7"].point()
+    assert point[x_r] == point[delta] > 1
+    assert -(1 + point[delta]) <= 2 * point[zeta] * point[v_r] < 0
+    assert _force(point, contact=False) > 1
+
+
+def test_literal_equation_6_lets_a_moving_capsule_coast() -> None:
+    point = BY_ID["equation.6"].point()
+    assert point[v_c] > 0
+    assert abs(_force(point, contact=False)) < 1
+
+
+def test_spring_force_decides_stick_in_contact() -> None:
+    point = BY_ID["equation.11"].point()
+    assert abs(_force(point, contact=False)) <= 1 < _force(point, contact=True)
+
+
+def test_true_statement_has_no_witness() -> None:
+    erratum = BY_ID["equation.23"]
+    true = replace(erratum, printed_relation=erratum.derived_relation)
+    with pytest.raises(ValueError, match="holds everywhere"):
+        true.settled()
+
+
+def test_known_doubts_are_all_settled() -> None:
+    settled = {erratum.id for erratum in ERRATA} | {item.id for item in items()}
+    assert {
+        "equation.23",
+        "appendix.B.L2.1",
+        "appendix.B.L2.3.sign",
+        "equation.6",
+        "table2.L4",
+        "erratum.table3.missing",
+        "confirmed.roles.L2",
+        "confirmed.roles.L3",
+    } <= settled

@@ -1,0 +1,154 @@
+"""Derived tables: against the printed ones, and against exact Taylor series at random points."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from itertools import islice
+
+import pytest
+import sympy as sp
+
+from capsule_sym.symbolic import printed
+from capsule_sym.symbolic.enclosure import Flow, first_order
+from capsule_sym.symbolic.geometry import PIECES, SCENARIOS
+from capsule_sym.symbolic.model import SEGMENTS
+from capsule_sym.symbolic.proof import force
+from capsule_sym.symbolic.switching import (
+    allowed_maps,
+    guards,
+    leaves_of,
+    line_transitions,
+    local_maps,
+    never_rests,
+    surface_transitions,
+)
+from capsule_sym.symbolic.symbols import (
+    STATE,
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
+
+QUADRATURE = sp.Symbol("w", real=True)
+WAVE = {
+    alpha * sp.cos(omega * tau): force,
+    alpha * sp.sin(omega * tau): QUADRATURE,
+    alpha * omega * sp.sin(omega * tau): omega * QUADRATURE,
+}
+
+
+def test_surfaces_are_those_of_table_1() -> None:
+    derived = {(t.source, t.surface, t.target) for t in surface_transitions()}
+    assert derived == {(row.source, row.place, row.target) for row in printed.TABLE_1}
+    assert len(surface_transitions()) == len(derived) == 12
+
+
+def test_lines_of_crossing_are_those_of_table_2() -> None:
+    derived = {(t.source, t.line, t.target) for t in line_transitions()}
+    for line in ("L5", "L6", "L7", "L8"):
+        rows = {(r.source, r.place, r.target) for r in printed.TABLE_2 if r.place == line}
+        assert {row for row in derived if row[1] == line} == rows
+
+
+def test_row_of_l4_is_the_mirror_of_l1() -> None:
+    targets = {line: {t.target for t in line_transitions() if t.line == line} for line in PIECES}
+    assert targets["L1"] == {1, 2}
+    assert targets["L4"] == {5, 6}
+
+
+def _random_point(name: str, generator: random.Random) -> dict[sp.Symbol, sp.Rational]:
+    """Rational parameters (f_b = omega = 1), state, force and its quadrature on a piece."""
+
+    def pick(bound: int) -> sp.Rational:
+        return sp.Rational(generator.randint(-4 * bound, 4 * bound), 4)
+
+    point = {zeta: sp.Rational(1, 4), beta: sp.S(2), gamma: sp.S(3), f_b: sp.S(1), omega: sp.S(1)}
+    point[delta] = generator.choice((sp.Rational(1, 2), sp.S(1), sp.Rational(5, 4)))
+    point |= {
+        v_c: pick(2),
+        x_r: pick(5),
+        v_r: pick(generator.choice((1, 12))),
+        force: pick(6),
+        QUADRATURE: pick(4),
+    }
+    unknowns = [v_c, x_r, v_r]
+    for relation in PIECES[name].relations:
+        if isinstance(relation, sp.Eq):
+            unknown = next(s for s in unknowns if s in relation.free_symbols)
+            unknowns.remove(unknown)
+            known = {s: value for s, value in point.items() if s != unknown}
+            (point[unknown],) = sp.solve(relation.subs(known), unknown)
+    return point
+
+
+def _holds(relation: sp.Basic, point: dict[sp.Symbol, sp.Rational]) -> bool:
+    plain = sp.expand(relation.lhs - relation.rhs).subs(WAVE).subs(point)
+    return bool(type(relation)(plain, 0))
+
+
+def _passing(point: dict[sp.Symbol, sp.Rational]) -> tuple[set[int], set[int]]:
+    """Fields that arrive at the point and that depart from it, by Taylor series."""
+    start = [Fraction(int(v.p), int(v.q)) for v in map(point.get, (*STATE, force, QUADRATURE))]
+    arrives, departs = set(), set()
+    for field in SEGMENTS:
+        if field.stick and point[v_c]:
+            continue
+        flow = Flow(field, point, start, sense=1, degree=6)
+        series = [flow.series(guard) for guard in guards(field)]
+        leading = [(one[first_order(one)], first_order(one)) for one in series]
+        if all(term > 0 for term, _ in leading):
+            departs.add(field.index)
+        if all(term * (-1) ** order > 0 for term, order in leading):
+            arrives.add(field.index)
+    return arrives, departs
+
+
+@pytest.mark.parametrize("name", [n for n in PIECES if n != "L9"])
+def test_leaves_agree_with_taylor_series(name: str) -> None:
+    """At random points of a piece the leaf that holds the point names what the series show."""
+    generator = random.Random(11)
+    points = (_random_point(name, generator) for _ in range(600))
+    held = (p for p in points if all(_holds(r, p) for r in PIECES[name].relations))
+    apart = (p for p in held if name != "O1" or p[v_r] != 0)  # there it is the point O3
+    checked = 0
+    for point in islice(apart, 10):
+        (leaf,) = (o for o in leaves_of(name) if all(_holds(r, point) for r in o.condition))
+        arrives, departs = _passing(point)
+        assert leaf.arrives <= arrives <= leaf.may_arrive
+        assert leaf.departs <= departs <= leaf.may_depart
+        checked += 1
+    assert checked >= 3
+
+
+def test_motion_goes_on_in_one_way() -> None:
+    for name in PIECES:
+        for leaf in leaves_of(name):
+            assert len(leaf.departs) <= 1
+            assert leaf.departs or leaf.may_depart
+
+
+def test_maps_contain_the_printed_ones_and_ten_more() -> None:
+    assert set(printed.TABLE_3) < set(local_maps())
+    assert len(local_maps()) == len(set(local_maps())) == len(printed.TABLE_3) + 10
+
+
+def test_wide_gap_excludes_contact_from_stick() -> None:
+    for scenario in ("δ = f_b", "δ > f_b"):
+        maps = allowed_maps([SCENARIOS[scenario], zeta > 0])
+        assert not [m for m in maps if m.target == "Σ5" and m.field in (1, 2, 3)]
+        assert {m.target for m in maps if m.source == "Σ7"} == {"Σ8"}
+
+
+def test_only_forward_contact_never_rests() -> None:
+    wide = [sp.Ge(delta, f_b)]
+    assert [s.index for s in SEGMENTS if not s.stick and never_rests(s, wide)] == [4]
+    assert not never_rests(SEGMENTS[3], [])

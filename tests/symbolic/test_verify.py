@@ -1,0 +1,122 @@
+"""Every statement is settled, and none survives a changed claim; the report and the command."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym.symbolic import (
+    appendices,
+    errata,
+    findings,
+    geometry_proofs,
+    inner_products,
+    table_proofs,
+    verify,
+)
+from capsule_sym.symbolic.command import verify as command
+from capsule_sym.symbolic.items import Item, settle
+from capsule_sym.symbolic.proof import Undecided
+
+_MODULES = (errata, findings, geometry_proofs, inner_products, table_proofs, appendices)
+ITEMS = tuple(item for module in _MODULES for item in module.items())
+_SAMPLE = tuple(item for item in ITEMS if item.id.startswith(("equation.1", "erratum.equation")))
+
+
+@pytest.mark.parametrize("item", ITEMS, ids=lambda item: item.id)
+def test_statement_is_settled(item: Item) -> None:
+    result = settle(item)
+    assert result.settled, result.status
+    assert bool(result.witness) == bool(item.witness)
+
+
+@pytest.mark.parametrize("item", ITEMS, ids=lambda item: item.id)
+def test_changed_claim_is_refused(item: Item) -> None:
+    assert not item.check(item.mutant)
+
+
+def test_ids_are_unique() -> None:
+    names = [item.id for item in ITEMS]
+    assert len(set(names)) == len(names)
+
+
+def test_every_erratum_has_what_the_report_needs() -> None:
+    for item in ITEMS:
+        if item.verdict == "refuted":
+            assert item.printed
+            assert item.derived
+            assert item.consequence
+            assert item.witness
+
+
+def test_a_statement_that_does_not_hold_is_failed() -> None:
+    item = replace(_SAMPLE[0], claim=_SAMPLE[0].mutant)
+    assert settle(item).status == "failed"
+    assert not settle(item).settled
+
+
+def _undecidable(claim: object) -> bool:
+    raise Undecided(claim)
+
+
+def test_a_statement_that_cannot_be_decided_is_undecided() -> None:
+    result = settle(replace(_SAMPLE[0], check=_undecidable))
+    assert result.status == "undecided"
+    assert not result.settled
+
+
+@pytest.fixture
+def short(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """The command with few items, in an empty directory."""
+    monkeypatch.setattr(verify, "SECTIONS", {"Some": lambda: _SAMPLE})
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("short")
+def test_json_holds_every_item_with_its_status() -> None:
+    result = CliRunner().invoke(command, ["--json"])
+    assert result.exit_code == 0
+    records = json.loads(result.stdout)["items"]
+    assert [record["id"] for record in records] == [item.id for item in _SAMPLE]
+    for record in records:
+        assert {"equation", "statement", "status", "seconds"} <= set(record)
+        if record["status"] == "refuted":
+            assert record["printed"] != record["derived"]
+            assert record["witness"]
+
+
+@pytest.mark.usefixtures("short")
+def test_lines_name_status_equation_and_statement() -> None:
+    lines = CliRunner().invoke(command, []).stdout.splitlines()
+    assert len(lines) == len(_SAMPLE)
+    for text, item in zip(lines, _SAMPLE, strict=True):
+        assert text.startswith(item.verdict)
+        assert item.statement in text
+
+
+def test_report_has_every_statement_and_formula(short: Path) -> None:
+    assert CliRunner().invoke(command, ["--write"]).exit_code == 0
+    report = (short / "results" / "verify.md").read_text(encoding="utf-8")
+    for item in _SAMPLE:
+        assert f"`{item.id}`" in report
+        assert item.formula in report
+
+
+def test_exit_status_is_one_when_a_proof_fails(
+    short: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken = (replace(_SAMPLE[0], claim=_SAMPLE[0].mutant), *_SAMPLE[1:])
+    monkeypatch.setattr(verify, "SECTIONS", {"Some": lambda: broken})
+    result = CliRunner().invoke(command, [])
+    assert result.exit_code == 1
+    assert f"not proved: {broken[0].id}" in result.stderr
+
+
+def test_sections_hold_every_module() -> None:
+    sections = set(verify.SECTIONS.values())
+    assert {module.items for module in _MODULES} <= sections
