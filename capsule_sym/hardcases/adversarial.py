@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
+from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 from time import perf_counter
@@ -68,7 +69,10 @@ def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
     done = _logged(log, seed)
     yield from (done[number] for number in wanted if number in done)
     log.parent.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(_PROCESSES) as pool, log.open("a", encoding="utf-8") as file:
+    with (
+        ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool,
+        log.open("a", encoding="utf-8") as file,
+    ):
         missing = [number for number in wanted if number not in done]
         running = {pool.submit(chunk, seed, number): number for number in missing}
         try:

@@ -6,6 +6,7 @@ import statistics
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from multiprocessing import get_context
 from typing import Any
 
 from capsule_sym import casestudy
@@ -50,7 +51,7 @@ class Row:
 
 def rows(cases: list[Case]) -> Iterator[Row]:
     """The rows of the cases, in order, computed by two processes."""
-    with ProcessPoolExecutor(_PROCESSES) as pool:
+    with ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool:
         yield from pool.map(row, cases)
 
 

@@ -55,7 +55,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     done: list[int] = []
 
     class Pool:
-        def __init__(self, _: int) -> None: ...
+        def __init__(self, *_: object) -> None: ...
         def __enter__(self) -> Pool:
             return self
 

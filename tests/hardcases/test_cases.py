@@ -25,7 +25,14 @@ BEYOND_THE_JUDGE = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+# The quick suite samples the cases; `make test-long` has all of them, and so has the command.
+SAMPLED = [
+    pytest.param(name, marks=[] if index % 10 == 0 else pytest.mark.long)
+    for index, name in enumerate(CASES)
+]
+
+
+@pytest.mark.parametrize("name", SAMPLED)
 def test_switches_are_those_of_50_digits_and_as_accurate_as_promised(name: str) -> None:
     judged = judge(CASES[name].build())
     assert not judged.wrong
@@ -33,6 +40,7 @@ def test_switches_are_those_of_50_digits_and_as_accurate_as_promised(name: str) 
     assert judged.error <= 8.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", sorted(set(CASES) - BEYOND_THE_JUDGE))
 def test_fields_are_those_of_the_independent_judge(name: str) -> None:
     start = CASES[name].build()

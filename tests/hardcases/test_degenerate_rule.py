@@ -26,6 +26,8 @@ SAMPLES = 40
 SYMBOLS = (s.alpha, s.omega, s.delta, s.zeta, s.beta, s.gamma, s.f_b, s.x_r, s.v_r, s.v_c, s.tau)
 Holds = Callable[..., bool]
 
+pytestmark = pytest.mark.long
+
 
 @cache
 def rows() -> dict[str, list[tuple[int, Holds]]]:

@@ -10,10 +10,11 @@ from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym.errors import Outcome
 from capsule_sym.hardcases.cases import cases
 from capsule_sym.hardcases.judge import judge
-from capsule_sym.map import location
 from tests.hardcases.mutations import MUTATIONS
 
 CASES = {case.name: case for case in cases()}
+
+pytestmark = pytest.mark.long
 
 
 @pytest.mark.parametrize(
@@ -109,8 +110,4 @@ def test_without_the_free_part_an_impact_at_the_top_of_a_swing_is_missed(
     assert true.outcome is Outcome.REGULAR
     assert true.duration < 320  # 0.05 sin(omega tau) = 0.015
     MUTATIONS["no free part beside the forced response"](monkeypatch)
-    # Past the impact nothing fits together any more, and the search is given up.
-    monkeypatch.setattr(location, "_MOST_EVALUATIONS", 200)
-    missed = run(p, *start).segments[0]
-    assert missed.outcome is Outcome.UNDECIDED
-    assert missed.duration > true.duration + 1
+    assert run(p, *start).segments[0].duration > true.duration + 1

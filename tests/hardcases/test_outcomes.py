@@ -10,6 +10,7 @@ from mpmath import mp, mpf
 from capsule_sym import Parameters, simulate
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.hardcases.cases import cases
+from capsule_sym.map import location
 
 FREE = Parameters(alpha=0.0, zeta=0.0, omega=1.0)
 CASES = {case.name: case for case in cases()}
@@ -59,6 +60,13 @@ def test_a_graze_within_rounding_is_left_open_by_double_precision_alone() -> Non
 def test_rest_is_proved_to_last() -> None:
     run = simulate(Parameters(alpha=0.005), periods=100)
     assert run.segments[-1].outcome is Outcome.NEVER
+
+
+def test_a_search_that_goes_on_for_too_long_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(location, "_MOST_EVALUATIONS", 1)
+    run = simulate(Parameters(omega=1e-3, zeta=1e-3, alpha=0.03), (0.0, 0.005, 0.0))
+    assert run.segments[-1].outcome is Outcome.UNDECIDED
+    assert "undecided" in run.stopped
 
 
 def test_a_run_that_is_cut_off_says_so() -> None:
