@@ -1,0 +1,118 @@
+/* The exact map of the capsule system in C99: segments chained switch by switch, each switch
+   certified to be the first. No allocation, no global state, nothing but libm; every function is
+   safe to call from several threads on data of their own.
+
+   All quantities are dimensionless, named as in the paper (Guo & Liu, Physica D, 2019,
+   doi 10.1016/j.physd.2019.04.008). A time is a number of whole excitation periods and a forcing
+   angle in [0, 2 pi), so that no error grows with the number of periods. */
+#ifndef CAPSULE_H
+#define CAPSULE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "capsule_kernels.h"
+
+#define CAPSULE_TERMS 24  /* Taylor coefficients that a state is evaluated from */
+#define CAPSULE_DEGREE 12 /* of the polynomials that bound a guard from below and above */
+#define CAPSULE_REACH 2.0 /* length of an expansion, over the fastest rate of the segment */
+
+typedef struct {
+    double alpha, omega, delta, zeta, beta, gamma, f_b;
+} capsule_parameters;
+
+/* What expansions of one linear flow have in common, for motions made of the four responses to a
+   unit force, a unit velocity and the forcing's cosine and sine. The time unit is `reach`. */
+typedef struct {
+    double reach;
+    double x[4][CAPSULE_TERMS];          /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
+    double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients 1 to 12 of the same */
+    double second_form[4][CAPSULE_DEGREE]; /* of P - P(0), in drift of v_c - v_c(0) - margin s */
+    double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */
+    double x_tail[4], second_tail[4];               /* of degree 13 and more at s = 1 */
+    double x_bend[4], second_bend[4];               /* bounds on second derivatives in s */
+    double from_position[CAPSULE_TERMS], from_rate[CAPSULE_TERMS]; /* x to P or v_c, by term */
+} capsule_table;
+
+/* Constants of all fields at one parameter set; read-only once made. */
+typedef struct {
+    capsule_parameters parameters;
+    capsule_constants field[6];
+    capsule_table table[4]; /* by contact and drift */
+} capsule_map;
+
+typedef enum {
+    CAPSULE_REGULAR,          /* one guard crosses zero, alone and with a certain slope */
+    CAPSULE_GRAZE,            /* x_r touches delta within the error bound */
+    CAPSULE_CORNER,           /* two guards vanish within their error bounds of each other */
+    CAPSULE_SLIDING_TANGENCY, /* a friction guard touches zero within the error bound */
+    CAPSULE_NEVER,            /* proved: no guard fires at any later time */
+    CAPSULE_UNDECIDED,        /* no field takes over with certainty */
+    CAPSULE_END               /* proved: no guard fires before the end of the run */
+} capsule_outcome;
+
+/* Where a trajectory stands, with what is known exactly there: gap = x_r - delta is 0 on the
+   impact surface, v_c is 0 at rest, and P = bound f_b where bound is 1 or -1. */
+typedef struct {
+    double x_r, gap, v_r, v_c;
+    double angle;    /* of the forcing, in [0, 2 pi) */
+    double position; /* x_c */
+    int64_t turn;    /* whole excitation periods passed */
+    int32_t bound;
+    int32_t plane; /* the switching plane 1 to 10 it lies on, 0 off every plane */
+} capsule_state;
+
+/* One segment, from one switch to the next. States are (x_r, v_r, v_c). */
+typedef struct {
+    int64_t start_turn, end_turn;
+    double start_angle, end_angle;
+    double start[3], end[3];
+    double duration;
+    double position, advance;          /* x_c at the start, and its change */
+    double gap, margin, cosine, sine;  /* what else the closed form starts from */
+    int32_t field, source, target;     /* planes 1 to 10; 0 for none */
+    int32_t outcome, evaluations;
+} capsule_segment;
+
+/* One switch: when, out of which field, onto which plane. */
+typedef struct {
+    int64_t turn;
+    double angle;
+    int32_t field, plane;
+} capsule_event;
+
+/* What a run writes besides the final state; a null pointer is neither written nor paid for. */
+typedef struct {
+    double (*strobe)[3]; /* [k] for the state at the end of period k, k = 1 .. periods */
+    capsule_segment *segments;
+    capsule_event *events;
+    size_t room;   /* of segments or events; the run pauses when it is used up */
+    int position;  /* whether x_c is followed */
+} capsule_wish;
+
+/* Why a run came back. */
+typedef enum {
+    CAPSULE_DONE,  /* all periods are over */
+    CAPSULE_FULL,  /* no room is left: call again with more, the state goes on */
+    CAPSULE_OPEN   /* double precision leaves the next switch or departure open */
+} capsule_stop;
+
+/* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0. A map that
+   was made before may be made anew; what does not change is kept. */
+void capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
+void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
+
+/* A state off every surface but those it lies on exactly, at a forcing angle in [0, 2 pi). */
+capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
+                               double angle);
+
+/* Goes on from `state` until the end of excitation period `periods` (forcing angle 0), and leaves
+   in `state` where it came to. `written` counts segments or events; `open` tells, where the run
+   stops at CAPSULE_OPEN, what stayed open; the state is then the start of that segment. */
+capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
+                         const capsule_wish *wish, size_t *written, capsule_outcome *open);
+
+/* Digest of the generator's inputs that the kernels were made from. */
+const char *capsule_digest(void);
+
+#endif

@@ -1,0 +1,257 @@
+/* Expansions of a motion: certain bounds for its guards, and all digits for its states.
+
+   x_r(s) - x_r(0) is a combination of four tabulated responses; P and v_c follow term by term.
+   The same coefficients serve to bound (the first 12, with the rest as remainder) and to evaluate
+   (all 24, whose remainder is below rounding), and small durations lose no digits, because the
+   value at the start is never part of the sum.
+
+   Errors of the instant an expansion stands at obey the segment's free motion, whose energy never
+   grows: |dx_r| <= e/sqrt(K), |dv_r| <= e, |dP| <= ((1 + kappa)/sqrt(K) + 2 zeta) e, and by momentum
+   (gamma + 1) |dv_c - dv_c(0)| <= 2 e. */
+#include <math.h>
+
+#include "expansion.h"
+
+#define TWO_PI 6.283185307179586
+#define TWO_PI_REST 2.4492935982947064e-16
+#define GUARD_TERMS (TERMS + 4)
+
+static inline double dot(const double *a, const double *b)
+{
+    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]);
+}
+
+static double margin_error(const capsule_constants *c, const stand *from)
+{
+    const departure *d = &from->at;
+    return 6.0 * UNIT * (fabs(d->x_r) + c->kappa * fabs(d->gap) + 2.0 * c->zeta * fabs(d->v_r) +
+                         fabs(c->friction) + c->f_b);
+}
+
+void expand(const capsule_constants *c, const capsule_table *t, const stand *from, expansion *e)
+{
+    const departure *d = &from->at;
+    e->u[0] = c->push - c->m * (d->x_r + c->kappa * d->gap);
+    e->u[1] = d->v_r;
+    e->u[2] = c->alpha * d->cosine;
+    e->u[3] = -c->alpha * c->omega * d->sine;
+    e->size[0] = fabs(c->push) + c->m * (fabs(d->x_r) + c->kappa * fabs(d->gap));
+    e->size[1] = fabs(d->v_r);
+    e->size[2] = c->alpha;
+    e->size[3] = c->alpha * c->omega;
+    for (int n = 0; n < TERMS; n++)
+        e->x[n] = (e->u[0] * t->x[0][n] + e->u[1] * t->x[1][n]) +
+                  (e->u[2] * t->x[2][n] + e->u[3] * t->x[3][n]);
+    const double rounding = dot(t->x_error, e->size);
+    e->v_rounding = dot(t->v_error, e->size);
+    e->x_rounding = rounding + from->energy_error / sqrt(c->K) + 2.0 * UNIT * fabs(d->gap);
+    e->second_rounding = dot(t->second_error, e->size);
+    if (c->drift != 0.0) {
+        if (!d->zeros[DRIFT])
+            e->second_rounding += from->v_c_error + 2.0 * from->energy_error / (c->gamma + 1.0) +
+                                  UNIT * fabs(d->v_c);
+        if (d->zeros[DRIFT] < 2)
+            e->second_rounding += margin_error(c, from) * t->reach / c->gamma;
+    } else {
+        e->second_rounding +=
+            ((1.0 + c->kappa) / sqrt(c->K) + 2.0 * c->zeta) * from->energy_error +
+            (d->zeros[UPPER] || d->zeros[LOWER] ? 0.0 : margin_error(c, from));
+    }
+}
+
+/* A guard's first value and the factor that its polynomial comes with. */
+static double first_of(const capsule_constants *c, const departure *d, guard_name guard,
+                       double *factor)
+{
+    switch (guard) {
+    case GAP:
+        *factor = c->contact != 0.0 ? 1.0 : -1.0;
+        return *factor * d->gap;
+    case DRIFT:
+        *factor = c->drift;
+        return *factor * d->v_c;
+    case UPPER:
+        *factor = -1.0;
+        return c->f_b - d->margin;
+    default:
+        *factor = 1.0;
+        return c->f_b + d->margin;
+    }
+}
+
+finding examine(const capsule_constants *c, const capsule_table *t, const stand *from,
+                const expansion *e, guard_name guard, double thin)
+{
+    double form[DEGREE], factor, u[4], sizes[4];
+    const double first = first_of(c, &from->at, guard, &factor);
+    for (int k = 0; k < 4; k++) {
+        u[k] = factor * e->u[k];
+        sizes[k] = fabs(u[k]);
+    }
+    const double(*rows)[DEGREE] = guard == GAP ? t->x_form : t->second_form;
+    for (int j = 0; j < DEGREE; j++)
+        form[j] = (u[0] * rows[0][j] + u[1] * rows[1][j]) + (u[2] * rows[2][j] + u[3] * rows[3][j]);
+    if (guard == DRIFT) {
+        const double slope = factor * from->at.margin * t->reach / c->gamma;
+        for (int j = 0; j < DEGREE; j++)
+            form[j] += slope * ((j + 1) / (double)DEGREE);
+    }
+    const double *tails = guard == GAP ? t->x_tail : t->second_tail;
+    return search(form, first, from->at.zeros[guard],
+                  guard == GAP ? e->x_rounding : e->second_rounding, dot(tails, sizes), thin);
+}
+
+/* Value and derivative of sum a[n] s^n, n < TERMS; four interleaved Horner schemes. */
+static inline void polynomial(const double *a, double s, double *value, double *slope)
+{
+    const double s2 = s * s, s4 = s2 * s2;
+    double p[4], d[4] = {0.0, 0.0, 0.0, 0.0};
+    for (int l = 0; l < 4; l++)
+        p[l] = a[TERMS - 4 + l];
+    for (int n = TERMS - 8; n >= 0; n -= 4)
+        for (int l = 0; l < 4; l++) {
+            d[l] = d[l] * s4 + p[l];
+            p[l] = p[l] * s4 + a[n + l];
+        }
+    *value = (p[0] + s * p[1]) + s2 * (p[2] + s * p[3]);
+    *slope = (p[1] + s * (2.0 * p[2] + 3.0 * s * p[3])) +
+             4.0 * s * s2 * ((d[0] + s * d[1]) + s2 * (d[2] + s * d[3]));
+}
+
+/* Coefficients of P or v_c, from number 1; number 1 of v_c without the margin's part. */
+static inline void second_terms(const capsule_constants *c, const capsule_table *t,
+                                const expansion *e, double factor, double *out)
+{
+    if (c->drift != 0.0) {
+        out[0] = 0.0;
+        for (int n = 1; n < TERMS; n++)
+            out[n] = factor * (t->from_position[n] * e->x[n - 1] + t->from_rate[n] * e->x[n]);
+        return;
+    }
+    for (int n = 0; n < TERMS - 1; n++)
+        out[n] = factor * (t->from_position[n] * e->x[n] + t->from_rate[n] * e->x[n + 1]);
+    out[TERMS - 1] = factor * t->from_position[TERMS - 1] * e->x[TERMS - 1];
+}
+
+root polish(const capsule_constants *c, const capsule_table *t, const stand *from,
+            const expansion *e, guard_name guard, finding where, double guess)
+{
+    const int zeros = from->at.zeros[guard];
+    double terms[GUARD_TERMS] = {0}, factor, sizes[4];
+    terms[0] = first_of(c, &from->at, guard, &factor);
+    if (guard == GAP)
+        for (int n = 0; n < TERMS; n++)
+            terms[n + 1] = factor * e->x[n];
+    else
+        second_terms(c, t, e, factor, terms + 1);
+    if (guard == DRIFT)
+        terms[1] = factor * from->at.margin * t->reach / c->gamma;
+    double low = where.from, high = where.to, value, slope;
+    double s = guess > low && guess < high ? guess : 0.5 * (low + high);
+    root r = {0, s, INFINITY};
+    for (int n = 0; n < 200; n++) {
+        polynomial(terms + zeros, s, &value, &slope);
+        if (value > 0.0)
+            low = s;
+        else
+            high = s;
+        double step = -value / slope;
+        if (fabs(step) <= 0x1p-26 * s) {
+            r.s = s + step;
+            break;
+        }
+        if (!(s + step > low && s + step < high))
+            step = 0.5 * (low + high) - s;
+        s += step;
+        if (high - low <= 4.0 * UNIT * high) {
+            r.s = s;
+            break;
+        }
+    }
+    /* Simple: |g'| keeps half its size as far as `far` either way, for |g''| <= bend; and there
+       the bounds that were counted, at most twice `gap` apart, have their one crossing each. */
+    const double *bends = guard == GAP ? t->x_bend : t->second_bend;
+    const double *tails = guard == GAP ? t->x_tail : t->second_tail;
+    for (int k = 0; k < 4; k++)
+        sizes[k] = fabs(e->u[k]);
+    double power = 1.0, reach = fmin(1.0, 2.0 * s), tail = dot(tails, sizes), gap;
+    double steepness = -slope;
+    for (int n = 0; n < zeros; n++) {
+        steepness *= s;
+        power *= reach;
+    }
+    const double rounding = (guard == GAP ? e->x_rounding : e->second_rounding) * power;
+    const double r2 = reach * reach, r4 = r2 * r2;
+    gap = 1.5 * rounding + tail * r4 * r4 * r4;
+    const double bend = dot(bends, sizes);
+    const double far = fmin(0.5 * steepness / bend, s);
+    r.certain = steepness > 0.0 && 0.5 * steepness * far > 2.0 * gap;
+    r.error = 2.0 * rounding / steepness + 4.0 * UNIT * s;
+    return r;
+}
+
+void evaluate(const capsule_constants *c, const capsule_table *t, const stand *from,
+              const expansion *e, double s, int advance, point *out)
+{
+    const departure *d = &from->at;
+    const double h = s * t->reach;
+    double value, slope;
+    polynomial(e->x, s, &value, &slope);
+    out->angle = d->angle + c->omega * h;
+    out->passed = 0;
+    if (out->angle >= TWO_PI) { /* an expansion is shorter than two units of angle */
+        out->angle = fmax((out->angle - TWO_PI) - TWO_PI_REST, 0.0);
+        out->passed = 1;
+    }
+    out->cosine = cos(out->angle);
+    out->sine = sin(out->angle);
+    const double position = s * value, v_r = (value + s * slope) / t->reach;
+    out->x_r = d->x_r + position;
+    out->gap = d->gap + position;
+    out->v_r = v_r;
+    out->v_c = 0.0;
+    out->advance = 0.0;
+    out->margin = out->x_r + c->kappa * out->gap + 2.0 * c->zeta * v_r - c->friction;
+    if (c->drift == 0.0)
+        return;
+    const int is_short = c->rate * h < 1.0;
+    double terms[TERMS];
+    if (is_short) {
+        second_terms(c, t, e, 1.0, terms);
+        polynomial(terms, s, &value, &slope);
+        out->v_c = d->v_c + (d->margin * h / c->gamma + s * value);
+    } else {
+        const double pushed = c->alpha / c->omega * (out->sine - d->sine) - c->friction * h;
+        out->v_c = d->v_c + (pushed - (v_r - d->v_r)) / (c->gamma + 1.0);
+    }
+    if (!advance)
+        return;
+    if (is_short) {
+        for (int n = 0; n < TERMS; n++)
+            terms[n] /= n + 2;
+        polynomial(terms, s, &value, &slope);
+        out->advance = h * (d->v_c + 0.5 * d->margin * h / c->gamma + s * value);
+    } else {
+        const double swing = (d->cosine - out->cosine) / c->omega - h * d->sine;
+        out->advance = h * d->v_c + (c->alpha / c->omega * swing - 0.5 * c->friction * h * h +
+                                     h * d->v_r - position) /
+                                        (c->gamma + 1.0);
+    }
+}
+
+void carry(const capsule_constants *c, const capsule_table *t, const stand *from,
+           const expansion *e, const point *at, stand *to)
+{
+    (void)t;
+    const double energy = from->energy_error;
+    const double x_error = e->x_rounding - energy / sqrt(c->K) + 2.0 * UNIT * fabs(at->x_r);
+    const double v_error = e->v_rounding + 2.0 * UNIT * fabs(at->v_r);
+    const double impulse = fabs(at->v_r) + fabs(from->at.v_r) +
+                           (fabs(c->friction) + c->alpha) * t->reach + c->alpha / c->omega;
+    to->energy_error = energy + v_error + sqrt(c->K) * x_error;
+    to->v_c_error =
+        from->v_c_error + e->second_rounding +
+        (2.0 * to->energy_error + 8.0 * UNIT * impulse) / (c->gamma + 1.0) + UNIT * fabs(at->v_c);
+    to->at = (departure){from->at.field, at->x_r,  at->gap,    at->v_r, at->v_c, at->margin,
+                         at->angle,      at->cosine, at->sine, {0}};
+}

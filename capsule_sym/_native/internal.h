@@ -1,0 +1,37 @@
+/* What the parts of the library share. */
+#ifndef CAPSULE_INTERNAL_H
+#define CAPSULE_INTERNAL_H
+
+#include "capsule.h"
+
+#define UNIT 0x1p-53 /* unit roundoff */
+#define TERMS CAPSULE_TERMS
+#define DEGREE CAPSULE_DEGREE
+
+typedef enum { GAP, DRIFT, UPPER, LOWER, NONE } guard_name;
+
+/* Start of a segment. zeros: leading derivatives of each guard, from the guard itself on, that
+   vanish exactly there. */
+typedef struct {
+    int field; /* 1 .. 6 */
+    double x_r, gap, v_r, v_c, margin, angle, cosine, sine;
+    int zeros[4];
+} departure;
+
+/* The field that takes over at a state; 0 where double precision leaves it open. */
+int depart(const capsule_map *map, const capsule_state *state, departure *out);
+
+/* What bounds prove of a guard on [0, 1], in units of the expansion's reach. */
+typedef struct {
+    enum { CLEAR, CROSSING, VAGUE } kind;
+    double from; /* positive on (0, from) */
+    double to;   /* CROSSING: lower and upper bound each cross zero once in (from, to] */
+} finding;
+
+/* From the Bernstein coefficients 1 to DEGREE of g(s) - first, the first value, how many leading
+   derivatives of g vanish, and bounds on the error: rounding s^zeros at s, and tail s^13. `thin`
+   asks for a crossing in an interval no wider than that. */
+finding search(const double *form, double first, int zeros, double rounding, double tail,
+               double thin);
+
+#endif

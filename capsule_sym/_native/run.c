@@ -1,0 +1,346 @@
+/* Running the map: first switch, exact advance, next segment, until the periods are over. */
+#include <math.h>
+#include <string.h>
+
+#include "expansion.h"
+
+#define TWO_PI 6.283185307179586
+#define TWO_PI_REST 2.4492935982947064e-16
+
+typedef struct {
+    const capsule_map *map;
+    const capsule_wish *wish;
+    int64_t periods;
+    int position;
+    double guess[7][4]; /* where each field's guards crossed last */
+} run;
+
+/* End of a segment. */
+typedef struct {
+    capsule_outcome outcome;
+    guard_name guard;
+    point at;
+    int64_t turn;
+    double duration, advance;
+    int evaluations;
+} ending;
+
+static double remaining(const run *r, int64_t turn, double angle)
+{
+    const double turns = (double)(r->periods - turn);
+    return ((turns * TWO_PI - angle) + turns * TWO_PI_REST) / r->map->parameters.omega;
+}
+
+static void strobe(const run *r, int64_t turn, const point *p)
+{
+    if (r->wish->strobe) {
+        double *state = r->wish->strobe[turn];
+        state[0] = p->x_r;
+        state[1] = p->v_r;
+        state[2] = p->v_c;
+    }
+}
+
+/* Whether a sticking segment without contact is proved to last for ever: x_r is the forced
+   response plus a free part whose energy never grows, which bounds x_r and P for all time. */
+typedef struct {
+    double x, v; /* forced response */
+    int for_ever;
+} rest;
+
+static rest resting(const capsule_constants *c, const stand *from)
+{
+    const departure *d = &from->at;
+    rest q = {0.0, 0.0, 0};
+    if (c->Z2 == 0.0)
+        return q;
+    const double real = c->K - c->omega * c->omega, imaginary = 2.0 * c->sigma * c->omega;
+    const double size = c->alpha / c->Z2, amplitude = c->alpha / sqrt(c->Z2);
+    q.x = size * (real * d->cosine + imaginary * d->sine);
+    q.v = size * c->omega * (imaginary * d->cosine - real * d->sine);
+    const double error = from->energy_error + 8.0 * UNIT * (fabs(d->v_r) + fabs(d->x_r) +
+                                                            (1.0 + c->omega) * amplitude);
+    const double low = fabs(d->x_r - q.x) + error, high = fabs(d->v_r - q.v) + error;
+    const double inflation = 1.0 + 64.0 * UNIT;
+    const double energy = inflation * sqrt(high * high + c->K * low * low);
+    const double reach = inflation * (amplitude + energy / sqrt(c->K));
+    const double stiffness = sqrt(c->K * c->K + 4.0 * c->zeta * c->zeta * c->omega * c->omega);
+    const double force =
+        inflation * (amplitude * stiffness + (sqrt(c->K) + 2.0 * c->zeta) * energy);
+    q.for_ever = reach < c->delta && force < c->f_b;
+    return q;
+}
+
+/* The end of a run, or of a period, of a segment that lasts for ever. Its free part alone is
+   advanced, so that no large time meets a sine. */
+static void settle(const capsule_constants *c, const departure *d, rest q, double h, point *out)
+{
+    capsule_constants still = *c;
+    double change[3];
+    still.alpha = 0.0;
+    const double x = d->x_r - q.x, v = d->v_r - q.v;
+    const capsule_start start = {x, 0.0, v, 0.0, 0.0, 1.0, 0.0};
+    capsule_flow(&still, &start, h, change);
+    const double size = c->alpha / c->Z2;
+    memset(out, 0, sizeof *out);
+    out->x_r = size * (c->K - c->omega * c->omega) + (x + change[0]);
+    out->v_r = size * c->omega * (2.0 * c->sigma * c->omega) + change[1];
+    out->gap = out->x_r - c->delta;
+    out->cosine = 1.0;
+}
+
+static void last_for_ever(run *r, const capsule_constants *c, const departure *d, rest q,
+                          ending *end)
+{
+    if (r->wish->strobe)
+        for (int64_t turn = end->turn + 1; turn < r->periods; turn++) {
+            const double turns = (double)(turn - end->turn);
+            settle(c, d, q, ((turns * TWO_PI - d->angle) + turns * TWO_PI_REST) / c->omega,
+                   &end->at);
+            strobe(r, turn, &end->at);
+        }
+    const double h = remaining(r, end->turn, d->angle);
+    settle(c, d, q, h, &end->at);
+    strobe(r, r->periods, &end->at);
+    end->duration += h;
+    end->turn = r->periods;
+    end->outcome = CAPSULE_NEVER;
+}
+
+typedef struct {
+    guard_name guard;
+    root root;
+} crossing;
+
+/* The first of the crossings found, if it is simple and certainly before whatever else is
+   possible; otherwise `open` says why not, with `clear` the time up to which nothing happens. */
+static int first_crossing(run *r, const capsule_constants *c, const capsule_table *t,
+                          const stand *from, const expansion *e, const finding *found,
+                          const guard_name *guards, int count, crossing *first, int *corner)
+{
+    *first = (crossing){NONE, {0, 0.0, 0.0}};
+    *corner = 0;
+    double clear = 2.0;
+    for (int i = 0; i < count; i++) {
+        if (found[i].kind == VAGUE)
+            clear = fmin(clear, found[i].from);
+        if (found[i].kind != CROSSING || found[i].from >= clear)
+            continue;
+        double *guess = &r->guess[from->at.field][guards[i]];
+        crossing next = {guards[i], polish(c, t, from, e, guards[i], found[i], *guess)};
+        if (!next.root.certain)
+            return 0;
+        *guess = next.root.s;
+        if (first->guard != NONE) {
+            const double ahead = first->root.s - next.root.s;
+            if (fabs(ahead) <= first->root.error + next.root.error) {
+                *corner = 1;
+                return 0;
+            }
+            if (ahead < 0.0)
+                continue;
+        }
+        *first = next;
+    }
+    return first->guard != NONE && first->root.s + first->root.error < clear;
+}
+
+static capsule_outcome tangency(guard_name guard)
+{
+    return guard == GAP ? CAPSULE_GRAZE : CAPSULE_SLIDING_TANGENCY;
+}
+
+/* Takes a segment from its start to its first switch or to the end of the run. */
+static void locate(run *r, const departure *start, int64_t turn, ending *end)
+{
+    static const guard_name DRIFTING[2] = {GAP, DRIFT}, STICKING[3] = {GAP, UPPER, LOWER};
+    const capsule_map *map = r->map;
+    const capsule_constants *c = &map->field[start->field - 1];
+    const capsule_table *t = &map->table[2 * (c->contact != 0.0) + (c->drift != 0.0)];
+    const guard_name *guards = c->drift != 0.0 ? DRIFTING : STICKING;
+    const int count = c->drift != 0.0 ? 2 : 3;
+    const double omega = c->omega;
+    stand here = {*start, 0.0, 0.0};
+    end->guard = NONE;
+    end->turn = turn;
+    end->duration = end->advance = 0.0;
+    end->evaluations = 0;
+    for (;;) {
+        expansion e;
+        finding found[3];
+        crossing first = {NONE, {0, 0.0, 0.0}};
+        int corner = 0, crossings = 0;
+        if (start->field == 2) {
+            const rest q = resting(c, &here);
+            if (q.for_ever) {
+                last_for_ever(r, c, &here.at, q, end);
+                return;
+            }
+        }
+        expand(c, t, &here, &e);
+        double horizon = 1.0, thin = 1.0, limit = 2.0;
+        if (r->periods - end->turn == 1 || omega * t->reach > TWO_PI)
+            limit = remaining(r, end->turn, here.at.angle) / t->reach;
+        for (;; thin *= 0x1p-4) {
+            horizon = 1.0;
+            crossings = 0;
+            for (int i = 0; i < count; i++) {
+                found[i] = examine(c, t, &here, &e, guards[i], thin);
+                crossings += found[i].kind == CROSSING;
+                if (found[i].kind != CLEAR)
+                    horizon = fmin(horizon, found[i].from);
+            }
+            if (crossings && first_crossing(r, c, t, &here, &e, found, guards, count, &first,
+                                            &corner)) {
+                horizon = first.root.s;
+                break;
+            }
+            first.guard = NONE;
+            if (!crossings || horizon > 0.0 || thin < 0x1p-40)
+                break;
+        }
+        const int ends = limit <= horizon && !(first.guard != NONE && limit == horizon);
+        if (ends) {
+            horizon = fmax(limit, 0.0);
+            first.guard = NONE;
+        } else if (corner || horizon <= 0x1p-40) {
+            end->outcome = CAPSULE_UNDECIDED;
+            for (int i = 0; i < count; i++)
+                if (found[i].kind != CLEAR && found[i].from <= horizon)
+                    end->outcome = end->outcome == CAPSULE_UNDECIDED ? tangency(guards[i])
+                                                                      : CAPSULE_CORNER;
+            if (corner)
+                end->outcome = CAPSULE_CORNER;
+            return;
+        }
+        evaluate(c, t, &here, &e, horizon, r->position, &end->at);
+        end->evaluations++;
+        if (end->at.passed || ends) {
+            if (r->wish->strobe && !ends) {
+                point p;
+                const double at = ((TWO_PI - here.at.angle) + TWO_PI_REST) / omega / t->reach;
+                evaluate(c, t, &here, &e, fmin(at, horizon), 0, &p);
+                strobe(r, end->turn + 1, &p);
+            }
+            end->turn++;
+        }
+        end->duration += horizon * t->reach;
+        end->advance += end->at.advance;
+        if (first.guard != NONE) {
+            end->guard = first.guard;
+            end->outcome = CAPSULE_REGULAR;
+            return;
+        }
+        if (ends) {
+            end->turn = r->periods;
+            end->at.angle = 0.0;
+            strobe(r, r->periods, &end->at);
+            end->outcome = CAPSULE_END;
+            return;
+        }
+        stand next;
+        carry(c, t, &here, &e, &end->at, &next);
+        here = next;
+    }
+}
+
+/* The state at the end of a segment, with what is known exactly there. */
+static void arrive(const capsule_constants *c, const ending *end, capsule_state *state)
+{
+    state->x_r = end->at.x_r;
+    state->gap = end->at.gap;
+    state->v_r = end->at.v_r;
+    state->v_c = c->drift != 0.0 ? end->at.v_c : 0.0;
+    state->angle = end->at.angle;
+    state->position += end->advance;
+    state->turn = end->turn;
+    state->bound = state->plane = 0;
+    if (end->guard == GAP) {
+        state->x_r = c->delta;
+        state->gap = 0.0;
+    } else if (end->guard == DRIFT) {
+        state->v_c = 0.0;
+    } else if (end->guard != NONE) {
+        state->bound = end->guard == UPPER ? 1 : -1;
+    }
+}
+
+/* The switching plane of a state, Eq. (24): by the field to come where the capsule rests. */
+static int plane_of(const capsule_state *state, int following)
+{
+    if (state->v_c == 0.0)
+        return following;
+    if (state->v_c > 0.0)
+        return state->v_r > 0.0 ? 7 : 8;
+    return state->v_r > 0.0 ? 9 : 10;
+}
+
+capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
+                               double angle)
+{
+    capsule_state state = {x_r, x_r - map->parameters.delta, v_r, v_c, angle, 0.0, 0, 0, 0};
+    departure d;
+    if (v_c == 0.0)
+        state.plane = depart(map, &state, &d);
+    return state;
+}
+
+capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
+                         const capsule_wish *wish, size_t *written, capsule_outcome *open)
+{
+    run r;
+    departure d;
+    memset(&r, 0, sizeof r);
+    r.map = map;
+    r.wish = wish;
+    r.periods = periods;
+    r.position = wish->position || wish->segments;
+    *written = 0;
+    *open = CAPSULE_END;
+    int field = 0;
+    while (state->turn < periods) {
+        ending end;
+        if ((wish->segments || wish->events) && *written == wish->room)
+            return CAPSULE_FULL;
+        if (!field && !(field = depart(map, state, &d))) {
+            *open = CAPSULE_UNDECIDED;
+            return CAPSULE_OPEN;
+        }
+        locate(&r, &d, state->turn, &end);
+        if (end.outcome != CAPSULE_REGULAR && end.outcome != CAPSULE_END &&
+            end.outcome != CAPSULE_NEVER) {
+            *open = end.outcome;
+            return CAPSULE_OPEN;
+        }
+        const capsule_state before = *state;
+        const departure from = d;
+        arrive(&map->field[field - 1], &end, state);
+        field = 0;
+        if (end.guard != NONE) {
+            field = depart(map, state, &d);
+            state->plane = field ? plane_of(state, field) : 0;
+            if (!field) {
+                /* The switch itself is certain, but not where it leads. */
+                *state = before;
+                *open = CAPSULE_UNDECIDED;
+                return CAPSULE_OPEN;
+            }
+        }
+        if (wish->segments) {
+            capsule_segment *s = &wish->segments[(*written)++];
+            *s = (capsule_segment){
+                .start_turn = before.turn, .end_turn = state->turn,
+                .start_angle = before.angle, .end_angle = state->angle,
+                .start = {before.x_r, before.v_r, before.v_c},
+                .end = {state->x_r, state->v_r, state->v_c},
+                .duration = end.duration, .position = before.position, .advance = end.advance,
+                .gap = from.gap, .margin = from.margin, .cosine = from.cosine, .sine = from.sine,
+                .field = from.field, .source = before.plane, .target = state->plane,
+                .outcome = end.outcome, .evaluations = end.evaluations};
+        } else if (wish->events && end.guard != NONE) {
+            wish->events[(*written)++] =
+                (capsule_event){state->turn, state->angle, from.field, state->plane};
+        }
+    }
+    return CAPSULE_DONE;
+}
