@@ -88,9 +88,9 @@ static int plain(const capsule_map *map, const capsule_state *s, double cosine, 
         out->zeros[GAP] = s->gap == 0.0;
         return field;
     }
-    if (s->gap == 0.0)
+    if (s->gap == 0.0 && (s->v_r == 0.0 || s->bound))
         return 0;
-    const int contact = s->gap > 0.0;
+    const int contact = s->gap > 0.0 || (s->gap == 0.0 && s->v_r > 0.0);
     const capsule_constants *c = &map->field[3 * contact + 1];
     const double terms = fabs(s->x_r) + c->kappa * fabs(s->gap) + 2.0 * c->zeta * fabs(s->v_r);
     const double force = s->x_r + c->kappa * s->gap + 2.0 * c->zeta * s->v_r;
@@ -120,12 +120,13 @@ static int plain(const capsule_map *map, const capsule_state *s, double cosine, 
         out->zeros[DRIFT] = 1 + (s->bound != 0);
     else if (s->bound)
         out->zeros[s->bound > 0 ? UPPER : LOWER] = 1;
+    out->zeros[GAP] = s->gap == 0.0;
     return field;
 }
 
-int depart(const capsule_map *map, const capsule_state *s, departure *out)
+int depart(const capsule_map *map, const capsule_state *s, double cosine, double sine,
+           departure *out)
 {
-    const double cosine = cos(s->angle), sine = sin(s->angle);
     if (plain(map, s, cosine, sine, out))
         return out->field;
     int found = 0;

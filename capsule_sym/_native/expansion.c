@@ -174,7 +174,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     const double *tails = guard == GAP ? t->x_tail : t->second_tail;
     for (int k = 0; k < 4; k++)
         sizes[k] = fabs(e->u[k]);
-    double power = 1.0, reach = fmin(1.0, 2.0 * s), tail = dot(tails, sizes), gap;
+    double power = 1.0, reach = lesser(1.0, 2.0 * s), tail = dot(tails, sizes), gap;
     double steepness = -slope;
     for (int n = 0; n < zeros; n++) {
         steepness *= s;
@@ -184,7 +184,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     const double r2 = reach * reach, r4 = r2 * r2;
     gap = 1.5 * rounding + tail * r4 * r4 * r4;
     const double bend = dot(bends, sizes);
-    const double far = fmin(0.5 * steepness / bend, s);
+    const double far = lesser(0.5 * steepness / bend, s);
     r.certain = steepness > 0.0 && 0.5 * steepness * far > 2.0 * gap;
     r.error = 2.0 * rounding / steepness + 4.0 * UNIT * s;
     return r;
@@ -200,7 +200,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     out->angle = d->angle + c->omega * h;
     out->passed = 0;
     if (out->angle >= TWO_PI) { /* an expansion is shorter than two units of angle */
-        out->angle = fmax((out->angle - TWO_PI) - TWO_PI_REST, 0.0);
+        out->angle = greater((out->angle - TWO_PI) - TWO_PI_REST, 0.0);
         out->passed = 1;
     }
     out->cosine = cos(out->angle);

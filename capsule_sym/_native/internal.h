@@ -8,6 +8,16 @@
 #define TERMS CAPSULE_TERMS
 #define DEGREE CAPSULE_DEGREE
 
+static inline double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 typedef enum { GAP, DRIFT, UPPER, LOWER, NONE } guard_name;
 
 /* Start of a segment. zeros: leading derivatives of each guard, from the guard itself on, that
@@ -18,14 +28,17 @@ typedef struct {
     int zeros[4];
 } departure;
 
-/* The field that takes over at a state; 0 where double precision leaves it open. */
-int depart(const capsule_map *map, const capsule_state *state, departure *out);
+/* The field that takes over at a state, given cosine and sine of its angle; 0 where double
+   precision leaves it open. */
+int depart(const capsule_map *map, const capsule_state *state, double cosine, double sine,
+           departure *out);
 
 /* What bounds prove of a guard on [0, 1], in units of the expansion's reach. */
 typedef struct {
     enum { CLEAR, CROSSING, VAGUE } kind;
     double from; /* positive on (0, from) */
     double to;   /* CROSSING: lower and upper bound each cross zero once in (from, to] */
+    double near; /* roughly where */
 } finding;
 
 /* From the Bernstein coefficients 1 to DEGREE of g(s) - first, the first value, how many leading

@@ -12,7 +12,7 @@ typedef struct {
     const capsule_wish *wish;
     int64_t periods;
     int position;
-    double guess[7][4]; /* where each field's guards crossed last */
+    double guess[7][11]; /* where a segment of this field from this plane ended last */
 } run;
 
 /* End of a segment. */
@@ -114,7 +114,7 @@ typedef struct {
 
 /* The first of the crossings found, if it is simple and certainly before whatever else is
    possible; otherwise `open` says why not, with `clear` the time up to which nothing happens. */
-static int first_crossing(run *r, const capsule_constants *c, const capsule_table *t,
+static int first_crossing(double *guess, const capsule_constants *c, const capsule_table *t,
                           const stand *from, const expansion *e, const finding *found,
                           const guard_name *guards, int count, crossing *first, int *corner)
 {
@@ -123,14 +123,14 @@ static int first_crossing(run *r, const capsule_constants *c, const capsule_tabl
     double clear = 2.0;
     for (int i = 0; i < count; i++) {
         if (found[i].kind == VAGUE)
-            clear = fmin(clear, found[i].from);
+            clear = lesser(clear, found[i].from);
         if (found[i].kind != CROSSING || found[i].from >= clear)
             continue;
-        double *guess = &r->guess[from->at.field][guards[i]];
-        crossing next = {guards[i], polish(c, t, from, e, guards[i], found[i], *guess)};
+        const int alike = fabs(*guess - found[i].near) < 0.125;
+        crossing next = {guards[i], polish(c, t, from, e, guards[i], found[i],
+                                           alike ? *guess : found[i].near)};
         if (!next.root.certain)
             return 0;
-        *guess = next.root.s;
         if (first->guard != NONE) {
             const double ahead = first->root.s - next.root.s;
             if (fabs(ahead) <= first->root.error + next.root.error) {
@@ -142,7 +142,10 @@ static int first_crossing(run *r, const capsule_constants *c, const capsule_tabl
         }
         *first = next;
     }
-    return first->guard != NONE && first->root.s + first->root.error < clear;
+    if (first->guard == NONE || first->root.s + first->root.error >= clear)
+        return 0;
+    *guess = first->root.s;
+    return 1;
 }
 
 static capsule_outcome tangency(guard_name guard)
@@ -151,7 +154,7 @@ static capsule_outcome tangency(guard_name guard)
 }
 
 /* Takes a segment from its start to its first switch or to the end of the run. */
-static void locate(run *r, const departure *start, int64_t turn, ending *end)
+static void locate(run *r, const departure *start, int plane, int64_t turn, ending *end)
 {
     static const guard_name DRIFTING[2] = {GAP, DRIFT}, STICKING[3] = {GAP, UPPER, LOWER};
     const capsule_map *map = r->map;
@@ -161,6 +164,7 @@ static void locate(run *r, const departure *start, int64_t turn, ending *end)
     const int count = c->drift != 0.0 ? 2 : 3;
     const double omega = c->omega;
     stand here = {*start, 0.0, 0.0};
+    double *guess = &r->guess[start->field][plane];
     end->guard = NONE;
     end->turn = turn;
     end->duration = end->advance = 0.0;
@@ -188,9 +192,9 @@ static void locate(run *r, const departure *start, int64_t turn, ending *end)
                 found[i] = examine(c, t, &here, &e, guards[i], thin);
                 crossings += found[i].kind == CROSSING;
                 if (found[i].kind != CLEAR)
-                    horizon = fmin(horizon, found[i].from);
+                    horizon = lesser(horizon, found[i].from);
             }
-            if (crossings && first_crossing(r, c, t, &here, &e, found, guards, count, &first,
+            if (crossings && first_crossing(guess, c, t, &here, &e, found, guards, count, &first,
                                             &corner)) {
                 horizon = first.root.s;
                 break;
@@ -201,7 +205,7 @@ static void locate(run *r, const departure *start, int64_t turn, ending *end)
         }
         const int ends = limit <= horizon && !(first.guard != NONE && limit == horizon);
         if (ends) {
-            horizon = fmax(limit, 0.0);
+            horizon = greater(limit, 0.0);
             first.guard = NONE;
         } else if (corner || horizon <= 0x1p-40) {
             end->outcome = CAPSULE_UNDECIDED;
@@ -219,7 +223,7 @@ static void locate(run *r, const departure *start, int64_t turn, ending *end)
             if (r->wish->strobe && !ends) {
                 point p;
                 const double at = ((TWO_PI - here.at.angle) + TWO_PI_REST) / omega / t->reach;
-                evaluate(c, t, &here, &e, fmin(at, horizon), 0, &p);
+                evaluate(c, t, &here, &e, lesser(at, horizon), 0, &p);
                 strobe(r, end->turn + 1, &p);
             }
             end->turn++;
@@ -241,6 +245,7 @@ static void locate(run *r, const departure *start, int64_t turn, ending *end)
         stand next;
         carry(c, t, &here, &e, &end->at, &next);
         here = next;
+        guess = &r->guess[start->field][0];
     }
 }
 
@@ -281,7 +286,7 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
     capsule_state state = {x_r, x_r - map->parameters.delta, v_r, v_c, angle, 0.0, 0, 0, 0};
     departure d;
     if (v_c == 0.0)
-        state.plane = depart(map, &state, &d);
+        state.plane = depart(map, &state, cos(angle), sin(angle), &d);
     return state;
 }
 
@@ -302,11 +307,11 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
         ending end;
         if ((wish->segments || wish->events) && *written == wish->room)
             return CAPSULE_FULL;
-        if (!field && !(field = depart(map, state, &d))) {
+        if (!field && !(field = depart(map, state, cos(state->angle), sin(state->angle), &d))) {
             *open = CAPSULE_UNDECIDED;
             return CAPSULE_OPEN;
         }
-        locate(&r, &d, state->turn, &end);
+        locate(&r, &d, state->plane, state->turn, &end);
         if (end.outcome != CAPSULE_REGULAR && end.outcome != CAPSULE_END &&
             end.outcome != CAPSULE_NEVER) {
             *open = end.outcome;
@@ -317,7 +322,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
         arrive(&map->field[field - 1], &end, state);
         field = 0;
         if (end.guard != NONE) {
-            field = depart(map, state, &d);
+            field = depart(map, state, end.at.cosine, end.at.sine, &d);
             state->plane = field ? plane_of(state, field) : 0;
             if (!field) {
                 /* The switch itself is certain, but not where it leads. */

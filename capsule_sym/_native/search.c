@@ -30,14 +30,17 @@ typedef struct {
     int depth;
 } piece;
 
-/* Whether the signs prove one crossing: positive, then open, then negative. */
-static int crosses_once(const double *lower, const double *upper, int count)
+/* Whether the signs prove one crossing: positive, then open, then negative; `near` is about where
+   on [0, 1]. */
+static int crosses_once(const double *lower, const double *upper, int count, double *near)
 {
     int i = 0;
     while (i < count && lower[i] > 0.0)
         i++;
     if (i == 0)
         return 0;
+    if (i < count)
+        *near = (i - 1 + lower[i - 1] / (lower[i - 1] - lower[i])) / (count - 1);
     while (i < count && upper[i] >= 0.0)
         i++;
     if (i == count)
@@ -63,13 +66,13 @@ static finding bisect(const double *form, double first, int zeros, double roundi
 {
     piece stack[STACK];
     const int count = DEGREE + 1 - zeros;
-    double largest = 0.0;
+    double largest = 0.0, near = 1.0;
     piece *whole = &stack[0];
     for (int i = 0; i < count; i++) {
         const int j = i + zeros;
         const double weight = j == 0 ? 1.0 : WEIGHT[zeros][j - 1];
         whole->lower[i] = (j == 0 ? first : zeros ? form[j - 1] : first + form[j - 1]) / weight;
-        largest = fmax(largest, fabs(whole->lower[i]));
+        largest = greater(largest, fabs(whole->lower[i]));
     }
     /* At most DEEPEST halvings of 12 means each, and the divisions above. */
     const double slack = rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest;
@@ -88,10 +91,10 @@ static finding bisect(const double *form, double first, int zeros, double roundi
             positive += p->lower[i] > 0.0;
         if (positive == count)
             continue;
-        if (p->to - p->from <= thin && crosses_once(p->lower, p->upper, count))
-            return (finding){CROSSING, p->from, p->to};
+        if (p->to - p->from <= thin && crosses_once(p->lower, p->upper, count, &near))
+            return (finding){CROSSING, p->from, p->to, p->from + near * (p->to - p->from)};
         if (p->depth >= (p->from == 0.0 ? DEEPEST : HALVINGS))
-            return (finding){VAGUE, p->from, p->to};
+            return (finding){VAGUE, p->from, p->to, p->from};
         piece *left = &stack[top + 1];
         halve(p->lower, left->lower, count);
         halve(p->upper, left->upper, count);
@@ -100,7 +103,7 @@ static finding bisect(const double *form, double first, int zeros, double roundi
         p->depth = left->depth = p->depth + 1;
         top += 2;
     }
-    return (finding){CLEAR, 1.0, 1.0};
+    return (finding){CLEAR, 1.0, 1.0, 1.0};
 }
 
 finding search(const double *form, double first, int zeros, double rounding, double tail,
@@ -119,10 +122,11 @@ finding search(const double *form, double first, int zeros, double rounding, dou
     const int skipped = zeros == 2; /* coefficient 1 of s^2 is 0 */
     for (int j = 0; j < DEGREE; j++)
         positive += lower[j] > 0.0;
+    double near = 1.0;
     const int begins = zeros || first > rounding;
     if (begins && positive == DEGREE - skipped)
-        return (finding){CLEAR, 1.0, 1.0};
-    if (begins && thin >= 1.0 && crosses_once(lower + skipped, upper + skipped, DEGREE - skipped))
-        return (finding){CROSSING, 0.0, 1.0};
+        return (finding){CLEAR, 1.0, 1.0, 1.0};
+    if (begins && thin >= 1.0 && crosses_once(lower + skipped, upper + skipped, DEGREE - skipped, &near))
+        return (finding){CROSSING, 0.0, 1.0, near};
     return bisect(form, first, zeros, rounding, tail, thin);
 }
