@@ -24,12 +24,14 @@ typedef struct {
 /* What expansions of one linear flow have in common, for motions made of the four responses to a
    unit force, a unit velocity and the forcing's cosine and sine. The time unit is `reach`. */
 typedef struct {
-    double reach;
+    double reach, root_K;
+    double x_whole[4], v_whole[4];       /* x_r(1) - x_r(0) and v_r(1) */
     double x[4][CAPSULE_TERMS];          /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
     double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients 1 to 12 of the same */
     double second_form[4][CAPSULE_DEGREE]; /* of P - P(0), in drift of v_c - v_c(0) - margin s */
     double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */
     double x_tail[4], second_tail[4];               /* of degree 13 and more at s = 1 */
+    double x_range[4], second_range[4];             /* the largest of each form */
     double x_bend[4], second_bend[4];               /* bounds on second derivatives in s */
     double from_position[CAPSULE_TERMS], from_rate[CAPSULE_TERMS]; /* x to P or v_c, by term */
 } capsule_table;
@@ -39,6 +41,7 @@ typedef struct {
     capsule_parameters parameters;
     capsule_constants field[6];
     capsule_table table[4]; /* by contact and drift */
+    int may_rest;           /* whether the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 
 typedef enum {

@@ -31,7 +31,8 @@ static double margin_error(const capsule_constants *c, const stand *from)
 void expand(const capsule_constants *c, const capsule_table *t, const stand *from, expansion *e)
 {
     const departure *d = &from->at;
-    e->u[0] = c->push - c->m * (d->x_r + c->kappa * d->gap);
+    const double pull = c->m * (d->x_r + c->kappa * d->gap);
+    e->u[0] = c->push - pull;
     e->u[1] = d->v_r;
     e->u[2] = c->alpha * d->cosine;
     e->u[3] = -c->alpha * c->omega * d->sine;
@@ -39,24 +40,31 @@ void expand(const capsule_constants *c, const capsule_table *t, const stand *fro
     e->size[1] = fabs(d->v_r);
     e->size[2] = c->alpha;
     e->size[3] = c->alpha * c->omega;
-    for (int n = 0; n < TERMS; n++)
-        e->x[n] = (e->u[0] * t->x[0][n] + e->u[1] * t->x[1][n]) +
-                  (e->u[2] * t->x[2][n] + e->u[3] * t->x[3][n]);
-    const double rounding = dot(t->x_error, e->size);
-    e->v_rounding = dot(t->v_error, e->size);
-    e->x_rounding = rounding + from->energy_error / sqrt(c->K) + 2.0 * UNIT * fabs(d->gap);
+    e->slope = 0.0;
+    e->x_rounding = dot(t->x_error, e->size) + 2.0 * UNIT * fabs(d->gap);
     e->second_rounding = dot(t->second_error, e->size);
     if (c->drift != 0.0) {
-        if (!d->zeros[DRIFT])
-            e->second_rounding += from->v_c_error + 2.0 * from->energy_error / (c->gamma + 1.0) +
-                                  UNIT * fabs(d->v_c);
+        e->slope = d->margin * t->reach / c->gamma;
         if (d->zeros[DRIFT] < 2)
             e->second_rounding += margin_error(c, from) * t->reach / c->gamma;
-    } else {
-        e->second_rounding +=
-            ((1.0 + c->kappa) / sqrt(c->K) + 2.0 * c->zeta) * from->energy_error +
-            (d->zeros[UPPER] || d->zeros[LOWER] ? 0.0 : margin_error(c, from));
+    } else if (!(d->zeros[UPPER] || d->zeros[LOWER])) {
+        e->second_rounding += margin_error(c, from);
     }
+    if (!from->later)
+        return;
+    e->x_rounding += from->energy_error / t->root_K;
+    if (c->drift != 0.0)
+        e->second_rounding += from->v_c_error + 2.0 * from->energy_error / (c->gamma + 1.0) +
+                              UNIT * fabs(d->v_c);
+    else
+        e->second_rounding += ((1.0 + c->kappa) / t->root_K + 2.0 * c->zeta) * from->energy_error;
+}
+
+void coefficients(const capsule_table *t, const expansion *e, double x[TERMS])
+{
+    for (int n = 0; n < TERMS; n++)
+        x[n] = (e->u[0] * t->x[0][n] + e->u[1] * t->x[1][n]) +
+               (e->u[2] * t->x[2][n] + e->u[3] * t->x[3][n]);
 }
 
 /* A guard's first value and the factor that its polynomial comes with. */
@@ -82,23 +90,25 @@ static double first_of(const capsule_constants *c, const departure *d, guard_nam
 finding examine(const capsule_constants *c, const capsule_table *t, const stand *from,
                 const expansion *e, guard_name guard, double thin)
 {
-    double form[DEGREE], factor, u[4], sizes[4];
+    const int zeros = from->at.zeros[guard];
+    const double rounding = guard == GAP ? e->x_rounding : e->second_rounding;
+    const double tail = dot(guard == GAP ? t->x_tail : t->second_tail, e->size);
+    double form[DEGREE], factor;
     const double first = first_of(c, &from->at, guard, &factor);
-    for (int k = 0; k < 4; k++) {
-        u[k] = factor * e->u[k];
-        sizes[k] = fabs(u[k]);
+    const double slope = guard == DRIFT ? factor * e->slope : 0.0;
+    if (!zeros) { /* is the guard further from zero than it could go? */
+        const double range = dot(guard == GAP ? t->x_range : t->second_range, e->size);
+        if (first + lesser(slope, 0.0) > (range + rounding) + tail)
+            return (finding){CLEAR, 1.0, 1.0, 1.0};
     }
+    const double u[4] = {factor * e->u[0], factor * e->u[1], factor * e->u[2], factor * e->u[3]};
     const double(*rows)[DEGREE] = guard == GAP ? t->x_form : t->second_form;
     for (int j = 0; j < DEGREE; j++)
         form[j] = (u[0] * rows[0][j] + u[1] * rows[1][j]) + (u[2] * rows[2][j] + u[3] * rows[3][j]);
-    if (guard == DRIFT) {
-        const double slope = factor * from->at.margin * t->reach / c->gamma;
+    if (guard == DRIFT)
         for (int j = 0; j < DEGREE; j++)
             form[j] += slope * ((j + 1) / (double)DEGREE);
-    }
-    const double *tails = guard == GAP ? t->x_tail : t->second_tail;
-    return search(form, first, from->at.zeros[guard],
-                  guard == GAP ? e->x_rounding : e->second_rounding, dot(tails, sizes), thin);
+    return search(form, first, zeros, rounding, tail, thin);
 }
 
 /* Value and derivative of sum a[n] s^n, n < TERMS; four interleaved Horner schemes. */
@@ -120,32 +130,33 @@ static inline void polynomial(const double *a, double s, double *value, double *
 
 /* Coefficients of P or v_c, from number 1; number 1 of v_c without the margin's part. */
 static inline void second_terms(const capsule_constants *c, const capsule_table *t,
-                                const expansion *e, double factor, double *out)
+                                const double x[TERMS], double factor, double *out)
 {
     if (c->drift != 0.0) {
         out[0] = 0.0;
         for (int n = 1; n < TERMS; n++)
-            out[n] = factor * (t->from_position[n] * e->x[n - 1] + t->from_rate[n] * e->x[n]);
+            out[n] = factor * (t->from_position[n] * x[n - 1] + t->from_rate[n] * x[n]);
         return;
     }
     for (int n = 0; n < TERMS - 1; n++)
-        out[n] = factor * (t->from_position[n] * e->x[n] + t->from_rate[n] * e->x[n + 1]);
-    out[TERMS - 1] = factor * t->from_position[TERMS - 1] * e->x[TERMS - 1];
+        out[n] = factor * (t->from_position[n] * x[n] + t->from_rate[n] * x[n + 1]);
+    out[TERMS - 1] = factor * t->from_position[TERMS - 1] * x[TERMS - 1];
 }
 
 root polish(const capsule_constants *c, const capsule_table *t, const stand *from,
-            const expansion *e, guard_name guard, finding where, double guess)
+            const expansion *e, const double x[TERMS], guard_name guard, finding where,
+            double guess)
 {
     const int zeros = from->at.zeros[guard];
-    double terms[GUARD_TERMS] = {0}, factor, sizes[4];
+    double terms[GUARD_TERMS] = {0}, factor;
     terms[0] = first_of(c, &from->at, guard, &factor);
     if (guard == GAP)
         for (int n = 0; n < TERMS; n++)
-            terms[n + 1] = factor * e->x[n];
+            terms[n + 1] = factor * x[n];
     else
-        second_terms(c, t, e, factor, terms + 1);
+        second_terms(c, t, x, factor, terms + 1);
     if (guard == DRIFT)
-        terms[1] = factor * from->at.margin * t->reach / c->gamma;
+        terms[1] = factor * e->slope;
     double low = where.from, high = where.to, value, slope;
     double s = guess > low && guess < high ? guess : 0.5 * (low + high);
     root r = {0, s, INFINITY};
@@ -172,9 +183,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
        the bounds that were counted, at most twice `gap` apart, have their one crossing each. */
     const double *bends = guard == GAP ? t->x_bend : t->second_bend;
     const double *tails = guard == GAP ? t->x_tail : t->second_tail;
-    for (int k = 0; k < 4; k++)
-        sizes[k] = fabs(e->u[k]);
-    double power = 1.0, reach = lesser(1.0, 2.0 * s), tail = dot(tails, sizes), gap;
+    double power = 1.0, reach = lesser(1.0, 2.0 * s), tail = dot(tails, e->size), gap;
     double steepness = -slope;
     for (int n = 0; n < zeros; n++) {
         steepness *= s;
@@ -183,7 +192,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     const double rounding = (guard == GAP ? e->x_rounding : e->second_rounding) * power;
     const double r2 = reach * reach, r4 = r2 * r2;
     gap = 1.5 * rounding + tail * r4 * r4 * r4;
-    const double bend = dot(bends, sizes);
+    const double bend = dot(bends, e->size);
     const double far = lesser(0.5 * steepness / bend, s);
     r.certain = steepness > 0.0 && 0.5 * steepness * far > 2.0 * gap;
     r.error = 2.0 * rounding / steepness + 4.0 * UNIT * s;
@@ -191,12 +200,12 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
 }
 
 void evaluate(const capsule_constants *c, const capsule_table *t, const stand *from,
-              const expansion *e, double s, int advance, point *out)
+              const expansion *e, const double x[TERMS], double s, int stops, int advance,
+              point *out)
 {
     const departure *d = &from->at;
     const double h = s * t->reach;
     double value, slope;
-    polynomial(e->x, s, &value, &slope);
     out->angle = d->angle + c->omega * h;
     out->passed = 0;
     if (out->angle >= TWO_PI) { /* an expansion is shorter than two units of angle */
@@ -205,7 +214,15 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     }
     out->cosine = cos(out->angle);
     out->sine = sin(out->angle);
-    const double position = s * value, v_r = (value + s * slope) / t->reach;
+    double position, v_r;
+    if (x) {
+        polynomial(x, s, &value, &slope);
+        position = s * value;
+        v_r = (value + s * slope) / t->reach;
+    } else {
+        position = dot(t->x_whole, e->u);
+        v_r = dot(t->v_whole, e->u);
+    }
     out->x_r = d->x_r + position;
     out->gap = d->gap + position;
     out->v_r = v_r;
@@ -216,8 +233,10 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
         return;
     const int is_short = c->rate * h < 1.0;
     double terms[TERMS];
+    if (stops && !advance)
+        return;
     if (is_short) {
-        second_terms(c, t, e, 1.0, terms);
+        second_terms(c, t, x, 1.0, terms);
         polynomial(terms, s, &value, &slope);
         out->v_c = d->v_c + (d->margin * h / c->gamma + s * value);
     } else {
@@ -242,16 +261,16 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
 void carry(const capsule_constants *c, const capsule_table *t, const stand *from,
            const expansion *e, const point *at, stand *to)
 {
-    (void)t;
     const double energy = from->energy_error;
-    const double x_error = e->x_rounding - energy / sqrt(c->K) + 2.0 * UNIT * fabs(at->x_r);
-    const double v_error = e->v_rounding + 2.0 * UNIT * fabs(at->v_r);
+    const double x_error = e->x_rounding - energy / t->root_K + 2.0 * UNIT * fabs(at->x_r);
+    const double v_error = dot(t->v_error, e->size) + 2.0 * UNIT * fabs(at->v_r);
     const double impulse = fabs(at->v_r) + fabs(from->at.v_r) +
                            (fabs(c->friction) + c->alpha) * t->reach + c->alpha / c->omega;
-    to->energy_error = energy + v_error + sqrt(c->K) * x_error;
+    to->energy_error = energy + v_error + t->root_K * x_error;
     to->v_c_error =
         from->v_c_error + e->second_rounding +
         (2.0 * to->energy_error + 8.0 * UNIT * impulse) / (c->gamma + 1.0) + UNIT * fabs(at->v_c);
     to->at = (departure){from->at.field, at->x_r,  at->gap,    at->v_r, at->v_c, at->margin,
                          at->angle,      at->cosine, at->sine, {0}};
+    to->later = 1;
 }

@@ -9,13 +9,13 @@ typedef struct {
     departure at;
     double energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     double v_c_error;
+    int later; /* whether there is any such error */
 } stand;
 
 typedef struct {
     double u[4], size[4];                 /* multiples of the responses, and what they add up */
-    double x[TERMS];                      /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
+    double slope;                         /* in drift, margin reach/gamma */
     double x_rounding, second_rounding;   /* error bounds of x_r, and of P or v_c */
-    double v_rounding;
 } expansion;
 
 typedef struct {
@@ -35,13 +35,19 @@ typedef struct {
     double error; /* bound on the error of the root */
 } root;
 
+/* Coefficients of s, s^2, ... of x_r(s) - x_r(0). */
+void coefficients(const capsule_table *t, const expansion *e, double x[TERMS]);
+
 /* The root in an interval of a finding of kind CROSSING, sought from `guess`. */
 root polish(const capsule_constants *c, const capsule_table *t, const stand *from,
-            const expansion *e, guard_name guard, finding where, double guess);
+            const expansion *e, const double x[TERMS], guard_name guard, finding where,
+            double guess);
 
-/* The motion at s; x_c's advance only if asked for. */
+/* The motion at s, from its coefficients, or with x null at s = 1. v_c only if it does not vanish
+   there, and x_c's advance only if asked for. */
 void evaluate(const capsule_constants *c, const capsule_table *t, const stand *from,
-              const expansion *e, double s, int advance, point *out);
+              const expansion *e, const double x[TERMS], double s, int stops, int advance,
+              point *out);
 
 /* Error bounds at a later instant of the same segment. */
 void carry(const capsule_constants *c, const capsule_table *t, const stand *from,

@@ -115,7 +115,8 @@ typedef struct {
 /* The first of the crossings found, if it is simple and certainly before whatever else is
    possible; otherwise `open` says why not, with `clear` the time up to which nothing happens. */
 static int first_crossing(double *guess, const capsule_constants *c, const capsule_table *t,
-                          const stand *from, const expansion *e, const finding *found,
+                          const stand *from, const expansion *e, const double *x,
+                          const finding *found,
                           const guard_name *guards, int count, crossing *first, int *corner)
 {
     *first = (crossing){NONE, {0, 0.0, 0.0}};
@@ -127,7 +128,7 @@ static int first_crossing(double *guess, const capsule_constants *c, const capsu
         if (found[i].kind != CROSSING || found[i].from >= clear)
             continue;
         const int alike = fabs(*guess - found[i].near) < 0.125;
-        crossing next = {guards[i], polish(c, t, from, e, guards[i], found[i],
+        crossing next = {guards[i], polish(c, t, from, e, x, guards[i], found[i],
                                            alike ? *guess : found[i].near)};
         if (!next.root.certain)
             return 0;
@@ -163,7 +164,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     const guard_name *guards = c->drift != 0.0 ? DRIFTING : STICKING;
     const int count = c->drift != 0.0 ? 2 : 3;
     const double omega = c->omega;
-    stand here = {*start, 0.0, 0.0};
+    stand here = {*start, 0.0, 0.0, 0};
     double *guess = &r->guess[start->field][plane];
     end->guard = NONE;
     end->turn = turn;
@@ -171,10 +172,11 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     end->evaluations = 0;
     for (;;) {
         expansion e;
+        double x[TERMS];
         finding found[3];
         crossing first = {NONE, {0, 0.0, 0.0}};
         int corner = 0, crossings = 0;
-        if (start->field == 2) {
+        if (start->field == 2 && map->may_rest) {
             const rest q = resting(c, &here);
             if (q.for_ever) {
                 last_for_ever(r, c, &here.at, q, end);
@@ -194,7 +196,9 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
                 if (found[i].kind != CLEAR)
                     horizon = lesser(horizon, found[i].from);
             }
-            if (crossings && first_crossing(guess, c, t, &here, &e, found, guards, count, &first,
+            if (crossings)
+                coefficients(t, &e, x);
+            if (crossings && first_crossing(guess, c, t, &here, &e, x, found, guards, count, &first,
                                             &corner)) {
                 horizon = first.root.s;
                 break;
@@ -217,13 +221,18 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
                 end->outcome = CAPSULE_CORNER;
             return;
         }
-        evaluate(c, t, &here, &e, horizon, r->position, &end->at);
+        const int whole = horizon == 1.0;
+        if (!crossings && !whole)
+            coefficients(t, &e, x);
+        evaluate(c, t, &here, &e, whole ? NULL : x, horizon, first.guard == DRIFT, r->position,
+                 &end->at);
         end->evaluations++;
         if (end->at.passed || ends) {
             if (r->wish->strobe && !ends) {
                 point p;
+                coefficients(t, &e, x);
                 const double at = ((TWO_PI - here.at.angle) + TWO_PI_REST) / omega / t->reach;
-                evaluate(c, t, &here, &e, lesser(at, horizon), 0, &p);
+                evaluate(c, t, &here, &e, x, lesser(at, horizon), 0, 0, &p);
                 strobe(r, end->turn + 1, &p);
             }
             end->turn++;

@@ -109,24 +109,25 @@ static finding bisect(const double *form, double first, int zeros, double roundi
 finding search(const double *form, double first, int zeros, double rounding, double tail,
                double thin)
 {
-    double lower[DEGREE], upper[DEGREE];
     const double *weight = WEIGHT[zeros];
     const double base = zeros ? 0.0 : first;
     int positive = 0;
-    for (int j = 0; j < DEGREE; j++) {
-        lower[j] = base + form[j] - rounding * weight[j];
-        upper[j] = base + form[j] + rounding * weight[j];
-    }
-    lower[DEGREE - 1] -= tail;
-    upper[DEGREE - 1] += tail;
+    for (int j = 0; j < DEGREE - 1; j++)
+        positive += form[j] > rounding * weight[j] - base;
     const int skipped = zeros == 2; /* coefficient 1 of s^2 is 0 */
-    for (int j = 0; j < DEGREE; j++)
-        positive += lower[j] > 0.0;
-    double near = 1.0;
     const int begins = zeros || first > rounding;
-    if (begins && positive == DEGREE - skipped)
+    if (begins && positive == DEGREE - 1 - skipped && form[DEGREE - 1] > rounding + tail - base)
         return (finding){CLEAR, 1.0, 1.0, 1.0};
-    if (begins && thin >= 1.0 && crosses_once(lower + skipped, upper + skipped, DEGREE - skipped, &near))
-        return (finding){CROSSING, 0.0, 1.0, near};
+    if (begins && thin >= 1.0) {
+        double lower[DEGREE], upper[DEGREE], near = 1.0;
+        for (int j = 0; j < DEGREE; j++) {
+            lower[j] = base + form[j] - rounding * weight[j];
+            upper[j] = base + form[j] + rounding * weight[j];
+        }
+        lower[DEGREE - 1] -= tail;
+        upper[DEGREE - 1] += tail;
+        if (crosses_once(lower + skipped, upper + skipped, DEGREE - skipped, &near))
+            return (finding){CROSSING, 0.0, 1.0, near};
+    }
     return bisect(form, first, zeros, rounding, tail, thin);
 }

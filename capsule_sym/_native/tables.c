@@ -75,6 +75,7 @@ static void table_of(const capsule_constants *c, capsule_table *t)
 {
     memset(t, 0, sizeof *t);
     t->reach = CAPSULE_REACH / c->rate;
+    t->root_K = sqrt(c->K);
     /* P - P(0) = (1 + kappa) x + 2 zeta (v - v(0)), and gamma v_c' = P - friction. */
     const double share = 1.0 + c->kappa, damper = 2.0 * c->zeta / t->reach;
     for (int n = 1; n <= TERMS; n++) {
@@ -108,6 +109,8 @@ static void table_of(const capsule_constants *c, capsule_table *t)
                     ? t->from_position[n - 1] * size[n - 1] + t->from_rate[n - 1] * size[n]
                     : t->from_position[n - 1] * size[n] + t->from_rate[n - 1] * size[n + 1];
             t->x[k][n - 1] = phi[n];
+            t->x_whole[k] += phi[n];
+            t->v_whole[k] += n * phi[n] / t->reach;
             t->x_error[k] += units * size[n];
             t->v_error[k] += units * n * size[n] / t->reach;
             t->second_error[k] += units * second_size;
@@ -123,6 +126,10 @@ static void table_of(const capsule_constants *c, capsule_table *t)
                 t->second_form[k][j - 1] += BERNSTEIN[j - 1][n - 1] * second;
             }
         }
+        for (int j = 0; j < DEGREE; j++) {
+            t->x_range[k] = greater(t->x_range[k], 1.0001 * fabs(t->x_form[k][j]));
+            t->second_range[k] = greater(t->second_range[k], 1.0001 * fabs(t->second_form[k][j]));
+        }
         t->x_bend[k] += (TERMS + 1) * TERMS * rest;
         t->second_bend[k] += (TERMS + 1) * TERMS * t->second_error[k];
     }
@@ -134,6 +141,11 @@ static void constants_of(const capsule_parameters *p, capsule_map *map)
     for (int field = 1; field <= 6; field++)
         capsule_constants_of(field, p->alpha, p->omega, p->delta, p->zeta, p->beta, p->gamma,
                              p->f_b, &map->field[field - 1]);
+    const capsule_constants *c = &map->field[1];
+    const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
+    const double damper = 2.0 * c->zeta * c->omega;
+    map->may_rest =
+        amplitude < c->delta && amplitude * sqrt(c->K * c->K + damper * damper) < c->f_b;
 }
 
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
