@@ -1,0 +1,184 @@
+# cython: boundscheck=False, wraparound=False, embedsignature=True
+"""Binding of the C core: arrays in, arrays out, the GIL released while it runs."""
+
+from libc.stdint cimport int8_t, int32_t, int64_t
+from libc.stdlib cimport free, malloc
+
+import numpy as np
+
+cdef extern from "capsule.h" nogil:
+    ctypedef struct capsule_parameters:
+        double alpha, omega, delta, zeta, beta, gamma, f_b
+    ctypedef struct capsule_map:
+        pass
+    ctypedef struct capsule_state:
+        double x_r, gap, v_r, v_c, angle, position
+        int64_t turn
+        int32_t bound, plane
+    ctypedef struct capsule_segment:
+        pass
+    ctypedef struct capsule_event:
+        pass
+    ctypedef double triple "double"
+    ctypedef struct capsule_wish:
+        void *strobe
+        capsule_segment *segments
+        capsule_event *events
+        size_t room
+        int position
+    ctypedef int capsule_outcome
+    ctypedef int capsule_stop
+    void capsule_map_make(const capsule_parameters *, capsule_map *)
+    void capsule_map_remake(const capsule_parameters *, capsule_map *)
+    capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
+    capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
+                             size_t *, capsule_outcome *)
+    const char *capsule_digest()
+
+OUTCOMES = ("regular", "graze", "corner", "sliding-tangency", "never", "undecided", "end")
+DONE, FULL, OPEN = range(3)
+
+STATE = np.dtype(
+    [(name, "f8") for name in ("x_r", "gap", "v_r", "v_c", "angle", "position")]
+    + [("turn", "i8"), ("bound", "i4"), ("plane", "i4")],
+    align=True,
+)
+SEGMENT = np.dtype(
+    [("start_turn", "i8"), ("end_turn", "i8"), ("start_angle", "f8"), ("end_angle", "f8")]
+    + [("start", "f8", 3), ("end", "f8", 3), ("duration", "f8"), ("position", "f8")]
+    + [(name, "f8") for name in ("advance", "gap", "margin", "cosine", "sine")]
+    + [(name, "i4") for name in ("field", "source", "target", "outcome", "evaluations")],
+    align=True,
+)
+EVENT = np.dtype(
+    [("turn", "i8"), ("angle", "f8"), ("field", "i4"), ("plane", "i4")], align=True
+)
+assert STATE.itemsize == sizeof(capsule_state)
+assert SEGMENT.itemsize == sizeof(capsule_segment)
+assert EVENT.itemsize == sizeof(capsule_event)
+
+
+def digest():
+    """Digest of the generator's inputs that the kernels were made from."""
+    return capsule_digest().decode()
+
+
+cdef class Map:
+    """The map at one parameter set, seven numbers in the order of `Parameters`."""
+
+    cdef capsule_map *map
+
+    def __cinit__(self, const double[::1] parameters):
+        if parameters.shape[0] != 7:
+            raise ValueError("seven parameters are needed")
+        self.map = <capsule_map *> malloc(sizeof(capsule_map))
+        if self.map is NULL:
+            raise MemoryError()
+        capsule_map_make(<const capsule_parameters *> &parameters[0], self.map)
+
+    def __dealloc__(self):
+        free(self.map)
+
+    def state_at(self, double x_r, double v_r, double v_c, double angle):
+        """The state record to start from."""
+        out = np.empty((), STATE)
+        cdef char[::1] view = out.reshape(1).view("i1")
+        (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, angle)
+        return out
+
+    def run(self, state, int64_t periods, segments=None, events=None, strobe=None,
+            bint position=False):
+        """Goes on until period `periods` is over; what is asked for is written to given arrays.
+
+        `state` is a record of STATE, left where the run came to; `segments` or `events` are
+        arrays of their dtypes; `strobe` has shape (periods + 1, 3). Returns why it stopped, how
+        many segments or events it wrote, and the outcome that stayed open.
+        """
+        cdef char[::1] at = state.reshape(1).view("i1")
+        cdef char[::1] bytes_
+        cdef double[:, ::1] marks
+        cdef capsule_wish wish
+        cdef size_t written = 0
+        cdef capsule_outcome open_ = 0
+        cdef capsule_stop stop
+        wish.strobe = NULL
+        wish.segments = NULL
+        wish.events = NULL
+        wish.room = 0
+        wish.position = position
+        if state.dtype != STATE:
+            raise TypeError("state must be of dtype STATE")
+        if strobe is not None:
+            marks = strobe
+            if marks.shape[0] <= periods or marks.shape[1] != 3:
+                raise ValueError("strobe must have shape (periods + 1, 3)")
+            wish.strobe = &marks[0, 0]
+        if segments is not None:
+            if segments.dtype != SEGMENT or not len(segments):
+                raise TypeError("segments must be of dtype SEGMENT, and not empty")
+            bytes_ = segments.view("i1")
+            wish.segments = <capsule_segment *> &bytes_[0]
+            wish.room = len(segments)
+        elif events is not None:
+            if events.dtype != EVENT or not len(events):
+                raise TypeError("events must be of dtype EVENT, and not empty")
+            bytes_ = events.view("i1")
+            wish.events = <capsule_event *> &bytes_[0]
+            wish.room = len(events)
+        with nogil:
+            stop = capsule_run(self.map, <capsule_state *> &at[0], periods, &wish, &written,
+                               &open_)
+        return stop, written, OUTCOMES[open_]
+
+
+def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
+               const double[::1] angles, states):
+    """Writes the state records that the runs start from, one per row of the others."""
+    cdef char[::1] at = states.view("i1")
+    cdef capsule_state *records = <capsule_state *> &at[0]
+    cdef Py_ssize_t i, count = len(states)
+    cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
+    if work is NULL:
+        raise MemoryError()
+    with nogil:
+        for i in range(count):
+            if i == 0:
+                capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
+            else:
+                capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
+            records[i] = capsule_state_at(work, starts[i, 0], starts[i, 1], starts[i, 2],
+                                          angles[i])
+    free(work)
+
+
+def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
+             double[:, :, ::1] strobe=None, bint position=False):
+    """Runs every row to the end of period `periods`, leaving in `states` where it came to.
+
+    `stops` receives why each run stopped; `strobe`, shape (rows, periods + 1, 3), the states at
+    the ends of the periods.
+    """
+    cdef char[::1] at = states.view("i1")
+    cdef capsule_state *records = <capsule_state *> &at[0]
+    cdef Py_ssize_t i, count = len(states)
+    cdef size_t written
+    cdef capsule_outcome open_
+    cdef capsule_wish wish
+    wish.strobe = NULL
+    wish.segments = NULL
+    wish.events = NULL
+    wish.room = 0
+    wish.position = position
+    cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
+    if work is NULL:
+        raise MemoryError()
+    with nogil:
+        for i in range(count):
+            if i == 0:
+                capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
+            else:
+                capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
+            if strobe is not None:
+                wish.strobe = &strobe[i, 0, 0]
+            stops[i] = <int8_t> capsule_run(work, &records[i], periods, &wish, &written, &open_)
+    free(work)
