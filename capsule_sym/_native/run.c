@@ -7,6 +7,9 @@
 #define TWO_PI 6.283185307179586
 #define TWO_PI_REST 2.4492935982947064e-16
 
+/* A segment that takes more is left to the caller: another method looks further ahead there. */
+#define MOST_EXPANSIONS 8192
+
 typedef struct {
     const capsule_map *map;
     const capsule_wish *wish;
@@ -171,6 +174,10 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     end->duration = end->advance = 0.0;
     end->evaluations = 0;
     for (;;) {
+        if (end->evaluations == MOST_EXPANSIONS) {
+            end->outcome = CAPSULE_UNDECIDED;
+            return;
+        }
         expansion e;
         double x[TERMS];
         finding found[3];
@@ -246,9 +253,17 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
         }
         if (ends) {
             end->turn = r->periods;
-            end->at.angle = 0.0;
+            end->at.angle = end->at.sine = 0.0;
+            end->at.cosine = 1.0;
             strobe(r, r->periods, &end->at);
             end->outcome = CAPSULE_END;
+            if (start->field == 2 && map->may_rest) {
+                /* What rests for ever does so at the end too, wherever the expansions stood. */
+                stand last;
+                carry(c, t, &here, &e, &end->at, &last);
+                if (resting(c, &last).for_ever)
+                    end->outcome = CAPSULE_NEVER;
+            }
             return;
         }
         stand next;

@@ -7,8 +7,10 @@ between them. Everything else in this package is written once, for either.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from typing import Any, Protocol
 
 from capsule_sym.errors import InvalidInput
@@ -140,6 +142,31 @@ class MpmathBackend:
         return self.kernels.constants(field, *values)
 
 
+LONGEST_NATIVE_RUN = 10**7
+"""Periods of a trajectory by the C core, which keeps the state at the end of each."""
+
+
+def default_backend(periods: int = 1) -> str:
+    """The fastest backend for a run: "c" where the core was compiled, else "numpy"."""
+    return "c" if _is_compiled() and periods <= LONGEST_NATIVE_RUN else "numpy"
+
+
+@cache
+def _is_compiled() -> bool:
+    """Whether the C core is there; warns once if it is not."""
+    from capsule_sym._native import core
+
+    if core is not None:
+        return True
+    warnings.warn(
+        "capsule-sym was installed without a compiler and runs its NumPy backend, "
+        "which is slower by far",
+        RuntimeWarning,
+        stacklevel=4,
+    )
+    return False
+
+
 @contextmanager
 def backend(name: str) -> Iterator[Backend]:
     """The backend of this name, `numpy` or `mpmath`, the latter at 50 digits while in use.
@@ -154,4 +181,4 @@ def backend(name: str) -> Iterator[Backend]:
         with mpmath.workdps(DIGITS + _GUARD_DIGITS):
             yield MpmathBackend()
     else:
-        raise InvalidInput("backend", name, "numpy or mpmath")
+        raise InvalidInput("backend", name, "c, numpy or mpmath")

@@ -230,7 +230,10 @@ def locate(flow: Flow, limit: Number) -> Switch:
             tangencies += [Tangency(_tangency(guard), guard, now) for guard in stuck]
             horizon = turned
         if now + horizon >= limit:
-            return Switch(Outcome.END, (), limit, flow(limit), flow.evaluations, tuple(tangencies))
+            # What rests for ever does so at the end too, wherever the expansions stood.
+            last = flow(limit)
+            outcome = Outcome.NEVER if at_rest_forever(backend, c, last) else Outcome.END
+            return Switch(outcome, (), limit, last, flow.evaluations, tuple(tangencies))
         # The next step is longer after one that was cleared whole, else of the length cleared.
         reach = 2 * ahead if horizon >= ahead else 2 * horizon
         now, zeros = now + horizon, {}

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from capsule_sym.errors import InvalidInput, Outcome
-from capsule_sym.map.backend import Backend, Number, backend
+from capsule_sym.map.backend import Backend, Number, backend, default_backend
 from capsule_sym.map.expansion import Guard, Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.trajectory import LONGEST, Segment, Trajectory, Triple, instant
@@ -20,15 +21,15 @@ def simulate(
     phase: float = 0.0,
     periods: int = 100,
     *,
-    backend: str = "numpy",
+    backend: str | None = None,
     settle: bool = True,
     max_segments: int = 1_000_000,
 ) -> Trajectory:
     """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
 
     All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
-    phase 0 after `periods` periods. The backend is "numpy" (double precision) or "mpmath"
-    (50 digits). With `settle`, 50 digits decide what double precision cannot; the trajectory's
+    phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
+    is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits). With `settle`, 50 digits decide what double precision cannot; the trajectory's
     `settled` counts how often. What stays open is typed in the segments' outcomes, and taken as
     the exact tangency or corner that it is within the error bound.
 
@@ -41,8 +42,13 @@ def simulate(
     _check_phase(phase, parameters)
     _check_count("periods", periods)
     _check_count("max_segments", max_segments)
-    with _backend(backend) as numbers:
-        return _Run(numbers, parameters, phase, settle).go(values, periods, max_segments)
+    chosen = backend or default_backend(periods)
+    if chosen == "c":
+        from capsule_sym.map.native import NativeRun
+
+        return NativeRun(parameters, settle).go(values, phase, periods, max_segments)
+    with _backend(chosen) as numbers:
+        return Run(numbers, parameters, phase, settle).go(values, periods, max_segments)
 
 
 _LARGEST_COUNT = 10**12
@@ -94,7 +100,17 @@ def _check_phase(phase: float, parameters: Parameters) -> None:
         raise InvalidInput("phase", phase, allowed)
 
 
-class _Run:
+class Journey(NamedTuple):
+    """Where a run stands: state, what follows, switching plane, whole periods passed, and x_c."""
+
+    state: State
+    departure: Departure | None
+    source: str
+    turns: int
+    position: Number
+
+
+class Run:
     """One run: the constants of all segments, and what has been passed so far."""
 
     def __init__(
@@ -112,15 +128,39 @@ class _Run:
         number, phase = self.numbers.number, self.phase
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
-        turns, position, stopped = 0, number(0), ""
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
         departure = self._depart(state)
         source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
-        while departure and turns < periods:
-            if len(self.segments) == most:
-                stopped = f"after {most} segments"
-                break
+        journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
+        return Trajectory(
+            self.parameters,
+            self.numbers.name,
+            (instant(0, number(phase) * self.omega, self.omega), origin),
+            tuple(self.segments),
+            tuple(self.stroboscopic),
+            self.settled,
+            self.stopped(journey, periods, most),
+        )
+
+    def stopped(self, journey: Journey, periods: int, most: int) -> str:
+        """Why the run came to no end, empty if it did."""
+        if journey.turns >= periods:
+            return ""
+        if journey.departure is not None:
+            return f"after {most} segments"
+        if self.segments and self.segments[-1].outcome is Outcome.UNDECIDED:
+            return "undecided: no switch found or excluded within the limit of evaluations"
+        return "undecided: no field leaves the last state with certainty"
+
+    def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
+        """A run that goes on from a state it came to otherwise."""
+        return Journey(state, self._depart(state), source, turns, position)
+
+    def follow(self, journey: Journey, periods: int, most: int) -> Journey:
+        """Goes on until the periods are over, for at most so many segments in all."""
+        state, departure, source, turns, position = journey
+        while departure and turns < periods and len(self.segments) < most:
             limit = self._remaining(periods - turns, state.angle)
             flow, switch = self._locate(state, departure, limit)
             passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
@@ -149,20 +189,7 @@ class _Run:
             )
             turns += passed
             state, source, position = end_state, target, position + advance
-        if turns < periods and not stopped:
-            if self.segments and self.segments[-1].outcome is Outcome.UNDECIDED:
-                stopped = "undecided: no switch found or excluded within the limit of evaluations"
-            else:
-                stopped = "undecided: no field leaves the last state with certainty"
-        return Trajectory(
-            self.parameters,
-            self.numbers.name,
-            (instant(0, number(phase) * self.omega, self.omega), origin),
-            tuple(self.segments),
-            tuple(self.stroboscopic),
-            self.settled,
-            stopped,
-        )
+        return Journey(state, departure, source, turns, position)
 
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
@@ -199,7 +226,7 @@ class _Run:
         self.settled += 1
         with _backend("mpmath") as numbers:
             exact = self._exactly(numbers, state)
-            settled = _Run(numbers, self.parameters, self.phase, False)._depart(exact, source)
+            settled = Run(numbers, self.parameters, self.phase, False)._depart(exact, source)
             if settled is None:
                 return None
             start = start_at(self.constants[settled.field - 1], state)

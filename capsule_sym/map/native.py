@@ -1,0 +1,117 @@
+"""The map by the C core; where that leaves a switch open, the reference map takes one segment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._native import core as _core
+from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.map.backend import LONGEST_NATIVE_RUN, NumpyBackend
+from capsule_sym.map.simulate import Journey, Run
+from capsule_sym.map.trajectory import Segment, Trajectory, instant
+from capsule_sym.map.transitions import State
+from capsule_sym.parameters import Parameters
+
+_ROOM = 4096  # segments taken from the core at a time
+
+
+def core() -> Any:
+    """The binding; raises InvalidInput where the core was not compiled."""
+    if _core is None:
+        raise InvalidInput("backend", "c", "numpy or mpmath: the C core was not compiled")
+    return _core
+
+
+class NativeRun:
+    """One run by the core, and the reference map for what it leaves open."""
+
+    def __init__(self, parameters: Parameters, settle: bool) -> None:
+        self.parameters, self.settle = parameters, settle
+        self.map = core().Map(np.array(list(parameters.to_dict().values())))
+        self.closed = NumpyBackend().kernels.Start
+        self.segments: list[Segment] = []
+        self.settled = 0
+
+    def go(
+        self, values: tuple[float, float, float], phase: float, periods: int, most: int
+    ) -> Trajectory:
+        """The trajectory, as the reference map gives it."""
+        if periods > LONGEST_NATIVE_RUN:
+            raise InvalidInput("periods", periods, f"at most {LONGEST_NATIVE_RUN} by backend c")
+        angle = phase * self.parameters.omega
+        record = self.map.state_at(*values, angle)
+        strobe = np.empty((periods + 1, 3))
+        strobe[0] = values
+        buffer = np.empty(min(_ROOM, most), core().SEGMENT)
+        stopped = ""
+        while record["turn"] < periods and not stopped:
+            if len(self.segments) == most:
+                stopped = f"after {most} segments"
+                break
+            room = buffer[: most - len(self.segments)]
+            stop, count, _ = self.map.run(record, periods, segments=room, strobe=strobe)
+            self.segments += [self._segment(s) for s in buffer[:count].tolist()]
+            if stop == core().OPEN and len(self.segments) < most:
+                run = Run(NumpyBackend(), self.parameters, self.settle)
+                journey = step(run, record, periods)
+                self.segments += run.segments
+                self.settled += run.settled
+                passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
+                strobe[int(record["turn"]) + 1 :][: len(passed)] = passed
+                if journey.departure is None:
+                    stopped = run.stopped(journey, periods, most)
+                write(record, journey)
+        marks = strobe[: int(record["turn"]) + 1] if phase == 0.0 else strobe[1:][: record["turn"]]
+        return Trajectory(
+            self.parameters,
+            "c",
+            (instant(0, angle, self.parameters.omega), values),
+            tuple(self.segments),
+            tuple(map(tuple, marks.tolist())),
+            self.settled,
+            stopped,
+        )
+
+    def _segment(self, s: tuple[Any, ...]) -> Segment:
+        (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[:13]
+        field, source, target, outcome, evaluations = s[13:]
+        omega = self.parameters.omega
+        start, end = start.tolist(), end.tolist()
+        gap, margin, cosine, sine = closed
+        return Segment(
+            field=field,
+            source=f"Σ{source}" if source else "",
+            target=f"Σ{target}" if target else "",
+            start=instant(turn, angle, omega),
+            end=instant(end_turn, end_angle, omega),
+            start_state=tuple(start),
+            end_state=tuple(end),
+            duration=duration,
+            outcome=_OUTCOMES[outcome],
+            tangencies=(),
+            evaluations=evaluations,
+            position=position,
+            advance=advance,
+            closed=self.closed(start[0], gap, start[1], start[2], margin, cosine, sine),
+        )
+
+
+_OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else []
+
+
+def step(run: Run, record: NDArray[np.void], periods: int) -> Journey:
+    """One segment of the reference map from a state record of the core."""
+    x_r, gap, v_r, v_c, angle, position, turn, bound, plane = record.tolist()
+    source = f"Σ{plane}" if plane else ""
+    state = State(x_r, gap, v_r, v_c, angle, bound)
+    return run.follow(run.depart(state, source, turn, position), periods, 1)
+
+
+def write(record: NDArray[np.void], journey: Journey) -> None:
+    """Puts where a run of the reference map stands into a state record of the core."""
+    state, source = journey.state, journey.source
+    plane = int(source[1:]) if source else 0
+    record[...] = (*state[:5], journey.position, journey.turns, state.bound, plane)
