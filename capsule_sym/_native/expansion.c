@@ -50,6 +50,8 @@ void expand(const capsule_constants *c, const capsule_table *t, const stand *fro
     } else if (!(d->zeros[UPPER] || d->zeros[LOWER])) {
         e->second_rounding += margin_error(c, from);
     }
+    e->x_own = e->x_rounding;
+    e->second_own = e->second_rounding;
     if (!from->later)
         return;
     e->x_rounding += from->energy_error / t->root_K;
@@ -262,13 +264,13 @@ void carry(const capsule_constants *c, const capsule_table *t, const stand *from
            const expansion *e, const point *at, stand *to)
 {
     const double energy = from->energy_error;
-    const double x_error = e->x_rounding - energy / t->root_K + 2.0 * UNIT * fabs(at->x_r);
+    const double x_error = e->x_own + 2.0 * UNIT * fabs(at->x_r);
     const double v_error = dot(t->v_error, e->size) + 2.0 * UNIT * fabs(at->v_r);
     const double impulse = fabs(at->v_r) + fabs(from->at.v_r) +
                            (fabs(c->friction) + c->alpha) * t->reach + c->alpha / c->omega;
     to->energy_error = energy + v_error + t->root_K * x_error;
     to->v_c_error =
-        from->v_c_error + e->second_rounding +
+        from->v_c_error + e->second_own +
         (2.0 * to->energy_error + 8.0 * UNIT * impulse) / (c->gamma + 1.0) + UNIT * fabs(at->v_c);
     to->at = (departure){from->at.field, at->x_r,  at->gap,    at->v_r, at->v_c, at->margin,
                          at->angle,      at->cosine, at->sine, {0}};

@@ -16,6 +16,7 @@ typedef struct {
     double u[4], size[4];                 /* multiples of the responses, and what they add up */
     double slope;                         /* in drift, margin reach/gamma */
     double x_rounding, second_rounding;   /* error bounds of x_r, and of P or v_c */
+    double x_own, second_own;             /* of these, what this expansion adds */
 } expansion;
 
 typedef struct {
