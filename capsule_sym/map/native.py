@@ -107,7 +107,10 @@ def step(run: Run, record: NDArray[np.void], periods: int) -> Journey:
     x_r, gap, v_r, v_c, angle, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
     state = State(x_r, gap, v_r, v_c, angle, bound)
-    return run.follow(run.depart(state, source, turn, position), periods, 1)
+    journey = run.depart(state, source, turn, position)
+    if journey.departure is not None and not source and v_c == 0:
+        journey = journey._replace(source=f"Σ{journey.departure.field}")
+    return run.follow(journey, periods, 1)
 
 
 def write(record: NDArray[np.void], journey: Journey) -> None:

@@ -40,8 +40,8 @@ def simulate(
     values = _checked_state(state)
     _check_scales(parameters)
     _check_phase(phase, parameters)
-    _check_count("periods", periods)
-    _check_count("max_segments", max_segments)
+    check_count("periods", periods)
+    check_count("max_segments", max_segments)
     chosen = backend or default_backend(periods)
     if chosen == "c":
         from capsule_sym.map.native import NativeRun
@@ -53,7 +53,7 @@ def simulate(
 
 _LARGEST_COUNT = 10**12
 _LARGEST_STATE = 1e20
-_RANGES = {
+RANGES = {
     "alpha": (0.0, 1e10),
     "omega": (1e-6, 1e6),
     "delta": (0.0, 1e10),
@@ -81,13 +81,14 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
 
 def _check_scales(parameters: Parameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
-    for field, (low, high) in _RANGES.items():
+    for field, (low, high) in RANGES.items():
         value = getattr(parameters, field)
         if not low <= value <= high:
             raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
 
 
-def _check_count(field: str, value: int) -> None:
+def check_count(field: str, value: int) -> None:
+    """Raises InvalidInput unless the value is a whole number from 1 to 10^12."""
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _LARGEST_COUNT:
         raise InvalidInput(field, value, f"a whole number from 1 to {_LARGEST_COUNT}")
 

@@ -1,0 +1,163 @@
+"""Many runs at once by the C core: what is asked for is computed, and nothing else."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.map.backend import NumpyBackend
+from capsule_sym.map.native import core, step, write
+from capsule_sym.map.simulate import RANGES, Run, check_count
+from capsule_sym.parameters import Parameters
+
+_NAMES = tuple(Parameters().to_dict())
+_EVENTS = 4096  # room for so many switches at a time
+
+
+class Finals(NamedTuple):
+    """Where runs came to: states (n, 3), capsule positions (n,), and which runs came to no end."""
+
+    states: NDArray[np.float64]
+    positions: NDArray[np.float64]
+    stopped: NDArray[np.bool_]
+
+
+def parameter_rows(base: Parameters, **columns: ArrayLike) -> NDArray[np.float64]:
+    """Rows of seven parameters, shape (n, 7): the base with some of them replaced by arrays (n,).
+
+    Raises InvalidInput for a name or a value that is not allowed.
+    """
+    base.replace(**dict.fromkeys(columns, 1.0))
+    values = dict(zip(columns, np.broadcast_arrays(*columns.values()), strict=True))
+    count = max((v.size for v in values.values()), default=1)
+    rows = np.tile(np.array(list(base.to_dict().values())), (count, 1))
+    for name, column in values.items():
+        rows[:, _NAMES.index(name)] = column
+    return _checked_rows(rows)
+
+
+def final_states(
+    parameters: NDArray[np.float64],
+    states: ArrayLike = (0.0, 0.0, 0.0),
+    phases: ArrayLike = 0.0,
+    periods: int = 100,
+    *,
+    strobe: NDArray[np.float64] | None = None,
+    positions: bool = False,
+    threads: int = 1,
+) -> Finals:
+    """Final states of the runs of rows of parameters (n, 7), after whole excitation periods.
+
+    States (n, 3) or (3,) and phases (n,) or one are where the runs start, as in `simulate`.
+    Memory does not depend on `periods`, unless `strobe`, an array (n, periods + 1, 3), is given
+    to receive the states at the ends of the periods (row 0 is the start). Positions are followed,
+    and cost, only if asked for, and are nan otherwise. All quantities are dimensionless.
+
+    Raises InvalidInput for a value that is not allowed.
+    """
+    rows = _checked_rows(np.ascontiguousarray(parameters, dtype=float))
+    count = len(rows)
+    check_count("periods", periods)
+    check_count("threads", threads)
+    starts = np.ascontiguousarray(np.broadcast_to(np.asarray(states, dtype=float), (count, 3)))
+    if not np.isfinite(starts).all():
+        raise InvalidInput("states", states, "finite")
+    times = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
+    turn = 2 * np.pi / rows[:, 1]
+    if not ((times >= 0) & (times < turn)).all():
+        raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
+    if strobe is not None:
+        if strobe.shape != (count, periods + 1, 3) or strobe.dtype != np.float64:
+            raise InvalidInput("strobe", strobe.shape, f"float64 of shape {(count, periods + 1, 3)}")
+        strobe[:, 0] = starts
+    records = np.empty(count, core().STATE)
+    stops = np.empty(count, np.int8)
+    core().start_many(rows, starts, times * rows[:, 1], records)
+
+    def part(low: int, high: int) -> None:
+        marks = None if strobe is None else strobe[low:high]
+        core().run_many(
+            rows[low:high], records[low:high], periods, stops[low:high], marks, positions
+        )
+
+    # Four parts a thread, so that none is left with all the long runs.
+    if threads == 1:
+        part(0, count)
+    else:
+        edges = np.linspace(0, count, 4 * threads + 1, dtype=int)
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
+    for i in np.flatnonzero(stops == core().OPEN).tolist():
+        marks = None if strobe is None else strobe[i]
+        _finish(Parameters(*rows[i].tolist()), records[i : i + 1], periods, marks, positions)
+    reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
+    where = records["position"].copy() if positions else np.full(count, np.nan)
+    return Finals(reached, where, records["turn"] < periods)
+
+
+def switches(
+    parameters: Parameters,
+    state: ArrayLike = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    periods: int = 100,
+) -> NDArray[np.void]:
+    """All switches of one run: an array with fields turn, angle, field and plane.
+
+    The time of a switch is `turn` excitation periods and the forcing's `angle` in [0, 2 pi);
+    `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
+    """
+    rows = np.array([list(parameters.to_dict().values())])
+    x_r, v_r, v_c = np.asarray(state, dtype=float).tolist()
+    native = core().Map(rows[0])
+    record = native.state_at(x_r, v_r, v_c, phase * parameters.omega)
+    found: list[NDArray[np.void]] = []
+    while record["turn"] < periods:
+        room = np.empty(_EVENTS, core().EVENT)
+        stop, count, _ = native.run(record, periods, events=room)
+        found.append(room[:count])
+        if stop == core().OPEN:
+            run = Run(NumpyBackend(), parameters, settle=True)
+            journey = step(run, record, periods)
+            if journey.departure is None and journey.turns < periods:
+                break
+            left = run.segments[0].field
+            write(record, journey)
+            event = (record["turn"], record["angle"], left, record["plane"])
+            found.append(np.array([event] if run.segments[0].target else [], core().EVENT))
+    return np.concatenate(found)
+
+
+def _finish(
+    parameters: Parameters,
+    record: NDArray[np.void],
+    periods: int,
+    strobe: NDArray[np.float64] | None,
+    positions: bool,
+) -> None:
+    """Takes a run on by the reference map wherever the core leaves a switch open."""
+    native = core().Map(np.array(list(parameters.to_dict().values())))
+    while record[0]["turn"] < periods:
+        run = Run(NumpyBackend(), parameters, settle=True)
+        journey = step(run, record[0], periods)
+        if strobe is not None:
+            passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
+            strobe[journey.turns - len(passed) + 1 : journey.turns + 1] = passed
+        write(record[0], journey)
+        if journey.departure is None:
+            return
+        native.run(record, periods, strobe=strobe, position=positions)
+
+
+def _checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    if rows.ndim != 2 or rows.shape[1] != len(_NAMES):
+        raise InvalidInput("parameters", rows.shape, "an array of shape (n, 7)")
+    for name, column in zip(_NAMES, rows.T, strict=True):
+        low, high = RANGES[name]
+        bad = ~((column >= low) & (column <= high))
+        if bad.any():
+            raise InvalidInput(name, float(column[bad][0]), f"in [{low:g}, {high:g}] for a run")
+    return rows

@@ -1,0 +1,180 @@
+"""The C core against the reference map, independent truth, and its own ways of asking."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from capsule_sym import Parameters, simulate
+from capsule_sym import _native as native
+from capsule_sym._native import core
+from capsule_sym.errors import InvalidInput
+from capsule_sym.generated.py import DIGEST
+from capsule_sym.map.backend import default_backend
+from capsule_sym.map.batch import final_states, parameter_rows, switches
+from capsule_sym.map.trajectory import Trajectory
+
+DATA = Path(__file__).parents[1] / "judges" / "data"
+PANELS = (0.0074, 0.3, 0.3687, 0.4, 0.5245, 0.7, 0.939, 1.2)
+PANELS += (1.443, 1.5, 1.6148, 1.64, 1.661, 1.69, 1.7126, 1.9)
+
+pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
+
+
+def word(run: Trajectory) -> list[tuple[int, str, str, str]]:
+    return [(s.field, s.source, s.target, s.outcome.value) for s in run.segments]
+
+
+def numbers(run: Trajectory) -> np.ndarray:
+    return np.array(
+        [
+            (*s.start_state, *s.end_state, s.duration, s.position, s.advance, s.end.phase)
+            for s in run.segments
+        ],
+        dtype=float,
+    )
+
+
+def test_the_core_is_live_and_was_built_from_these_kernels() -> None:
+    assert default_backend() == "c"
+    assert core.digest() == DIGEST
+
+
+def test_a_core_from_other_kernels_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native, "DIGEST", "0" * 16)
+    with pytest.raises(native.StaleCore, match="install capsule-sym again"):
+        native._load()
+
+
+@pytest.mark.parametrize("gamma", [3.3, 3.0])
+@pytest.mark.parametrize("alpha", PANELS)
+def test_the_case_study_agrees_segment_by_segment(alpha: float, gamma: float) -> None:
+    parameters = Parameters(alpha=alpha, gamma=gamma)
+    fast = simulate(parameters, periods=15, backend="c")
+    reference = simulate(parameters, periods=15, backend="numpy")
+    assert word(fast) == word(reference)
+    np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=0, atol=2e-13)
+    np.testing.assert_allclose(fast.stroboscopic, reference.stroboscopic, rtol=0, atol=2e-13)
+
+
+@pytest.mark.parametrize("gamma", ["3.3", "3.0"])
+def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
+    truth = json.loads((DATA / f"truth_gamma{gamma.replace('.', '')}.json").read_text())
+    runs = truth["runs"]
+    rows = parameter_rows(
+        Parameters(gamma=float(gamma)), alpha=[float(run["alpha"]) for run in runs]
+    )
+    finals = final_states(rows, periods=truth["periods"], positions=True)
+    exact = np.array([[float(value) for value in run["final"]] for run in runs])
+    assert np.abs(finals.states - exact[:, :3]).max() < 1e-13
+    assert np.abs(finals.positions - exact[:, 3]).max() < 1e-12
+    for run in runs:
+        parameters = Parameters(alpha=float(run["alpha"]), gamma=float(gamma))
+        found = switches(parameters, periods=truth["periods"])
+        assert "".join(map(str, found["field"])) == run["fields"][: len(found)]
+        assert len(found) in (len(run["fields"]), len(run["fields"]) - 1)
+
+
+@settings(max_examples=30)
+@given(
+    alpha=st.floats(0.0, 3.0),
+    omega=st.floats(0.3, 6.0),
+    delta=st.one_of(st.just(0.0), st.floats(0.0, 1.0)),
+    zeta=st.floats(0.02, 2.5),
+    beta=st.floats(0.0, 30.0),
+    gamma=st.floats(0.2, 8.0),
+    f_b=st.floats(0.2, 2.0),
+    state=st.tuples(*[st.one_of(st.just(0.0), st.floats(-1.0, 1.0))] * 3),
+    part=st.floats(0.0, 0.99),
+)
+def test_random_motions_agree_segment_by_segment(
+    alpha: float,
+    omega: float,
+    delta: float,
+    zeta: float,
+    beta: float,
+    gamma: float,
+    f_b: float,
+    state: tuple[float, float, float],
+    part: float,
+) -> None:
+    parameters = Parameters(alpha, omega, delta, zeta, beta, gamma, f_b)
+    phase = part * parameters.period
+    fast, reference = (
+        simulate(parameters, state, phase, 3, backend=name, max_segments=60)
+        for name in ("c", "numpy")
+    )
+    # Where the two settle different switches by 50 digits, rounding decided which.
+    assume(fast.settled == reference.settled)
+    assert word(fast) == word(reference)
+    np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=1e-9, atol=1e-10)
+
+
+def test_every_way_of_asking_gives_the_same_run() -> None:
+    rows = parameter_rows(Parameters(), alpha=np.linspace(0.01, 2.0, 23))
+    strobe = np.empty((23, 31, 3))
+    finals = final_states(rows, periods=30, strobe=strobe, positions=True)
+    threaded = final_states(rows, periods=30, threads=2, positions=True)
+    assert np.array_equal(finals.states, threaded.states)
+    assert np.array_equal(finals.positions, threaded.positions)
+    assert np.isnan(final_states(rows, periods=30).positions).all()
+    assert not finals.stopped.any()
+    for i in range(0, 23, 4):
+        run = simulate(Parameters(*rows[i]), periods=30, backend="c")
+        assert np.array_equal(strobe[i], run.stroboscopic)
+        assert np.array_equal(strobe[i, -1], finals.states[i])
+        assert run.advance == finals.positions[i]
+        found = switches(Parameters(*rows[i]), periods=30)
+        ended = [s for s in run.segments if s.target]
+        assert found["field"].tolist() == [s.field for s in ended]
+        assert found["plane"].tolist() == [int(s.target[1:]) for s in ended]
+        assert all(a["turn"] <= b["turn"] for a, b in pairwise(found))
+
+
+def test_a_long_run_of_finals_needs_no_memory_that_grows() -> None:
+    import tracemalloc
+
+    peaks = []
+    rows = parameter_rows(Parameters())
+    for periods in (10, 20_000):
+        tracemalloc.start()
+        final_states(rows, periods=periods)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < peaks[0] + 10_000
+
+
+def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
+    """From a tangency to f_b at the start: P = f_b and P' = 0 to the last digit."""
+    parameters = Parameters(alpha=0.0, zeta=0.0, delta=2.0)
+    state = (1.0, 0.0, 0.0)
+    record = core.Map(parameter_rows(parameters)[0]).state_at(*state, 0.0)
+    assert core.Map(parameter_rows(parameters)[0]).run(record, 1)[0] == core.OPEN
+    fast = simulate(parameters, state, periods=2, backend="c")
+    reference = simulate(parameters, state, periods=2, backend="numpy")
+    assert word(fast) == word(reference)
+    assert fast.settled == reference.settled > 0
+    finals = final_states(parameter_rows(parameters), state, periods=2)
+    np.testing.assert_allclose(finals.states[0], fast.final[1], atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("call", "field"),
+    [
+        (lambda: parameter_rows(Parameters(), alpha=[0.1, -1.0]), "alpha"),
+        (lambda: parameter_rows(Parameters(), colour=[0.1]), "parameter"),
+        (lambda: final_states(np.zeros((3, 6))), "parameters"),
+        (lambda: final_states(parameter_rows(Parameters()), phases=9.0), "phases"),
+        (lambda: final_states(parameter_rows(Parameters()), states=(0, np.nan, 0)), "states"),
+        (lambda: final_states(parameter_rows(Parameters()), periods=0), "periods"),
+        (lambda: final_states(parameter_rows(Parameters()), strobe=np.empty((1, 2, 3))), "strobe"),
+    ],
+)
+def test_bad_input_is_named(call: object, field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        call()  # type: ignore[operator]
+    assert caught.value.field == field
