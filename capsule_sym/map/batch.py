@@ -93,7 +93,7 @@ def final_states(
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
-        _finish(Parameters(*rows[i].tolist()), records[i : i + 1], periods, marks, positions)
+        _finish(Parameters(*rows[i].tolist()), records[i : i + 1].reshape(()), periods, marks, positions)
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
     return Finals(reached, where, records["turn"] < periods)
@@ -140,13 +140,13 @@ def _finish(
 ) -> None:
     """Takes a run on by the reference map wherever the core leaves a switch open."""
     native = core().Map(np.array(list(parameters.to_dict().values())))
-    while record[0]["turn"] < periods:
+    while record["turn"] < periods:
         run = Run(NumpyBackend(), parameters, settle=True)
-        journey = step(run, record[0], periods)
+        journey = step(run, record, periods)
         if strobe is not None:
             passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
             strobe[journey.turns - len(passed) + 1 : journey.turns + 1] = passed
-        write(record[0], journey)
+        write(record, journey)
         if journey.departure is None:
             return
         native.run(record, periods, strobe=strobe, position=positions)
