@@ -60,6 +60,7 @@ for _name, _module, _text in (
     ("verify", "capsule_sym.symbolic.command", "Prove the derivations with SymPy."),
     ("hardcases", "capsule_sym.hardcases.command", "Judge the switches of hard cases."),
     ("adversarial", "capsule_sym.hardcases.command", "Judge random starts near tangencies."),
+    ("bench", "capsule_sym.bench.command", "Measure speed against error, beside peers."),
 ):
     group.add_command(_Elsewhere(_name, _module, _text))
 

@@ -86,6 +86,23 @@ cdef class Map:
         (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, angle)
         return out
 
+    def final(self, double x_r, double v_r, double v_c, double angle, int64_t periods):
+        """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
+        cdef capsule_state state
+        cdef capsule_wish wish
+        cdef size_t written
+        cdef capsule_outcome open_
+        cdef capsule_stop stop
+        wish.strobe = NULL
+        wish.segments = NULL
+        wish.events = NULL
+        wish.room = 0
+        wish.position = False
+        with nogil:
+            state = capsule_state_at(self.map, x_r, v_r, v_c, angle)
+            stop = capsule_run(self.map, &state, periods, &wish, &written, &open_)
+        return (state.x_r, state.v_r, state.v_c) if stop == 0 else None
+
     def run(self, state, int64_t periods, segments=None, events=None, strobe=None,
             bint position=False):
         """Goes on until period `periods` is over; what is asked for is written to given arrays.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.native import core, step, write
-from capsule_sym.map.simulate import RANGES, Run, check_count
+from capsule_sym.map.simulate import RANGES, _Run, check_count, check_start
 from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
@@ -72,7 +73,9 @@ def final_states(
         raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
     if strobe is not None:
         if strobe.shape != (count, periods + 1, 3) or strobe.dtype != np.float64:
-            raise InvalidInput("strobe", strobe.shape, f"float64 of shape {(count, periods + 1, 3)}")
+            raise InvalidInput(
+                "strobe", strobe.shape, f"float64 of shape {(count, periods + 1, 3)}"
+            )
         strobe[:, 0] = starts
     records = np.empty(count, core().STATE)
     stops = np.empty(count, np.int8)
@@ -93,15 +96,37 @@ def final_states(
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
-        _finish(Parameters(*rows[i].tolist()), records[i : i + 1].reshape(()), periods, marks, positions)
+        _finish(
+            Parameters(*rows[i].tolist()), records[i : i + 1].reshape(()), periods, marks, positions
+        )
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
     return Finals(reached, where, records["turn"] < periods)
 
 
+def final_state(
+    parameters: Parameters,
+    state: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    periods: int = 100,
+) -> tuple[float, float, float]:
+    """The final state of one run, as `simulate` gives it, in constant memory.
+
+    Raises InvalidInput for a value that is not allowed.
+    """
+    check_start(parameters, state, phase, periods)
+    native = core().Map(np.array([*parameters.to_dict().values()]))
+    found = native.final(*state, phase * parameters.omega, periods)
+    if found is None:
+        rows = np.array([list(parameters.to_dict().values())])
+        x_r, v_r, v_c = final_states(rows, state, phase, periods).states[0].tolist()
+        return x_r, v_r, v_c
+    return found  # type: ignore[no-any-return]
+
+
 def switches(
     parameters: Parameters,
-    state: ArrayLike = (0.0, 0.0, 0.0),
+    state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
     periods: int = 100,
 ) -> NDArray[np.void]:
@@ -110,9 +135,8 @@ def switches(
     The time of a switch is `turn` excitation periods and the forcing's `angle` in [0, 2 pi);
     `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
     """
-    rows = np.array([list(parameters.to_dict().values())])
-    x_r, v_r, v_c = np.asarray(state, dtype=float).tolist()
-    native = core().Map(rows[0])
+    x_r, v_r, v_c = check_start(parameters, state, phase, periods)
+    native = core().Map(np.array(list(parameters.to_dict().values())))
     record = native.state_at(x_r, v_r, v_c, phase * parameters.omega)
     found: list[NDArray[np.void]] = []
     while record["turn"] < periods:
@@ -120,7 +144,7 @@ def switches(
         stop, count, _ = native.run(record, periods, events=room)
         found.append(room[:count])
         if stop == core().OPEN:
-            run = Run(NumpyBackend(), parameters, settle=True)
+            run = _Run(NumpyBackend(), parameters, settle=True)
             journey = step(run, record, periods)
             if journey.departure is None and journey.turns < periods:
                 break
@@ -141,7 +165,7 @@ def _finish(
     """Takes a run on by the reference map wherever the core leaves a switch open."""
     native = core().Map(np.array(list(parameters.to_dict().values())))
     while record["turn"] < periods:
-        run = Run(NumpyBackend(), parameters, settle=True)
+        run = _Run(NumpyBackend(), parameters, settle=True)
         journey = step(run, record, periods)
         if strobe is not None:
             passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from capsule_sym._native import core as _core
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map.backend import LONGEST_NATIVE_RUN, NumpyBackend
-from capsule_sym.map.simulate import Journey, Run
+from capsule_sym.map.simulate import Journey, _Run
 from capsule_sym.map.trajectory import Segment, Trajectory, instant
 from capsule_sym.map.transitions import State
 from capsule_sym.parameters import Parameters
@@ -55,7 +55,7 @@ class NativeRun:
             stop, count, _ = self.map.run(record, periods, segments=room, strobe=strobe)
             self.segments += [self._segment(s) for s in buffer[:count].tolist()]
             if stop == core().OPEN and len(self.segments) < most:
-                run = Run(NumpyBackend(), self.parameters, self.settle)
+                run = _Run(NumpyBackend(), self.parameters, self.settle)
                 journey = step(run, record, periods)
                 self.segments += run.segments
                 self.settled += run.settled
@@ -76,7 +76,9 @@ class NativeRun:
         )
 
     def _segment(self, s: tuple[Any, ...]) -> Segment:
-        (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[:13]
+        (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[
+            :13
+        ]
         field, source, target, outcome, evaluations = s[13:]
         omega = self.parameters.omega
         start, end = start.tolist(), end.tolist()
@@ -102,7 +104,7 @@ class NativeRun:
 _OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else []
 
 
-def step(run: Run, record: NDArray[np.void], periods: int) -> Journey:
+def step(run: _Run, record: NDArray[np.void], periods: int) -> Journey:
     """One segment of the reference map from a state record of the core."""
     x_r, gap, v_r, v_c, angle, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""

@@ -29,18 +29,15 @@ def simulate(
 
     All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
     phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
-    is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits). With `settle`, 50 digits decide what double precision cannot; the trajectory's
-    `settled` counts how often. What stays open is typed in the segments' outcomes, and taken as
+    is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits).
+    With `settle`, 50 digits decide what double precision cannot; the trajectory's `settled` counts how often. What stays open is typed in the segments' outcomes, and taken as
     the exact tangency or corner that it is within the error bound.
 
     The run stops early after `max_segments` segments, or at a point that no field leaves with
     certainty; the trajectory's `stopped` says so. Raises InvalidInput for a value that is not
     allowed.
     """
-    values = _checked_state(state)
-    _check_scales(parameters)
-    _check_phase(phase, parameters)
-    check_count("periods", periods)
+    values = check_start(parameters, state, phase, periods)
     check_count("max_segments", max_segments)
     chosen = backend or default_backend(periods)
     if chosen == "c":
@@ -48,7 +45,7 @@ def simulate(
 
         return NativeRun(parameters, settle).go(values, phase, periods, max_segments)
     with _backend(chosen) as numbers:
-        return Run(numbers, parameters, phase, settle).go(values, periods, max_segments)
+        return _Run(numbers, parameters, phase, settle).go(values, periods, max_segments)
 
 
 _LARGEST_COUNT = 10**12
@@ -87,6 +84,17 @@ def _check_scales(parameters: Parameters) -> None:
             raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
 
 
+def check_start(
+    parameters: Parameters, state: Sequence[float], phase: float, periods: int
+) -> tuple[float, float, float]:
+    """The state as three floats; raises InvalidInput for any argument that is not allowed."""
+    values = _checked_state(state)
+    _check_scales(parameters)
+    _check_phase(phase, parameters)
+    check_count("periods", periods)
+    return values
+
+
 def check_count(field: str, value: int) -> None:
     """Raises InvalidInput unless the value is a whole number from 1 to 10^12."""
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _LARGEST_COUNT:
@@ -111,7 +119,7 @@ class Journey(NamedTuple):
     position: Number
 
 
-class Run:
+class _Run:
     """One run: the constants of all segments, and what has been passed so far."""
 
     def __init__(
@@ -126,6 +134,7 @@ class Run:
         self.settled = 0
 
     def go(self, values: tuple[float, float, float], periods: int, most: int) -> Trajectory:
+        """The trajectory from a state and the run's phase."""
         number, phase = self.numbers.number, self.phase
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
         state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
@@ -227,7 +236,7 @@ class Run:
         self.settled += 1
         with _backend("mpmath") as numbers:
             exact = self._exactly(numbers, state)
-            settled = Run(numbers, self.parameters, self.phase, False)._depart(exact, source)
+            settled = _Run(numbers, self.parameters, self.phase, False)._depart(exact, source)
             if settled is None:
                 return None
             start = start_at(self.constants[settled.field - 1], state)

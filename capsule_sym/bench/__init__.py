@@ -1,0 +1,1 @@
+"""Speed against error: this map and its peers, side by side in one run."""
