@@ -17,7 +17,7 @@ MOST = 400  # segments; a tool that locks up in switching ends there
 Run = Callable[[Parameters, int], Result]
 
 
-def scipy_run(method: str, tolerance: float) -> Run:
+def scipy_run(method: Any, tolerance: float) -> Run:
     """SciPy's solve_ivp with terminal events, restarted 1e-16 off the surface at each switch."""
     from scipy.integrate import solve_ivp
 
@@ -25,7 +25,7 @@ def scipy_run(method: str, tolerance: float) -> Run:
         z, t, end, field, word = np.zeros(3), 0.0, periods * 2 * pi / p.omega, 2, ""
         while t < end and len(word) < MOST:
             word += str(field)
-            solution = solve_ivp(
+            solution: Any = solve_ivp(
                 partial(_rate, p, field),
                 (t, end),
                 z,
@@ -38,7 +38,7 @@ def scipy_run(method: str, tolerance: float) -> Run:
             fired = int(np.argmin(hits))
             if hits[fired] == inf:
                 return Result(word, tuple(solution.y[:, -1].tolist()))
-            t, z = hits[fired], solution.y_events[fired][0].copy()  # type: ignore[index]
+            t, z = hits[fired], solution.y_events[fired][0].copy()
             field = following(p, field, fired, *z)
             z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
         return Result(word, tuple(z.tolist()))

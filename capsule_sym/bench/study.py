@@ -84,7 +84,7 @@ def _reference(backend: str) -> peers.Run:
     def run(p: Parameters, periods: int) -> Result:
         trajectory = simulate(p, periods=periods, backend=backend)
         word = "".join(str(s.field) for s in trajectory.segments)
-        return Result(word, tuple(float(v) for v in trajectory.final[1]))  # type: ignore[arg-type]
+        return Result(word, tuple(float(v) for v in trajectory.final[1]))
 
     return run
 
@@ -93,7 +93,7 @@ def truth() -> dict[float, Result]:
     """Fields and final state at every alpha by the 50-digit map, rounded once."""
     text = resources.files(__package__).joinpath("truth.json").read_text(encoding="utf-8")
     return {
-        float(alpha): Result(entry["fields"], tuple(map(float, entry["state"])))  # type: ignore[arg-type]
+        float(alpha): Result(entry["fields"], tuple(map(float, entry["state"])))
         for alpha, entry in json.loads(text).items()
     }
 
