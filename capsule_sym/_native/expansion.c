@@ -15,6 +15,7 @@
 #define TWO_PI 6.283185307179586
 #define TWO_PI_REST 2.4492935982947064e-16
 #define GUARD_TERMS (TERMS + 4)
+#define UNDERFLOW 1e-290 /* more than all that is lost below the normal range */
 
 static inline double dot(const double *a, const double *b)
 {
@@ -41,8 +42,8 @@ void expand(const capsule_constants *c, const capsule_table *t, const stand *fro
     e->size[2] = c->alpha;
     e->size[3] = c->alpha * c->omega;
     e->slope = 0.0;
-    e->x_rounding = dot(t->x_error, e->size) + 2.0 * UNIT * fabs(d->gap);
-    e->second_rounding = dot(t->second_error, e->size);
+    e->x_rounding = dot(t->x_error, e->size) + 2.0 * UNIT * fabs(d->gap) + UNDERFLOW;
+    e->second_rounding = dot(t->second_error, e->size) + UNDERFLOW;
     if (c->drift != 0.0) {
         e->slope = d->margin * t->reach / c->gamma;
         if (d->zeros[DRIFT] < 2)

@@ -30,8 +30,9 @@ def simulate(
     All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
     phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
     is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits).
-    With `settle`, 50 digits decide what double precision cannot; the trajectory's `settled` counts how often. What stays open is typed in the segments' outcomes, and taken as
-    the exact tangency or corner that it is within the error bound.
+    With `settle`, 50 digits decide what double precision cannot; the trajectory's `settled`
+    counts how often. What stays open is typed in the segments' outcomes, and taken as the exact
+    tangency or corner that it is within the error bound.
 
     The run stops early after `max_segments` segments, or at a point that no field leaves with
     certainty; the trajectory's `stopped` says so. Raises InvalidInput for a value that is not

@@ -81,14 +81,14 @@ def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
 
 @settings(max_examples=30)
 @given(
-    alpha=st.floats(0.0, 3.0),
+    alpha=st.one_of(st.just(0.0), st.floats(1e-6, 3.0)),
     omega=st.floats(0.3, 6.0),
-    delta=st.one_of(st.just(0.0), st.floats(0.0, 1.0)),
+    delta=st.one_of(st.just(0.0), st.floats(1e-6, 1.0)),
     zeta=st.floats(0.02, 2.5),
-    beta=st.floats(0.0, 30.0),
+    beta=st.one_of(st.just(0.0), st.floats(1e-6, 30.0)),
     gamma=st.floats(0.2, 8.0),
     f_b=st.floats(0.2, 2.0),
-    state=st.tuples(*[st.one_of(st.just(0.0), st.floats(-1.0, 1.0))] * 3),
+    state=st.tuples(*[st.one_of(st.just(0.0), st.floats(-1.0, -1e-6), st.floats(1e-6, 1.0))] * 3),
     part=st.floats(0.0, 0.99),
 )
 def test_random_motions_agree_segment_by_segment(
