@@ -14,6 +14,7 @@ import capsule_sym
 from capsule_sym.errors import InvalidInput
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import SteadyMotion, simulate
+from capsule_sym.map.backend import default_backend
 from capsule_sym.parameters import Parameters
 from capsule_sym.records import dumps, motion_record, segment_record
 
@@ -162,7 +163,7 @@ def record(cases: list[Case]) -> dict[str, Any]:
     return {
         "version": capsule_sym.__version__,
         "generated": DIGEST,
-        "backend": "numpy",
+        "backend": default_backend(),
         "start": {"phase": 0.0, "state": [0.0, 0.0, 0.0]},
         "cases": [
             {

@@ -115,10 +115,9 @@ def _parameter_options(command: _Command) -> _Command:
 )
 @click.option(
     "--backend",
-    type=click.Choice(["numpy", "mpmath"]),
-    default="numpy",
-    show_default=True,
-    help="Double precision, or 50 digits.",
+    type=click.Choice(["c", "numpy", "mpmath"]),
+    show_default="c where it was compiled, else numpy",
+    help="Double precision (c, numpy), or 50 digits.",
 )
 @_json_option
 def run(
@@ -126,7 +125,7 @@ def run(
     state: tuple[float, float, float],
     phase: float,
     periods: int,
-    backend: str,
+    backend: str | None,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:

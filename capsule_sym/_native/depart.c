@@ -37,6 +37,7 @@ static int takes_over(const capsule_constants *c, const capsule_state *s, depart
     jet_magnitudes(c, fabs(d->x_r), fabs(d->gap), fabs(d->v_r), sizes);
     const double *p = derivatives + ORDER, *p_size = sizes + ORDER;
     const double side = c->contact != 0.0 ? 1.0 : -1.0;
+    const double turned = 2.0 * UNIT * d->angle; /* error of the angle */
     const double margin_error = 6.0 * UNIT *
                                 (fabs(d->x_r) + c->kappa * fabs(d->gap) +
                                  2.0 * c->zeta * fabs(d->v_r) + fabs(c->friction));
@@ -45,7 +46,7 @@ static int takes_over(const capsule_constants *c, const capsule_state *s, depart
     error[0] = error[1] = 0.0;
     for (int n = 2; n < 4; n++) {
         value[n] = side * derivatives[n - 2];
-        error[n] = (5 * n + 4) * UNIT * sizes[n - 2];
+        error[n] = ((8 * n + 8) * UNIT + turned) * sizes[n - 2];
     }
     exact = d->gap == 0.0 ? 1 + (d->v_r == 0.0) : 0;
     sign = first_sign(value, error, exact, &d->zeros[GAP]);
@@ -56,7 +57,7 @@ static int takes_over(const capsule_constants *c, const capsule_state *s, depart
         value[0] = c->drift * d->v_c, value[1] = c->drift * d->margin / c->gamma;
         value[2] = c->drift * p[1] / c->gamma;
         error[0] = 0.0, error[1] = margin_error / c->gamma;
-        error[2] = 14.0 * UNIT * p_size[1] / c->gamma;
+        error[2] = (24.0 * UNIT + turned) * p_size[1] / c->gamma;
         exact = d->v_c == 0.0 ? 1 + (s->bound == c->drift) : 0;
         sign = first_sign(value, error, exact, &d->zeros[DRIFT]);
         return sign < 0 ? 0 : (open || sign == 0) ? -1 : 1;
@@ -65,7 +66,7 @@ static int takes_over(const capsule_constants *c, const capsule_state *s, depart
         const double way = guard == UPPER ? -1.0 : 1.0;
         value[0] = c->f_b + way * d->margin, value[1] = way * p[1];
         error[0] = margin_error + 2.0 * UNIT * fabs(value[0]);
-        error[1] = 14.0 * UNIT * p_size[1];
+        error[1] = (24.0 * UNIT + turned) * p_size[1];
         exact = s->bound == (guard == UPPER ? 1 : -1);
         sign = first_sign(value, error, exact, &d->zeros[guard]);
         if (sign < 0)

@@ -269,7 +269,10 @@ void carry(const capsule_constants *c, const capsule_table *t, const stand *from
     const double v_error = dot(t->v_error, e->size) + 2.0 * UNIT * fabs(at->v_r);
     const double impulse = fabs(at->v_r) + fabs(from->at.v_r) +
                            (fabs(c->friction) + c->alpha) * t->reach + c->alpha / c->omega;
-    to->energy_error = energy + v_error + t->root_K * x_error;
+    /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
+    to->angle_error = from->angle_error + 4.0 * UNIT * TWO_PI;
+    to->energy_error = energy + v_error + t->root_K * x_error +
+                       to->angle_error * c->alpha * t->reach;
     to->v_c_error =
         from->v_c_error + e->second_own +
         (2.0 * to->energy_error + 8.0 * UNIT * impulse) / (c->gamma + 1.0) + UNIT * fabs(at->v_c);

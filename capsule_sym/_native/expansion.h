@@ -8,7 +8,7 @@
 typedef struct {
     departure at;
     double energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
-    double v_c_error;
+    double v_c_error, angle_error;
     int later; /* whether there is any such error */
 } stand;
 

@@ -55,16 +55,21 @@ static rest resting(const capsule_constants *c, const stand *from)
 {
     const departure *d = &from->at;
     rest q = {0.0, 0.0, 0};
-    if (c->Z2 == 0.0)
-        return q;
     const double real = c->K - c->omega * c->omega, imaginary = 2.0 * c->sigma * c->omega;
-    const double size = c->alpha / c->Z2, amplitude = c->alpha / sqrt(c->Z2);
+    /* Rounding of K - omega^2 is felt near resonance; there the proof is not tried. */
+    const double distance = sqrt(c->Z2), rounded = 4.0 * UNIT * (c->K + c->omega * c->omega);
+    if (distance <= 64.0 * rounded)
+        return q;
+    const double relative = 4.0 * rounded / distance;
+    const double size = c->alpha / c->Z2, amplitude = distance * size * (1.0 + relative);
     q.x = size * (real * d->cosine + imaginary * d->sine);
     q.v = size * c->omega * (imaginary * d->cosine - real * d->sine);
-    const double error = from->energy_error + 8.0 * UNIT * (fabs(d->v_r) + fabs(d->x_r) +
-                                                            (1.0 + c->omega) * amplitude);
+    const double rounding = 32.0 * UNIT + relative + 2.0 * UNIT * d->angle;
+    const double error =
+        from->energy_error +
+        rounding * (fabs(d->v_r) + fabs(d->x_r) + (1.0 + c->omega) * amplitude);
     const double low = fabs(d->x_r - q.x) + error, high = fabs(d->v_r - q.v) + error;
-    const double inflation = 1.0 + 64.0 * UNIT;
+    const double inflation = 1.0 + 64.0 * UNIT + relative;
     const double energy = inflation * sqrt(high * high + c->K * low * low);
     const double reach = inflation * (amplitude + energy / sqrt(c->K));
     const double stiffness = sqrt(c->K * c->K + 4.0 * c->zeta * c->zeta * c->omega * c->omega);
@@ -167,7 +172,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     const guard_name *guards = c->drift != 0.0 ? DRIFTING : STICKING;
     const int count = c->drift != 0.0 ? 2 : 3;
     const double omega = c->omega;
-    stand here = {*start, 0.0, 0.0, 0};
+    stand here = {*start, 0.0, 0.0, 0.0, 0};
     double *guess = &r->guess[start->field][plane];
     end->guard = NONE;
     end->turn = turn;

@@ -82,7 +82,7 @@ def cost() -> tuple[float, int]:
         for gamma in casestudy.GAMMAS
         for alpha in casestudy.PANELS.values()
         for segment in simulate(
-            Parameters(alpha=alpha, gamma=gamma), periods=_COST_PERIODS
+            Parameters(alpha=alpha, gamma=gamma), periods=_COST_PERIODS, backend="numpy"
         ).segments
         if segment.target
     ]

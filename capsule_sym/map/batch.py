@@ -96,9 +96,8 @@ def final_states(
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
-        _finish(
-            Parameters(*rows[i].tolist()), records[i : i + 1].reshape(()), periods, marks, positions
-        )
+        run = _Run(NumpyBackend(), Parameters(*rows[i].tolist()), float(times[i]), settle=True)
+        _finish(run, records[i : i + 1].reshape(()), periods, marks, positions)
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
     return Finals(reached, where, records["turn"] < periods)
@@ -144,7 +143,7 @@ def switches(
         stop, count, _ = native.run(record, periods, events=room)
         found.append(room[:count])
         if stop == core().OPEN:
-            run = _Run(NumpyBackend(), parameters, settle=True)
+            run = _Run(NumpyBackend(), parameters, phase, settle=True)
             journey = step(run, record, periods)
             if journey.departure is None and journey.turns < periods:
                 break
@@ -156,16 +155,17 @@ def switches(
 
 
 def _finish(
-    parameters: Parameters,
+    run: _Run,
     record: NDArray[np.void],
     periods: int,
     strobe: NDArray[np.float64] | None,
     positions: bool,
 ) -> None:
     """Takes a run on by the reference map wherever the core leaves a switch open."""
-    native = core().Map(np.array(list(parameters.to_dict().values())))
+    native = core().Map(np.array(list(run.parameters.to_dict().values())))
     while record["turn"] < periods:
-        run = _Run(NumpyBackend(), parameters, settle=True)
+        run.segments.clear()
+        run.stroboscopic.clear()
         journey = step(run, record, periods)
         if strobe is not None:
             passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)

@@ -55,7 +55,7 @@ class NativeRun:
             stop, count, _ = self.map.run(record, periods, segments=room, strobe=strobe)
             self.segments += [self._segment(s) for s in buffer[:count].tolist()]
             if stop == core().OPEN and len(self.segments) < most:
-                run = _Run(NumpyBackend(), self.parameters, self.settle)
+                run = _Run(NumpyBackend(), self.parameters, phase, self.settle)
                 journey = step(run, record, periods)
                 self.segments += run.segments
                 self.settled += run.settled
@@ -109,6 +109,7 @@ def step(run: _Run, record: NDArray[np.void], periods: int) -> Journey:
     x_r, gap, v_r, v_c, angle, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
     state = State(x_r, gap, v_r, v_c, angle, bound)
+    run.begun = turn > 0 or angle != run.phase * run.parameters.omega
     journey = run.depart(state, source, turn, position)
     if journey.departure is not None and not source and v_c == 0:
         journey = journey._replace(source=f"Σ{journey.departure.field}")

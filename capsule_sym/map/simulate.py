@@ -133,6 +133,7 @@ class _Run:
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
         self.settled = 0
+        self.begun = False
 
     def go(self, values: tuple[float, float, float], periods: int, most: int) -> Trajectory:
         """The trajectory from a state and the run's phase."""
@@ -174,6 +175,7 @@ class _Run:
         while departure and turns < periods and len(self.segments) < most:
             limit = self._remaining(periods - turns, state.angle)
             flow, switch = self._locate(state, departure, limit)
+            self.begun = True
             passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
@@ -227,7 +229,7 @@ class _Run:
     # Fifty digits look at the same doubles; what they decide comes back rounded once.
     def _exactly(self, numbers: Backend, state: State) -> State:
         exact = state.exactly(numbers.number, self.parameters.delta)
-        if self.segments:
+        if self.begun:
             return exact
         # The run's phase is given, and its angle is a rounded product.
         angle = numbers.number(self.phase) * numbers.number(self.parameters.omega)

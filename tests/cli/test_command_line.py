@@ -47,7 +47,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run --phase nan", ["phase = nan: must be"]),
         ("run --state 0 inf 0", ["state = (0.0, inf, 0.0): must be three numbers"]),
         ("run --state 0 0", ["--state", "3 arguments"]),
-        ("run --backend abacus", ["--backend", "'abacus'", "'numpy', 'mpmath'"]),
+        ("run --backend abacus", ["--backend", "'abacus'", "'c', 'numpy', 'mpmath'"]),
         ("run --alhpa 1", ["--alhpa"]),
         ("run stray", ["stray"]),
         ("run --params missing.toml", ["file = 'missing.toml'", "readable", "No such file"]),

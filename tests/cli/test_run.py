@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym.map.backend import default_backend
 from capsule_sym.parameters import Parameters
 
 OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--fb")
@@ -51,7 +52,7 @@ def test_json_has_the_documented_keys(default) -> None:
 
 def test_json_holds_the_case_study_by_default(default) -> None:
     assert default["parameters"] == Parameters().to_dict()
-    assert default["backend"] == "numpy"
+    assert default["backend"] == default_backend()
     # Section 4 at alpha = 0.7, panel (f) of Fig. 7.
     assert default["word"] == ["F5", "F4", "F1", "F2"]
     assert default["global_map"] == ("P_{Σ5,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}")
