@@ -11,9 +11,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from scikit_build_core.build import build_wheel
 
 import capsule_sym
+from capsule_sym._native import core
 
 ROOT = Path(__file__).parent.parent
 GENERATED = {path.relative_to(ROOT).as_posix() for path in (ROOT / "generated").rglob("*.*")}
@@ -59,22 +59,53 @@ def test_every_public_name_resolves_and_no_other_does() -> None:
         _ = capsule_sym.nonsense
 
 
-def test_the_wheel_holds_the_generated_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(ROOT)
-    wheel = zipfile.ZipFile(tmp_path / build_wheel(str(tmp_path)))
-    shipped = set(wheel.namelist())
+def wheel(directory: Path, **environment: str) -> Path:
+    """A wheel of this checkout, unpacked; in a process of its own, as CMake writes to stdout."""
+    code = f"from scikit_build_core.build import build_wheel; build_wheel({str(directory)!r})"
+    done = python("-c", code, cwd=str(ROOT), env=os.environ | environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+    (built,) = directory.glob("*.whl")
+    unpacked = directory / "site"
+    zipfile.ZipFile(built).extractall(unpacked)
+    return unpacked
+
+
+def installed(unpacked: Path, code: str, *options: str) -> subprocess.CompletedProcess[str]:
+    """Runs code against an unpacked wheel; -S leaves out the editable install."""
+    path = os.pathsep.join([str(unpacked), sysconfig.get_path("purelib")])
+    environment = os.environ | {"PYTHONPATH": path}
+    return python(*options, "-S", "-c", code, cwd=str(unpacked.parent), env=environment)
+
+
+BACKEND = "from capsule_sym import Parameters, simulate; r = simulate(Parameters(), periods=1)"
+
+
+def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Path) -> None:
+    unpacked = wheel(tmp_path)
+    shipped = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*.*")}
     assert any(name.endswith(".c") for name in GENERATED)
     assert {f"capsule_sym/{name}" for name in GENERATED if "__pycache__" not in name} <= shipped
     assert "capsule_sym/py.typed" in shipped
-    unpacked = tmp_path / "site"
-    wheel.extractall(unpacked)
-    # -S leaves out the editable install, so that the import can only find the unpacked wheel.
-    path = os.pathsep.join([str(unpacked), sysconfig.get_path("purelib")])
-    code = "import capsule_sym.generated.py as g; print(g.__file__)"
-    done = python("-S", "-c", code, cwd=str(tmp_path), env=os.environ | {"PYTHONPATH": path})
+    done = installed(unpacked, "import capsule_sym.generated.py as g; print(g.__file__)")
     assert done.stdout.startswith(str(unpacked)), done.stderr
+    if core is None:
+        pytest.skip("no compiler here")
+    assert f"capsule_sym/_native/_core{sysconfig.get_config_var('EXT_SUFFIX')}" in shipped
+    done = installed(unpacked, f"{BACKEND}; print(r.backend)", "-W", "error")
+    assert done.stdout == "c\n", done.stderr
+
+
+def test_without_a_compiler_the_wheel_is_pure_and_says_once_what_runs(tmp_path: Path) -> None:
+    unpacked = wheel(tmp_path, CC="/bin/false")
+    assert [path.name for path in unpacked.glob("capsule_sym/_native/_core.*")] == ["_core.pyx"]
+    (tags,) = unpacked.glob("*.dist-info/WHEEL")
+    assert "Tag: py3-none-any" in tags.read_text()
+    again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
+    done = installed(unpacked, again, "-W", "always")
+    assert done.stdout == "numpy\n", done.stderr
+    assert done.stderr.count("installed without a compiler") == 1
+    refused = installed(unpacked, f"{BACKEND[:-1]}, backend='c')")
+    assert "backend = 'c': must be numpy or mpmath" in refused.stderr
 
 
 @pytest.fixture(scope="module")

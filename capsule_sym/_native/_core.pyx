@@ -1,6 +1,7 @@
 # cython: boundscheck=False, wraparound=False, embedsignature=True
 """Binding of the C core: arrays in, arrays out, the GIL released while it runs."""
 
+from libc.math cimport cos, sin
 from libc.stdint cimport int8_t, int32_t, int64_t
 from libc.stdlib cimport free, malloc
 
@@ -9,8 +10,15 @@ import numpy as np
 cdef extern from "capsule.h" nogil:
     ctypedef struct capsule_parameters:
         double alpha, omega, delta, zeta, beta, gamma, f_b
+    ctypedef struct capsule_constants:
+        double kappa, omega, delta, zeta, friction, drift
+    ctypedef struct capsule_start:
+        double x_r, gap, v_r, v_c, margin, cos_theta, sin_theta
     ctypedef struct capsule_map:
-        pass
+        capsule_constants field[6]
+    void capsule_flow(const capsule_constants *, const capsule_start *, double, double *)
+    double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
+    void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
     ctypedef struct capsule_state:
         double x_r, gap, v_r, v_c, angle, position
         int64_t turn
@@ -63,6 +71,15 @@ def digest():
     return capsule_digest().decode()
 
 
+cdef void _closed_form(const capsule_constants *c, const capsule_start *start, double h,
+                       double *values, double *rows) noexcept nogil:
+    values[2] = values[3] = 0.0
+    capsule_flow(c, start, h, values)
+    if c.drift != 0.0:
+        values[3] = capsule_flow_advance(c, start, values[0], h)
+    capsule_jacobian(c, start, h, rows)
+
+
 cdef class Map:
     """The map at one parameter set, seven numbers in the order of `Parameters`."""
 
@@ -102,6 +119,61 @@ cdef class Map:
             state = capsule_state_at(self.map, x_r, v_r, v_c, angle)
             stop = capsule_run(self.map, &state, periods, &wish, &written, &open_)
         return (state.x_r, state.v_r, state.v_c) if stop == 0 else None
+
+    def closed_form(self, int field, const double[::1] start, double h):
+        """Values (4,) and Jacobian (4, 12) of one segment's closed form a duration h after start.
+
+        `start` holds x_r, gap, v_r, v_c, margin, cosine and sine of the angle. The values are
+        the change of x_r, v_r, the change of v_c, and x_c's advance; the Jacobian has their rows
+        and the columns of the generated `jacobian`. At rest the last two of each are zero.
+        """
+        if not 1 <= field <= 6 or start.shape[0] != 7:
+            raise ValueError("field must be 1 to 6, and start seven numbers")
+        values, rows = np.zeros(4), np.zeros((4, 12))
+        cdef double[::1] out = values
+        cdef double[:, ::1] slopes = rows
+        _closed_form(&self.map.field[field - 1], <const capsule_start *> &start[0], h, &out[0],
+                     &slopes[0, 0])
+        return values, rows
+
+    def chain(self, const int32_t[::1] fields, const double[::1] state, double angle,
+              const double[::1] durations):
+        """Segments one after another, n of them, by the closed form and without any search.
+
+        Starts off from (x_r, v_r, v_c) at a forcing angle, every segment where the last one ends,
+        its gap and margin computed from the state. Returns states (n + 1, 3), x_c's advances (n,)
+        and Jacobians (n, 4, 12) as `closed_form` gives them; at rest v_c stays what it was.
+        """
+        cdef Py_ssize_t i, count = fields.shape[0]
+        if durations.shape[0] != count or state.shape[0] != 3:
+            raise ValueError("one duration a field, and three numbers of state, are needed")
+        for i in range(count):
+            if not 1 <= fields[i] <= 6:
+                raise ValueError("fields must be 1 to 6")
+        states, advances = np.empty((count + 1, 3)), np.zeros(count)
+        jacobians = np.zeros((count, 4, 12))
+        cdef double[:, ::1] at = states
+        cdef double[::1] advance = advances
+        cdef double[:, :, ::1] slopes = jacobians
+        cdef double values[4]
+        cdef const capsule_constants *c
+        cdef capsule_start start
+        at[0, 0], at[0, 1], at[0, 2] = state[0], state[1], state[2]
+        with nogil:
+            for i in range(count):
+                c = &self.map.field[fields[i] - 1]
+                start.x_r, start.v_r, start.v_c = at[i, 0], at[i, 1], at[i, 2]
+                start.gap = start.x_r - c.delta
+                start.margin = (start.x_r + c.kappa * start.gap + 2.0 * c.zeta * start.v_r
+                                - c.friction)
+                start.cos_theta, start.sin_theta = cos(angle), sin(angle)
+                _closed_form(c, &start, durations[i], values, &slopes[i, 0, 0])
+                at[i + 1, 0] = start.x_r + values[0]
+                at[i + 1, 1] = values[1]
+                at[i + 1, 2] = start.v_c + values[2]
+                advance[i] = values[3]
+                angle = angle + c.omega * durations[i]
+        return states, advances, jacobians
 
     def run(self, state, int64_t periods, segments=None, events=None, strobe=None,
             bint position=False):

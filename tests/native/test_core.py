@@ -14,7 +14,7 @@ from capsule_sym import _native as native
 from capsule_sym._native import core
 from capsule_sym.errors import InvalidInput
 from capsule_sym.generated.py import DIGEST
-from capsule_sym.map.backend import default_backend
+from capsule_sym.map.backend import NumpyBackend, default_backend
 from capsule_sym.map.batch import final_states, parameter_rows, switches
 from capsule_sym.map.trajectory import Trajectory
 
@@ -178,3 +178,41 @@ def test_bad_input_is_named(call: object, field: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         call()  # type: ignore[operator]
     assert caught.value.field == field
+
+
+def test_the_closed_form_and_its_chain_are_those_of_the_generated_kernels() -> None:
+    parameters = Parameters(alpha=1.5)
+    run = simulate(parameters, periods=12, backend="numpy")
+    segments = [s for s in run.segments if s.target][3:]
+    native_map = core.Map(parameter_rows(parameters)[0])
+    numbers_ = NumpyBackend()
+    for s in segments:
+        c = numbers_.constants(s.field, parameters)
+        values, rows = native_map.closed_form(s.field, np.array(s.closed), s.duration)
+        expected = np.array(numbers_.kernels.flow(c, s.closed, s.duration, bool(c.drift)))
+        slopes = numbers_.kernels.jacobian(c, s.closed, s.duration)
+        count = len(slopes)
+        assert count == (4 if c.drift else 2)
+        np.testing.assert_allclose(values[:count], expected, rtol=1e-13, atol=1e-14)
+        np.testing.assert_allclose(rows[:count], slopes, rtol=1e-11, atol=1e-12)
+        assert not values[count:].any()
+        assert not rows[count:].any()
+    states, advances, slopes = native_map.chain(
+        np.array([s.field for s in segments], np.int32),
+        np.array(segments[0].start_state),
+        segments[0].start.phase * parameters.omega,
+        np.array([s.duration for s in segments]),
+    )
+    np.testing.assert_allclose(states[1:], [s.end_state for s in segments], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(advances, [s.advance for s in segments], rtol=0, atol=1e-12)
+    assert slopes.shape == (len(segments), 4, 12)
+    first = segments[0]
+    _, rows = native_map.closed_form(first.field, np.array(first.closed), first.duration)
+    np.testing.assert_allclose(slopes[0], rows, rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("field", [0, 7])
+def test_a_chain_of_unknown_fields_is_refused(field: int) -> None:
+    fields = np.array([field], np.int32)
+    with pytest.raises(ValueError, match="1 to 6"):
+        core.Map(parameter_rows(Parameters())[0]).chain(fields, np.zeros(3), 0.0, np.ones(1))
