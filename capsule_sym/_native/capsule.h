@@ -115,6 +115,36 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_wish *wish, size_t *written, capsule_outcome *open);
 
+/* Many runs, side by side. */
+typedef struct {
+    const capsule_parameters *parameters; /* of each run */
+    capsule_state *states;                /* where each starts, and where it came to */
+    int8_t *stops;                        /* why each came back, a capsule_stop */
+    double (*strobe)[3];                  /* periods + 1 rows a run, or null; as in a wish */
+    int position;                         /* whether x_c is followed */
+} capsule_many;
+
+#define CAPSULE_CREW 128  /* runs in hand at a time */
+#define CAPSULE_LEVELS 4  /* lengths of expansions, each half of the one before */
+#define CAPSULE_CREW_NUMBERS 24
+
+/* Work space of `capsule_run_many`, some 120 kB; nothing in it is kept between calls. */
+typedef struct {
+    capsule_map map;
+    capsule_table table[4 * CAPSULE_LEVELS];
+    double number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][18];
+    capsule_state start[CAPSULE_CREW];
+    size_t row[CAPSULE_CREW];
+    int64_t turn[CAPSULE_CREW];
+    int8_t flow[CAPSULE_CREW], key[CAPSULE_CREW];
+    int16_t queue[4 * CAPSULE_LEVELS][CAPSULE_CREW], idle[CAPSULE_CREW];
+    int waiting[4 * CAPSULE_LEVELS], idlers;
+} capsule_crew;
+
+/* Takes `count` runs to the end of period `periods`, as `capsule_run` does one; fastest where
+   neighbouring runs share omega, zeta, beta and gamma. */
+void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew);
+
 /* Digest of the generator's inputs that the kernels were made from. */
 const char *capsule_digest(void);
 

@@ -33,6 +33,9 @@ typedef struct {
 int depart(const capsule_map *map, const capsule_state *state, double cosine, double sine,
            departure *out);
 
+/* A table of expansions whose length is a part of CAPSULE_REACH. */
+void capsule_table_make(const capsule_constants *c, double part, capsule_table *t);
+
 /* What bounds prove of a guard on [0, 1], in units of the expansion's reach. */
 typedef struct {
     enum { CLEAR, CROSSING, VAGUE } kind;

@@ -71,10 +71,10 @@ static double remainder_of(const capsule_constants *c, double reach, int which, 
     return 1.0001 * (hypot(last, before) + grown);
 }
 
-static void table_of(const capsule_constants *c, capsule_table *t)
+void capsule_table_make(const capsule_constants *c, double part, capsule_table *t)
 {
     memset(t, 0, sizeof *t);
-    t->reach = CAPSULE_REACH / c->rate;
+    t->reach = part * CAPSULE_REACH / c->rate;
     t->root_K = sqrt(c->K);
     /* P - P(0) = (1 + kappa) x + 2 zeta (v - v(0)), and gamma v_c' = P - friction. */
     const double share = 1.0 + c->kappa, damper = 2.0 * c->zeta / t->reach;
@@ -152,8 +152,8 @@ void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
 {
     constants_of(parameters, map);
     for (int contact = 0; contact < 2; contact++) {
-        table_of(&map->field[3 * contact], &map->table[2 * contact + 1]);
-        table_of(&map->field[3 * contact + 1], &map->table[2 * contact]);
+        capsule_table_make(&map->field[3 * contact], 1.0, &map->table[2 * contact + 1]);
+        capsule_table_make(&map->field[3 * contact + 1], 1.0, &map->table[2 * contact]);
     }
 }
 
