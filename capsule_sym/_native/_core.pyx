@@ -2,7 +2,7 @@
 """Binding of the C core: arrays in, arrays out, the GIL released while it runs."""
 
 from libc.math cimport cos, sin
-from libc.stdint cimport int8_t, int32_t, int64_t
+from libc.stdint cimport int8_t, int32_t, int64_t, uint8_t
 from libc.stdlib cimport free, malloc
 
 import numpy as np
@@ -26,7 +26,7 @@ cdef extern from "capsule.h" nogil:
     ctypedef struct capsule_segment:
         pass
     ctypedef struct capsule_event:
-        pass
+        int32_t field, plane
     ctypedef double triple "double"
     ctypedef struct capsule_wish:
         void *strobe
@@ -34,6 +34,8 @@ cdef extern from "capsule.h" nogil:
         capsule_event *events
         size_t room
         int position
+    ctypedef struct capsule_motion:
+        int32_t switches
     ctypedef int capsule_outcome
     ctypedef int capsule_stop
     void capsule_map_make(const capsule_parameters *, capsule_map *)
@@ -41,6 +43,17 @@ cdef extern from "capsule.h" nogil:
     capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
     capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
                              size_t *, capsule_outcome *)
+    capsule_stop capsule_steady(const capsule_map *, capsule_state *, int64_t, double,
+                                capsule_event *, size_t, capsule_motion *, capsule_outcome *)
+    ctypedef struct capsule_many:
+        const capsule_parameters *parameters
+        capsule_state *states
+        int8_t *stops
+        void *strobe
+        int position
+    ctypedef struct capsule_crew:
+        pass
+    void capsule_run_many(const capsule_many *, size_t, int64_t, capsule_crew *)
     const char *capsule_digest()
 
 OUTCOMES = ("regular", "graze", "corner", "sliding-tangency", "never", "undecided", "end")
@@ -61,9 +74,14 @@ SEGMENT = np.dtype(
 EVENT = np.dtype(
     [("turn", "i8"), ("angle", "f8"), ("field", "i4"), ("plane", "i4")], align=True
 )
+MOTION = np.dtype(
+    [("advance", "f8")] + [(name, "i4") for name in ("multiple", "switches", "field", "never")],
+    align=True,
+)
 assert STATE.itemsize == sizeof(capsule_state)
 assert SEGMENT.itemsize == sizeof(capsule_segment)
 assert EVENT.itemsize == sizeof(capsule_event)
+assert MOTION.itemsize == sizeof(capsule_motion)
 
 
 def digest():
@@ -248,18 +266,42 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     the ends of the periods.
     """
     cdef char[::1] at = states.view("i1")
+    cdef size_t count = len(states)
+    cdef capsule_many many
+    cdef capsule_crew *crew = <capsule_crew *> malloc(sizeof(capsule_crew))
+    if crew is NULL:
+        raise MemoryError()
+    many.parameters = <const capsule_parameters *> &parameters[0, 0]
+    many.states = <capsule_state *> &at[0]
+    many.stops = &stops[0]
+    many.strobe = NULL if strobe is None else <void *> &strobe[0, 0, 0]
+    many.position = position
+    with nogil:
+        capsule_run_many(&many, count, periods, crew)
+    free(crew)
+
+
+def steady_many(const double[:, ::1] parameters, states, int64_t periods, double tolerance,
+                int8_t[::1] stops, motions, uint8_t[:, ::1] switches):
+    """Runs every row to the end of period `periods`, and finds the motion it is in there.
+
+    `states` holds where runs start and where they came to, `stops` why they stopped, `motions`
+    (of MOTION) what was found. Row i of `switches` receives one byte 16 field + plane for every
+    switch of a period of the motion, from the end of the run on; a motion with more switches
+    than half the row holds stops at FULL.
+    """
+    cdef char[::1] at = states.view("i1")
+    cdef char[::1] to = motions.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
-    cdef Py_ssize_t i, count = len(states)
-    cdef size_t written
+    cdef capsule_motion *found = <capsule_motion *> &to[0]
+    cdef Py_ssize_t i, k, count = len(states)
+    cdef size_t room = switches.shape[1]
     cdef capsule_outcome open_
-    cdef capsule_wish wish
-    wish.strobe = NULL
-    wish.segments = NULL
-    wish.events = NULL
-    wish.room = 0
-    wish.position = position
     cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
-    if work is NULL:
+    cdef capsule_event *events = <capsule_event *> malloc(room * sizeof(capsule_event))
+    if work is NULL or events is NULL:
+        free(work)
+        free(events)
         raise MemoryError()
     with nogil:
         for i in range(count):
@@ -267,7 +309,9 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
                 capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
             else:
                 capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
-            if strobe is not None:
-                wish.strobe = &strobe[i, 0, 0]
-            stops[i] = <int8_t> capsule_run(work, &records[i], periods, &wish, &written, &open_)
+            stops[i] = <int8_t> capsule_steady(work, &records[i], periods, tolerance, events, room,
+                                               &found[i], &open_)
+            for k in range(found[i].switches):
+                switches[i, k] = <uint8_t> (16 * events[k].field + events[k].plane)
     free(work)
+    free(events)

@@ -237,7 +237,7 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
         for (int slot = 0; slot < CAPSULE_CREW; slot++)
             crew->idle[crew->idlers++] = (int16_t)slot;
         memset(crew->waiting, 0, sizeof crew->waiting);
-        if (end - w.next < (size_t)w.lanes || w.lanes == 1) {
+        if (end - w.next == 1 || w.lanes == 1) {
             for (; w.next < end; w.next++)
                 alone(&w);
             continue;

@@ -16,6 +16,7 @@ from capsule_sym.map.simulate import RANGES, _Run, check_count, check_start
 from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
+_SIDE_BY_SIDE = 8
 _EVENTS = 4096  # room for so many switches at a time
 
 
@@ -87,11 +88,13 @@ def final_states(
             rows[low:high], records[low:high], periods, stops[low:high], marks, positions
         )
 
-    # Four parts a thread, so that none is left with all the long runs.
-    if threads == 1:
+    # Four parts a thread, so that none is left with all the long runs; but enough runs in each to
+    # be taken side by side.
+    parts = min(4 * threads, max(1, count // _SIDE_BY_SIDE))
+    if threads == 1 or parts == 1:
         part(0, count)
     else:
-        edges = np.linspace(0, count, 4 * threads + 1, dtype=int)
+        edges = np.linspace(0, count, parts + 1, dtype=int)
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():

@@ -1,0 +1,97 @@
+/* The periodic motion that a run ends in, if it ends in one. */
+#include <math.h>
+
+#include "capsule.h"
+
+#define SPAN (2 * CAPSULE_LONGEST)
+
+/* Largest change of the last `multiple` states from those `after` periods before. */
+static double change(double (*states)[3], int count, int after, int multiple)
+{
+    double most = 0.0;
+    for (int k = count - multiple; k < count; k++)
+        for (int i = 0; i < 3; i++)
+            most = fmax(most, fabs(states[k][i] - states[k - after][i]));
+    return most;
+}
+
+/* Slow alternating convergence to a shorter period looks almost periodic too: states within the
+   period must differ by a thousand tolerances. */
+static int repeats(double (*states)[3], int count, int multiple, double tolerance)
+{
+    if (!(change(states, count, multiple, multiple) <= tolerance))
+        return 0;
+    for (int divisor = 1; divisor < multiple; divisor++)
+        if (multiple % divisor == 0 &&
+            change(states, count, divisor, multiple) <= 1e3 * tolerance)
+            return 0;
+    return 1;
+}
+
+/* What the run does in the next `multiple` periods, and whether it does so again after them. */
+static capsule_stop motion_of(const capsule_map *map, capsule_state state, int multiple,
+                              capsule_event *events, size_t room, capsule_motion *motion,
+                              capsule_outcome *open)
+{
+    size_t first, second;
+    capsule_wish wish = {.events = events, .room = room, .position = 1};
+    state.turn = 0;
+    state.position = 0.0;
+    capsule_stop stop = capsule_run(map, &state, multiple, &wish, &first, open);
+    if (stop != CAPSULE_DONE)
+        return stop;
+    const double advance = state.position;
+    wish.events += first;
+    wish.room -= first;
+    stop = capsule_run(map, &state, 2 * multiple, &wish, &second, open);
+    if (stop == CAPSULE_OPEN || (stop == CAPSULE_FULL && second <= first))
+        return stop;
+    int same = first == second;
+    for (size_t i = 0; same && i < first; i++)
+        same = events[i].field == events[first + i].field &&
+               events[i].plane == events[first + i].plane;
+    if (same) {
+        motion->multiple = multiple;
+        motion->switches = (int32_t)first;
+        motion->advance = advance;
+    }
+    return CAPSULE_DONE;
+}
+
+capsule_stop capsule_steady(const capsule_map *map, capsule_state *state, int64_t periods,
+                            double tolerance, capsule_event *events, size_t room,
+                            capsule_motion *motion, capsule_outcome *open)
+{
+    double marks[SPAN + 1][3];
+    capsule_segment next;
+    capsule_wish wish = {0};
+    size_t written;
+    const int count = periods < SPAN ? (int)periods : SPAN;
+    *motion = (capsule_motion){0};
+    capsule_stop stop = capsule_run(map, state, periods - count, &wish, &written, open);
+    if (stop != CAPSULE_DONE)
+        return stop;
+    wish.strobe = marks;
+    state->turn = 0;
+    stop = capsule_run(map, state, count, &wish, &written, open);
+    state->turn += periods - count;
+    if (stop != CAPSULE_DONE)
+        return stop;
+
+    capsule_state probe = *state;
+    probe.turn = 0;
+    stop = capsule_run(map, &probe, 1, &(capsule_wish){.segments = &next, .room = 1}, &written,
+                       open);
+    if (stop == CAPSULE_OPEN)
+        return stop;
+    motion->field = next.field;
+    motion->never = next.outcome == CAPSULE_NEVER;
+    for (int multiple = 1; multiple <= count / 2 && !motion->multiple; multiple++) {
+        if (!repeats(marks + 1, count, multiple, tolerance))
+            continue;
+        stop = motion_of(map, *state, multiple, events, room, motion, open);
+        if (stop != CAPSULE_DONE)
+            return stop;
+    }
+    return CAPSULE_DONE;
+}
