@@ -13,8 +13,8 @@
 
 #include "capsule_kernels.h"
 
-#define CAPSULE_TERMS 24  /* Taylor coefficients that a state is evaluated from */
-#define CAPSULE_DEGREE 12 /* of the polynomials that bound a guard from below and above */
+#define CAPSULE_TERMS 18 /* coefficients that a state is evaluated from */
+#define CAPSULE_DEGREE 8 /* of the polynomials that bound a guard from below and above */
 #define CAPSULE_LONGEST 16 /* excitation periods of the longest periodic motion looked for */
 #define CAPSULE_REACH 2.0 /* length of an expansion, over the fastest rate of the segment */
 
@@ -28,13 +28,13 @@ typedef struct {
     double reach, root_K;
     double x_whole[4], v_whole[4];       /* x_r(1) - x_r(0) and v_r(1) */
     double x[4][CAPSULE_TERMS];          /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
-    double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients 1 to 12 of the same */
+    double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients, from number 1 */
     double second_form[4][CAPSULE_DEGREE]; /* of P - P(0), in drift of v_c - v_c(0) - margin s */
     double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */
-    double x_tail[4], second_tail[4];               /* of degree 13 and more at s = 1 */
+    double x_tail[4], second_tail[4];               /* what they leave out, over s^3 */
     double x_range[4], second_range[4];             /* the largest of each form */
     double x_bend[4], second_bend[4];               /* bounds on second derivatives in s */
-    double from_position[CAPSULE_TERMS], from_rate[CAPSULE_TERMS]; /* x to P or v_c, by term */
+    double from_position[CAPSULE_TERMS + 1], from_rate[CAPSULE_TERMS + 1]; /* x to P or v_c, by term */
 } capsule_table;
 
 /* Constants of all fields at one parameter set; read-only once made. */

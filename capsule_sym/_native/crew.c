@@ -25,9 +25,9 @@ static void send(capsule_crew *crew, int slot, int field, int key)
     const int flow = 2 * (field > 3) + (field % 3 != 2);
     const double guess = crew->guess[slot][KEYS * (field - 1) + key];
     int level = 0;
-    double reach = 0.5 * crew->table[CAPSULE_LEVELS * flow].reach;
-    for (; guess > 0.0 && 1.1 * guess < reach && level + 1 < CAPSULE_LEVELS; level++)
-        reach *= 0.5;
+    for (int i = 1; i < CAPSULE_LEVELS; i++)
+        level += 1.1 * guess < crew->table[CAPSULE_LEVELS * flow + i].reach;
+    level = guess > 0.0 ? level : 0;
     crew->flow[slot] = (int8_t)flow;
     crew->key[slot] = (int8_t)(KEYS * (field - 1) + key);
     crew->number[slot][LASTED] = guess;
@@ -242,10 +242,7 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
                 alone(&w);
             continue;
         }
-        for (int flow = 0; flow < 4; flow++)
-            for (int level = 0; level < CAPSULE_LEVELS; level++)
-                capsule_table_make(&crew->map.field[3 * (flow / 2) + !(flow % 2)],
-                                   ldexp(1.0, -level), &crew->table[CAPSULE_LEVELS * flow + level]);
+        capsule_tables_make(&crew->map, CAPSULE_LEVELS, crew->table);
         work_through(&w, end);
     }
 }

@@ -56,7 +56,7 @@ typedef struct {
     vec index; /* how many coefficients are positive: about DEGREE times the root */
 } verdict;
 
-/* Whether Bernstein coefficients 1 to 12 of a guard less its first value prove it positive on
+/* Whether Bernstein coefficients 1 to DEGREE of a guard less its first value prove it positive on
    (0, 1], or to cross zero once; see search.c. `zeros` derivatives vanish at the start. */
 inlined verdict judge(const vec *form, vec first, vec zeros, vec rounding, vec tail, int twice)
 {
@@ -68,11 +68,12 @@ inlined verdict judge(const vec *form, vec first, vec zeros, vec rounding, vec t
     vec least = all(INFINITY), index = all(0.0);
     for (int j = 1; j <= DEGREE; j++) {
         const vec value = base + form[j - 1];
-        vec error = mad(e1, all(j / 12.0), e0);
+        vec error = mad(e1, all(j / (double)DEGREE), e0);
         if (twice)
-            error = mad(e2, all(j * (j - 1) / 132.0), error);
-        if (j == DEGREE)
-            error = error + tail;
+            error = mad(e2, all(j * (j - 1) / (DEGREE * (DEGREE - 1.0))), error);
+        if (j > 2)
+            error = mad(tail, all(j * (j - 1) * (j - 2) / (DEGREE * (DEGREE - 1) * (DEGREE - 2.0))),
+                        error);
         vec sure = size_of(value) - error;
         mask below = negative(value);
         if (twice && j == 1) { /* coefficient 1 of s^2 is 0 */
@@ -288,11 +289,11 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
         if (!bits_of(active))
             break;
     }
-    const vec reached = smaller(one, s + s), r2 = reached * reached, r4 = r2 * r2;
+    const vec reached = smaller(one, s + s), r2 = reached * reached;
     const vec rounding = choose(is_gap, x_rounding, second_rounding) *
                          choose(above(zeros, zero), choose(above(zeros, one), r2, reached), one);
     const vec apart =
-        mad(choose(is_gap, x_tail, second_tail), r4 * r4 * r4, all(1.5) * rounding);
+        mad(choose(is_gap, x_tail, second_tail), r2 * reached, all(1.5) * rounding);
     const vec straight = smaller(all(0.5) * steepness / bend, s);
     const vec error = mad(all(4.0 * UNIT), s, (rounding + rounding) / steepness);
     open = open | (crossing & ~(above(steepness, zero) &
