@@ -26,7 +26,7 @@ typedef struct {
    unit force, a unit velocity and the forcing's cosine and sine. The time unit is `reach`. */
 typedef struct {
     double reach, root_K;
-    double x_whole[4], v_whole[4];       /* x_r(1) - x_r(0) and v_r(1) */
+    double x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */
     double x[4][CAPSULE_TERMS];          /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
     double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients, from number 1 */
     double second_form[4][CAPSULE_DEGREE]; /* of P - P(0), in drift of v_c - v_c(0) - margin s */
@@ -133,13 +133,13 @@ typedef struct {
 typedef struct {
     capsule_map map;
     capsule_table table[4 * CAPSULE_LEVELS];
-    double number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][18];
+    double reach[4], number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][30];
     capsule_state start[CAPSULE_CREW];
     size_t row[CAPSULE_CREW];
     int64_t turn[CAPSULE_CREW];
     int8_t flow[CAPSULE_CREW], key[CAPSULE_CREW];
-    int16_t queue[4 * CAPSULE_LEVELS][CAPSULE_CREW], idle[CAPSULE_CREW];
-    int waiting[4 * CAPSULE_LEVELS], idlers;
+    int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_CREW], idle[CAPSULE_CREW];
+    int waiting[4 * CAPSULE_LEVELS + 4], idlers;
 } capsule_crew;
 
 /* Takes `count` runs to the end of period `periods`, as `capsule_run` does one; fastest where

@@ -10,11 +10,18 @@
 
 #include "crew.h"
 
-enum { KEYS = 3 }; /* how a segment begins, for its guess: off the impact surface, on it, later */
+/* What a guess belongs to, of each field: a segment's first expansion, off the impact surface or
+   on it, or its second, third or a later one. A negative guess is that no switch comes. */
+enum { KEYS = 5 };
+
+enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
+
+static const double HALF[CAPSULE_LEVELS] = {1.0, 0.5, 0.25, 0.125};
 
 static void enqueue(capsule_crew *crew, int slot, int level)
 {
-    const int queue = CAPSULE_LEVELS * crew->flow[slot] + level;
+    const int queue =
+        level < 0 ? CLEAR_QUEUE + crew->flow[slot] : CAPSULE_LEVELS * crew->flow[slot] + level;
     crew->queue[queue][crew->waiting[queue]++] = (int16_t)slot;
 }
 
@@ -26,8 +33,8 @@ static void send(capsule_crew *crew, int slot, int field, int key)
     const double guess = crew->guess[slot][KEYS * (field - 1) + key];
     int level = 0;
     for (int i = 1; i < CAPSULE_LEVELS; i++)
-        level += 1.1 * guess < crew->table[CAPSULE_LEVELS * flow + i].reach;
-    level = guess > 0.0 ? level : 0;
+        level += 1.1 * guess < crew->reach[flow] * HALF[i];
+    level = guess > 0.0 ? level : guess < 0.0 ? -1 : 0;
     crew->flow[slot] = (int8_t)flow;
     crew->key[slot] = (int8_t)(KEYS * (field - 1) + key);
     crew->number[slot][LASTED] = guess;
@@ -150,7 +157,7 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             return;
         }
     }
-    int field = crew->key[slot] / KEYS + 1, key = 2;
+    int field = crew->key[slot] / KEYS + 1, key = crew->key[slot] % KEYS;
     if (crossing) {
         const int way = (int)number[WAY];
         *guess = number[LASTED];
@@ -160,8 +167,9 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             number[X_R],      number[FAR],      number[V_R],
             number[V_C],      number[ANGLE],    number[POSITION],
             crew->turn[slot], number[SECOND_ZEROS] == 2.0 ? way : 0, 0};
-    } else if (level) {
-        *guess = 0.0;
+    } else {
+        *guess = level ? 0.0 : -1.0;
+        key = key < 2 ? 2 : key < KEYS - 1 ? key + 1 : key;
     }
     send(crew, slot, field, key);
 }
@@ -177,7 +185,7 @@ static void work_through(work *w, size_t end)
             begin(w, slot, w->many->states[crew->row[slot]], 0);
         }
         int fullest = 0, slot[8];
-        for (int i = 1; i < 4 * CAPSULE_LEVELS; i++)
+        for (int i = 1; i < CLEAR_QUEUE + 4; i++)
             if (crew->waiting[i] > crew->waiting[fullest])
                 fullest = i;
         const int16_t *queue = crew->queue[fullest];
@@ -193,12 +201,14 @@ static void work_through(work *w, size_t end)
             ends |= crew->turn[slot[l]] + 1 == w->periods;
         }
         crew->waiting[fullest] -= count;
-        const int flow = fullest / CAPSULE_LEVELS;
+        const int clear = fullest >= CLEAR_QUEUE;
+        const int flow = clear ? fullest - CLEAR_QUEUE : fullest / CAPSULE_LEVELS;
+        const int level = clear ? 0 : fullest % CAPSULE_LEVELS;
         capsule_outcomes out;
-        w->step(&crew->map.field[3 * (flow / 2) + !(flow % 2)], &crew->table[fullest],
+        w->step(&crew->map.field[3 * (flow / 2) + !(flow % 2)], &crew->table[CAPSULE_LEVELS * flow + level],
                 w->many->position, ends, runs, &out);
         for (int l = 0; l < count; l++)
-            settle(w, slot[l], fullest % CAPSULE_LEVELS, &out, l);
+            settle(w, slot[l], level, &out, l);
     }
 }
 
@@ -243,6 +253,8 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
             continue;
         }
         capsule_tables_make(&crew->map, CAPSULE_LEVELS, crew->table);
+        for (int flow = 0; flow < 4; flow++)
+            crew->reach[flow] = crew->table[CAPSULE_LEVELS * flow].reach;
         work_through(&w, end);
     }
 }

@@ -161,6 +161,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     if (guard == DRIFT)
         terms[1] = factor * e->slope;
     double low = where.from, high = where.to, value, slope;
+    const double bend = dot(guard == GAP ? t->x_bend : t->second_bend, e->size);
     double s = guess > low && guess < high ? guess : 0.5 * (low + high);
     root r = {0, s, INFINITY};
     for (int n = 0; n < 200; n++) {
@@ -170,7 +171,8 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
         else
             high = s;
         double step = -value / slope;
-        if (fabs(step) <= 0x1p-26 * s) {
+        if (fabs(step) <= 0x1p-26 * s ||
+            step * step * bend <= UNIT * s * fabs(slope) * (zeros ? s : 1.0) * (zeros > 1 ? s : 1.0)) {
             r.s = s + step;
             break;
         }
@@ -184,7 +186,6 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     }
     /* Simple: |g'| keeps half its size as far as `far` either way, for |g''| <= bend; and there
        the bounds that were counted, at most twice `gap` apart, have their one crossing each. */
-    const double *bends = guard == GAP ? t->x_bend : t->second_bend;
     const double *tails = guard == GAP ? t->x_tail : t->second_tail;
     double power = 1.0, reach = lesser(1.0, 2.0 * s), tail = dot(tails, e->size), gap;
     double steepness = -slope;
@@ -195,7 +196,6 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     const double rounding = (guard == GAP ? e->x_rounding : e->second_rounding) * power;
     const double r2 = reach * reach;
     gap = 1.5 * rounding + tail * r2 * reach;
-    const double bend = dot(bends, e->size);
     const double far = lesser(0.5 * steepness / bend, s);
     r.certain = steepness > 0.0 && 0.5 * steepness * far > 2.0 * gap;
     r.error = 2.0 * rounding / steepness + 4.0 * UNIT * s;

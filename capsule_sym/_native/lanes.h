@@ -238,10 +238,12 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
     const vec zeros =
         choose(is_gap, gap_zeros, drift ? second_zeros : larger(-sign * second_zeros, zero));
 
-    /* As in `polish`. */
-    for (int n = 0; n < TERMS; n++)
+    /* As in `polish`; but where no lane switches, nor is asked for more, sums do. */
+    mask active = crossing & ~open;
+    const int expanded = bits_of(active) || position || ends;
+    for (int n = 0; n < (expanded ? TERMS : 1); n++)
         k.a[n] = combined(u, &t->x[0][n], &t->x[1][n], &t->x[2][n], &t->x[3][n]);
-    if (drift)
+    if (drift && expanded)
         for (int n = 0; n < TERMS; n++)
             k.b[n] = k.a[n] * all(1.0 / (n + 2));
     const vec value_0 = drift ? mad(sign, v_c_0, zero) : mad(sign, margin_0, f_b);
@@ -251,16 +253,22 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
     vec s = choose(above(guess, zero) & above(one, guess), guess,
                    (choose(is_gap, at_gap.index, index) + all(0.5)) * all(1.0 / DEGREE));
     s = choose(crossing, s, one);
-    vec low = zero, high = one, last = zero, steepness = one;
-    vec gap, gap_slope, second_value, second_slope;
-    mask active = crossing & ~open;
-    motion m;
-    for (int round = 0;; round++) {
+    vec low = zero, high = one, last = zero, fall = one;
+    vec gap = zero, gap_slope = zero, second_value = zero, second_slope = zero;
+    vec v_c_changed = zero;
+    motion m = {zero, zero, zero, zero, zero, zero, zero};
+    if (!expanded) {
+        m.x = dot(t->x_whole, u);
+        m.slope = mad(dot(t->v_whole, u), all(reach), -k.a[0]);
+        v_c_changed = k.slope + dot(t->second_whole, u);
+    }
+    for (int round = 0; expanded; round++) {
         m = motion_at(k.a, k.b, s, drift, position);
         gap = all(side) * (gap_0 + m.x);
         gap_slope = all(side) * (k.a[0] + m.slope);
         if (drift) {
-            second_value = mad(sign, v_c_change(&k, &m, s), value_0);
+            v_c_changed = v_c_change(&k, &m, s);
+            second_value = mad(sign, v_c_changed, value_0);
             second_slope = sign * all(reach / c->gamma) * (margin_0 + force_change(&k, &m));
         } else {
             second_value = mad(sign, force_change(&k, &m), value_0);
@@ -269,15 +277,16 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
         if (!bits_of(active))
             break;
         const vec value = choose(is_gap, gap, second_value);
-        const vec steep = zeros * value / s - choose(is_gap, gap_slope, second_slope);
-        const vec by = value / steep;
+        /* Newton's step for the guard over s^zeros, and minus s times the guard's own slope. */
+        const vec falling = mad(zeros, value, -s * choose(is_gap, gap_slope, second_slope));
+        const vec by = s * value / falling;
         const mask positive = above(value, zero);
         low = choose(active & positive, s, low);
         high = choose(active & ~positive, s, high);
         const mask near = active & (at_least(all(0x1p-26) * s, size_of(by)) |
-                                    at_least(unit * s * size_of(steep), by * by * bend));
+                                    at_least(unit * size_of(falling), by * by * bend));
         last = choose(near, by, last);
-        steepness = choose(active, steep, steepness);
+        fall = choose(active, falling, fall);
         active = active & ~near;
         if (round == ROUNDS) {
             open = open | active;
@@ -289,6 +298,7 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
         if (!bits_of(active))
             break;
     }
+    const vec steepness = fall / s;
     const vec reached = smaller(one, s + s), r2 = reached * reached;
     const vec rounding = choose(is_gap, x_rounding, second_rounding) *
                          choose(above(zeros, zero), choose(above(zeros, one), r2, reached), one);
@@ -321,8 +331,8 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
     const vec far_off = choose(at_delta, zero, gap_0 + moved);
     vec v_c = zero, advance = zero;
     if (drift) {
-        const vec change = mad(on * all(1.0 / c->gamma), margin_0 + force_change(&k, &m),
-                               v_c_change(&k, &m, s));
+        const vec change =
+            mad(on * all(1.0 / c->gamma), margin_0 + force_change(&k, &m), v_c_changed);
         v_c = choose(at_friction, zero, v_c_0 + change);
         if (position)
             advance = mad(on, v_c_0 + change, advance_at(&k, &m, s));

@@ -132,6 +132,7 @@ static void table_make(const bases *b, const capsule_constants *c, double part, 
         for (int k = 0; k < 4; k++) {
             const double last = n - drift < TERMS ? x[n + 1 - drift][k] : 0.0;
             second[n][k] = by[n] * x[n - drift][k] + rate[n] * last;
+            t->second_whole[k] += second[n][k];
         }
     for (int k = 0; k < 4; k++) {
         const double x_left = rest[k] + change[k];
