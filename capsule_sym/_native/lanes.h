@@ -257,11 +257,6 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
     vec gap = zero, gap_slope = zero, second_value = zero, second_slope = zero;
     vec v_c_changed = zero;
     motion m = {zero, zero, zero, zero, zero, zero, zero};
-    if (!expanded) {
-        m.x = dot(t->x_whole, u);
-        m.slope = mad(dot(t->v_whole, u), all(reach), -k.a[0]);
-        v_c_changed = k.slope + dot(t->second_whole, u);
-    }
     for (int round = 0; expanded; round++) {
         m = motion_at(k.a, k.b, s, drift, position);
         gap = all(side) * (gap_0 + m.x);
@@ -298,6 +293,10 @@ inlined void step(const capsule_constants *c, const capsule_table *t, int drift,
         if (!bits_of(active))
             break;
     }
+    /* The end of the whole expansion, alike whatever the other lanes do. */
+    m.x = choose(crossing, m.x, dot(t->x_whole, u));
+    m.slope = choose(crossing, m.slope, mad(dot(t->v_whole, u), all(reach), -k.a[0]));
+    v_c_changed = choose(crossing, v_c_changed, k.slope + dot(t->second_whole, u));
     const vec steepness = fall / s;
     const vec reached = smaller(one, s + s), r2 = reached * reached;
     const vec rounding = choose(is_gap, x_rounding, second_rounding) *
