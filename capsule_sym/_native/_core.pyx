@@ -114,6 +114,12 @@ cdef class Map:
     def __dealloc__(self):
         free(self.map)
 
+    def remake(self, double alpha, double omega, double delta, double zeta, double beta,
+               double gamma, double f_b):
+        """Makes this the map at other parameters; quick where omega, zeta, beta, gamma stay."""
+        cdef capsule_parameters parameters = [alpha, omega, delta, zeta, beta, gamma, f_b]
+        capsule_map_remake(&parameters, self.map)
+
     def state_at(self, double x_r, double v_r, double v_c, double angle):
         """The state record to start from."""
         out = np.empty((), STATE)

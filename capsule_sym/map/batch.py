@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from operator import attrgetter
+from threading import local
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +19,8 @@ from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
 _SIDE_BY_SIDE = 8
+_row = attrgetter(*_NAMES)
+_kept = local()
 _EVENTS = 4096  # room for so many switches at a time
 
 
@@ -106,6 +110,17 @@ def final_states(
     return Finals(reached, where, records["turn"] < periods)
 
 
+def _map_of(parameters: Parameters) -> Any:
+    """This thread's map, made anew: its tables stay where the next run has the same flows."""
+    values = _row(parameters)
+    native = getattr(_kept, "map", None)
+    if native is None:
+        _kept.map = native = core().Map(np.array(values))
+    else:
+        native.remake(*values)
+    return native
+
+
 def final_state(
     parameters: Parameters,
     state: tuple[float, float, float] = (0.0, 0.0, 0.0),
@@ -116,11 +131,10 @@ def final_state(
 
     Raises InvalidInput for a value that is not allowed.
     """
-    check_start(parameters, state, phase, periods)
-    native = core().Map(np.array([*parameters.to_dict().values()]))
-    found = native.final(*state, phase * parameters.omega, periods)
+    values = check_start(parameters, state, phase, periods)
+    found = _map_of(parameters).final(*values, phase * parameters.omega, periods)
     if found is None:
-        rows = np.array([list(parameters.to_dict().values())])
+        rows = np.array([_row(parameters)])
         x_r, v_r, v_c = final_states(rows, state, phase, periods).states[0].tolist()
         return x_r, v_r, v_c
     return found  # type: ignore[no-any-return]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import NamedTuple
 
 from capsule_sym.errors import InvalidInput, Outcome
@@ -60,6 +61,7 @@ RANGES = {
     "gamma": (1e-8, 1e8),
     "f_b": (1e-10, 1e10),
 }
+_scales = attrgetter(*RANGES)
 _backend = backend  # the parameter of `simulate` has the same name
 
 
@@ -79,8 +81,7 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
 
 def _check_scales(parameters: Parameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
-    for field, (low, high) in RANGES.items():
-        value = getattr(parameters, field)
+    for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
         if not low <= value <= high:
             raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
 
