@@ -1,4 +1,4 @@
-"""`capsule-sym bench`: the study as tables, and results/bench/bench.json."""
+"""`capsule-sym bench`: the study as tables, and its record in results/bench."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from capsule_sym.bench.study import Row
     from capsule_sym.bench.whole import Study
 
-_FILE = Path("results/bench/bench.json")
+_RESULTS = Path("results/bench")
 
 
 @click.command("bench")
@@ -37,10 +37,10 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     invented are the fewest that explain a run's word of fields beside the true one; in the sweep
     the true words are those of this map, and 50 digits judge them in 11 of the 1,000.
 
-    Writes results/bench/bench.json, what --json prints, after each part, so that an interrupted
-    study leaves the parts that were done: "trajectory" (the case study), "tangencies" (the case
-    study's motions within 1e-2 to 1e-12 of a tangency) and "sweep", rows of tool and setting;
-    "ratios" of their times by ours; and "growth" of ours.
+    Writes results/bench/bench.json (part.json if --only or --quick is given), what --json prints,
+    after each part, so that an interrupted study leaves the parts that were done. "trajectory"
+    (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
+    rows of tool and setting; "ratios" are of their times by ours; and "growth" is ours alone.
     """
     from rich.progress import Progress
 
@@ -50,17 +50,18 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     study = Study(repeats, only, quick)
     for line in study.record["skipped"]:
         click.echo(line, err=True)
+    file = _RESULTS / ("part.json" if only or quick else "bench.json")
     console = _console(stderr=True)
     with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
         for part, turns in study.turns().items():
             task = progress.add_task(part, total=turns)
             study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
-            study.write(_FILE)
+            study.write(file)
     if as_json:
         click.echo(dumps(study.record))
     else:
         _print(study)
-    click.echo(f"wrote {_FILE}", err=True)
+    click.echo(f"wrote {file}", err=True)
 
 
 def _print(study: Study) -> None:
@@ -90,6 +91,7 @@ def _rows(rows: Sequence[Row]) -> Any:
         "locked",
         "runs",
         "judged",
+        "set up, s",
     )
     for row in rows:
         table.add_row(
@@ -98,6 +100,7 @@ def _rows(rows: Sequence[Row]) -> Any:
             f"{row.us_per_period:.3g}",
             "" if row.max_error is None else f"{row.max_error:.1e}",
             *map(str, (row.missed, row.invented, row.locked, row.runs, row.judged)),
+            f"{row.setup_s:.2f}",
         )
     return table
 

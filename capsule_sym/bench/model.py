@@ -20,6 +20,9 @@ FIELD = {(CONTACT[field], DRIFT[field]): field for field in CONTACT}
 NUDGE = 1e-16
 """By so much a careful restart begins inside its guards, whose size is of order one."""
 
+MOST = 40
+"""Switches a period, with which a run counts as locked up in them."""
+
 _SHORTEST = 1e-12  # length of a segment that counts as none
 _MOST_SHORT = 50
 
@@ -48,7 +51,7 @@ class Start(NamedTuple):
 class Result(NamedTuple):
     """What a run gave: the fields that it entered, a byte each, and its final (x_r, v_r, v_c).
 
-    The state is None of a run that locked up in switches that take no time.
+    The state is None of a run that locked up in switches that take hardly any time.
     """
 
     word: bytes
@@ -64,20 +67,25 @@ Guard = Callable[[float, float, float], float]
 
 
 class Locked(Exception):
-    """Switches follow each other without time passing."""
+    """Switches follow each other and time hardly passes."""
 
 
 class Clock:
     """The time of a run, which watches for segments without length."""
 
-    def __init__(self) -> None:
+    def __init__(self, start: Start) -> None:
         self.now, self._short = 0.0, 0
+        self._room = MOST * (start.periods + 1)
 
     def advance(self, time: float) -> None:
-        """Goes on to the time of the next switch; raises Locked after 50 that took no time."""
+        """Goes on to the time of the next switch.
+
+        Raises Locked after 50 in a row that took no time, or 40 for each period.
+        """
         self._short = self._short + 1 if time - self.now < _SHORTEST else 0
+        self._room -= 1
         self.now = time
-        if self._short == _MOST_SHORT:
+        if self._short == _MOST_SHORT or not self._room:
             raise Locked
 
 
@@ -117,20 +125,20 @@ def rates(p: Parameters, field: int) -> Rates:
     return value
 
 
-def guards(p: Parameters, field: int) -> list[Guard]:
+def guards(p: Parameters, field: int, raised: float) -> list[Guard]:
     """Guards of a field as functions of the state, positive inside its region: two or three.
 
-    They are raised by 1e-16: SciPy takes one that starts at exactly zero for an event, and CVODE
-    does not watch it.
+    They can be raised a little: SciPy may take one that starts at exactly zero for an event, and
+    CVODE does not watch it.
     """
     contact, drift, delta, f_b = CONTACT[field], DRIFT[field], p.delta, p.f_b
     if drift:
-        others: list[Guard] = [lambda x_r, v_r, v_c: drift * v_c + NUDGE]
+        others: list[Guard] = [lambda x_r, v_r, v_c: drift * v_c + raised]
     else:
         others = [
-            lambda x_r, v_r, v_c: f_b - force(p, contact, x_r, v_r) + NUDGE,
-            lambda x_r, v_r, v_c: f_b + force(p, contact, x_r, v_r) + NUDGE,
+            lambda x_r, v_r, v_c: f_b - force(p, contact, x_r, v_r) + raised,
+            lambda x_r, v_r, v_c: f_b + force(p, contact, x_r, v_r) + raised,
         ]
     if contact:
-        return [lambda x_r, v_r, v_c: x_r - delta + NUDGE, *others]
-    return [lambda x_r, v_r, v_c: delta - x_r + NUDGE, *others]
+        return [lambda x_r, v_r, v_c: x_r - delta + raised, *others]
+    return [lambda x_r, v_r, v_c: delta - x_r + raised, *others]

@@ -15,7 +15,7 @@ LIMITS = (1e-6, 1e-12)
 _NAMED = (
     ("trajectory", "heyoka.py", "1e-15, careful", 10.0),
     ("trajectory", "DOP853 in C", "1e-13, inside steps", 10.0),
-    ("trajectory", "SciPy DOP853", "1e-12", 1000.0),
+    ("trajectory", "SciPy DOP853", "1e-12, careful", 1000.0),
     ("sweep", f"heyoka.py, {LANES} lanes", "1e-12, careful", 10.0),
 )
 _TWO_THREADS = 1.8

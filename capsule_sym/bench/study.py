@@ -33,7 +33,7 @@ class Row(NamedTuple):
     judged: int
     """Runs that are compared with the truth."""
     locked: int
-    """Runs that locked up in switches that take no time; the rest of their word is missed."""
+    """Runs that locked up in switches without end; the rest of their word is missed."""
     setup_s: float
     """Time to set up or compile what all runs share, which `us_per_period` does not contain."""
 

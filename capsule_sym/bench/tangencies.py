@@ -7,7 +7,7 @@ from math import inf
 
 from capsule_sym.bench.model import Start
 from capsule_sym.map import simulate
-from capsule_sym.map.batch import final_state, switches
+from capsule_sym.map.batch import final_states, parameter_rows, switches
 from capsule_sym.parameters import Parameters
 
 EXPONENTS = range(2, 13)
@@ -56,7 +56,7 @@ def starts(name: str) -> list[Start]:
     ]
     if name == _GRAZING:
         return [Start(p, _linear(p), PERIODS) for p in parameters]
-    near = _steady(Parameters(alpha=values()[name]), (0.0, 0.0, 0.0))
+    near = _steady(parameters[0], (0.0, 0.0, 0.0))
     return [Start(p, _steady(p, near), PERIODS) for p in parameters]
 
 
@@ -99,10 +99,18 @@ def _steady(p: Parameters, state: State) -> State:
     """The state at phase 0 on which a run from this state settles, but for rounding."""
     change = inf
     while True:
-        before, state = state, final_state(p, state, 0.0, _BLOCK)
+        before, state = state, _after(p, state)
         last, change = change, max(abs(a - b) for a, b in zip(before, state, strict=True))
         if not 0 < change < last:
             return state
+
+
+def _after(p: Parameters, state: State) -> State:
+    found = final_states(parameter_rows(p), state, periods=_BLOCK)
+    if found.stopped.any():
+        raise ArithmeticError(f"a run came to no end at alpha = {p.alpha!r} from {state}")
+    x_r, v_r, v_c = found.states[0].tolist()
+    return x_r, v_r, v_c
 
 
 def _linear(p: Parameters) -> State:

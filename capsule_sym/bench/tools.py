@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from importlib.util import find_spec
+from functools import cache, partial
+from importlib import import_module
 from typing import NamedTuple
 
 from capsule_sym._native import core
@@ -37,27 +37,23 @@ def one_at_a_time() -> list[Tool]:
         Tool("this map, NumPy", "double", partial(own.simulated, "numpy"), slow=True),
         Tool(MPMATH, "50 digits", partial(own.simulated, "mpmath"), slow=True),
     ]
-    for form, careful in (("naive", False), ("careful", True)):
+    for careful in (False, True):
         tools += [
-            Tool("heyoka.py", f"{tol:g}, {form}", partial(taylor.build, tol, careful))
+            Tool("heyoka.py", _setting(tol, careful), partial(taylor.build, tol, careful))
             for tol in (1e-6, 1e-9, 1e-12, 1e-15)
         ]
     tools += _compiled(rk4_steps=(100, 1000, 10000))
     for method in ("Adams", "BDF"):
-        tools += [
-            Tool(f"CVODE {method}", f"{tol:g}", partial(cvode.build, method, tol), slow=True)
-            for tol in (1e-6, 1e-9, 1e-12)
-        ]
+        tools += [_cvode(method, tolerance) for tolerance in (1e-6, 1e-9, 1e-12)]
+    tools.append(_cvode("Adams", 1e-12, careful=False))
     for method, tolerances in {
         "RK45": (1e-6, 1e-9),
         "DOP853": (1e-6, 1e-9, 1e-12, 1e-13),
         "LSODA": (1e-6, 1e-9, 1e-12),
         "Radau": (1e-6,),
     }.items():
-        tools += [
-            Tool(f"SciPy {method}", f"{tol:g}", partial(scipy_events.build, method, tol), slow=True)
-            for tol in tolerances
-        ]
+        tools += [_scipy(method, tolerance) for tolerance in tolerances]
+    tools.append(_scipy("DOP853", 1e-12, careful=False))
     return [tool for tool in tools if _lacks(tool.name) is None]
 
 
@@ -67,19 +63,19 @@ def for_sweeps() -> list[Tool]:
         Tool(OURS, "double", lambda: own.sweep, check=own.simulated("c")),
         Tool("this map, NumPy", "double", partial(own.simulated, "numpy"), slow=True),
     ]
-    for form, careful in (("naive", False), ("careful", True)):
+    for careful in (False, True):
         tools += [
             Tool(
                 f"heyoka.py, {LANES} lanes",
-                f"{tol:g}, {form}",
+                _setting(tol, careful),
                 partial(taylor.build, tol, careful, LANES),
             )
             for tol in (1e-9, 1e-12, 1e-15)
         ]
     tools += [
         *_compiled(rk4_steps=(100, 1000)),
-        Tool("CVODE Adams", "1e-12", partial(cvode.build, "Adams", 1e-12), slow=True),
-        Tool("SciPy DOP853", "1e-12", partial(scipy_events.build, "DOP853", 1e-12), slow=True),
+        _cvode("Adams", 1e-12),
+        _scipy("DOP853", 1e-12),
     ]
     return [tool for tool in tools if _lacks(tool.name) is None]
 
@@ -97,6 +93,20 @@ def _compiled(rk4_steps: tuple[int, ...]) -> list[Tool]:
     ]
 
 
+def _cvode(method: str, tolerance: float, careful: bool = True) -> Tool:
+    build = partial(cvode.build, method, tolerance, careful)
+    return Tool(f"CVODE {method}", _setting(tolerance, careful), build, slow=True)
+
+
+def _scipy(method: str, tolerance: float, careful: bool = True) -> Tool:
+    build = partial(scipy_events.build, method, tolerance, careful)
+    return Tool(f"SciPy {method}", _setting(tolerance, careful), build, slow=True)
+
+
+def _setting(tolerance: float, careful: bool) -> str:
+    return f"{tolerance:g}, {'careful' if careful else 'naive'}"
+
+
 def skipped() -> list[str]:
     """A line for every tool that cannot run here, which says why."""
     names = (OURS, "heyoka.py", "CVODE", "DOP853 and RK4 in C")
@@ -107,8 +117,16 @@ def _lacks(name: str) -> str | None:
     if name == OURS and core is None:
         return "the C core was not compiled"
     for package, prefix in (("heyoka", "heyoka.py"), ("sksundae", "CVODE")):
-        if name.startswith(prefix) and find_spec(package) is None:
+        if name.startswith(prefix) and not _is_there(package):
             return f"{package} is not installed (pip install 'capsule-sym[peers]')"
-    if name.endswith("in C") and compiled.compiler() is None:
-        return "there is no C compiler cc"
-    return None
+    return compiled.problem() if name.endswith("in C") else None
+
+
+@cache
+def _is_there(package: str) -> bool:
+    """Whether a package can be imported; it is, so that no tool's time has that in it."""
+    try:
+        import_module(package)
+    except ImportError:
+        return False
+    return True

@@ -11,7 +11,7 @@ import pytest
 from capsule_sym._native import core
 from capsule_sym.bench import tools
 from capsule_sym.bench.growth import Growth
-from capsule_sym.bench.peers.compiled import compiler
+from capsule_sym.bench.peers import compiled
 from capsule_sym.bench.ratios import Ratio
 from capsule_sym.bench.study import Row
 from capsule_sym.bench.tools import OURS
@@ -19,7 +19,7 @@ from capsule_sym.bench.whole import Study
 
 PARTS = ("trajectory", "tangencies", "sweep")
 
-needs_cc = pytest.mark.skipif(compiler() is None, reason="there is no C compiler cc")
+needs_cc = pytest.mark.skipif(compiled.compiler() is None, reason="there is no C compiler cc")
 needs_core = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
 
@@ -36,7 +36,8 @@ def bench(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 @pytest.fixture(scope="module")
 def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
-    process = bench("--quick", "--repeats", "1", "--only", " in C", "--json", cwd=folder)
+    only = "SciPy RK45" if compiled.compiler() is None else " in C"
+    process = bench("--quick", "--repeats", "1", "--only", only, "--json", cwd=folder)
     assert process.returncode == 0, process.stderr
     return folder, process
 
@@ -52,8 +53,8 @@ def rows(record, part, tool):
 
 def test_json_is_the_file_and_has_the_documented_keys(done, record) -> None:
     folder, process = done
-    assert json.loads((folder / "results/bench/bench.json").read_text("utf-8")) == record
-    assert "wrote results/bench/bench.json" in process.stderr
+    assert json.loads((folder / "results/bench/part.json").read_text("utf-8")) == record
+    assert "wrote results/bench/part.json" in process.stderr
     assert list(record) == [
         "version",
         "machine",
@@ -87,9 +88,18 @@ def test_peers_that_are_absent_are_named(record, done) -> None:
     assert sum("not installed" in line for line in record["skipped"]) == len(absent)
 
 
+def test_a_compiler_that_fails_is_named(monkeypatch) -> None:
+    def fail() -> None:
+        raise OSError("cc: no such option")
+
+    monkeypatch.setattr(compiled, "_library", fail)
+    monkeypatch.setattr(compiled, "compiler", lambda: "cc")
+    assert "DOP853 and RK4 in C is skipped: cc: no such option" in tools.skipped()
+
+
 def test_a_peer_that_is_absent_has_no_rows_but_a_line(monkeypatch) -> None:
-    monkeypatch.setattr(tools, "find_spec", lambda name: None)
-    monkeypatch.setattr(tools.compiled, "compiler", lambda: None)
+    monkeypatch.setattr(tools, "_is_there", lambda package: False)
+    monkeypatch.setattr(compiled, "compiler", lambda: None)
     names = {tool.name for tool in tools.one_at_a_time() + tools.for_sweeps()}
     assert not [n for n in names if n.startswith(("heyoka", "CVODE")) or n.endswith(" in C")]
     assert "SciPy DOP853" in names
@@ -176,3 +186,15 @@ def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
     kept = json.loads((tmp_path / "bench.json").read_text("utf-8"))
     assert [row["tool"] for row in kept["trajectory"]] == [OURS]
     assert kept["tangencies"] == kept["sweep"] == kept["growth"] == []
+
+
+@needs_cc
+def test_tables_show_the_rows(tmp_path) -> None:
+    process = bench("--quick", "--repeats", "1", "--only", "RK4 in C", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    record = json.loads((tmp_path / "results/bench/part.json").read_text("utf-8"))
+    for row in (*record["trajectory"], *record["tangencies"], *record["sweep"]):
+        shown = [line.split() for line in process.stdout.splitlines() if row["tool"] in line]
+        wanted = [str(row[name]) for name in ("missed", "invented", "locked", "runs", "judged")]
+        us = f"{row['us_per_period']:.3g}"
+        assert any(us in cells and cells[-6:-1] == wanted for cells in shown)

@@ -32,7 +32,7 @@ def test_equations_are_those_of_the_tests_own_judge(field) -> None:
     z = np.array([0.31, -0.2, 0.4])
     other = dop853.derivative(p, field, 0.9, np.array([*z, 0.0]))
     assert rates(p, field)(0.9, z[0], z[1]) == pytest.approx(other[:3], rel=1e-14)
-    mine = [guard(*z) for guard in guards(p, field)]
+    mine = [guard(*z) for guard in guards(p, field, 1e-16)]
     assert mine == [guard(0.9, np.array([*z, 0.0])) for guard in dop853.guards(p, field)]
     assert len(mine) == (2 if DRIFT[field] else 3)
     assert (mine[0] > 0) == (CONTACT[field] == 1)
@@ -72,14 +72,14 @@ def test_a_compiled_run_without_end_is_locked() -> None:
 
 
 def test_scipy_finds_the_case_study(cases) -> None:
-    missed, invented, worst = judge(scipy_events.build("DOP853", 1e-12), cases[:2])
+    missed, invented, worst = judge(scipy_events.build("DOP853", 1e-12, careful=True), cases[:2])
     assert (missed, invented) == (0, 0)
     assert worst < 1e-10
 
 
 def test_cvode_finds_the_case_study(cases) -> None:
     pytest.importorskip("sksundae")
-    missed, invented, worst = judge(cvode.build("Adams", 1e-9), cases[:2])
+    missed, invented, worst = judge(cvode.build("Adams", 1e-9, careful=True), cases[:2])
     assert (missed, invented) == (0, 0)
     assert worst < 1e-6
 
@@ -94,8 +94,18 @@ def test_heyoka_is_right_if_careful_and_not_if_naive(cases, lanes) -> None:
     assert missed > 0
 
 
+@pytest.mark.parametrize("lanes", [None, 4])
+def test_heyoka_stops_in_switches_without_end(cases, lanes, monkeypatch) -> None:
+    pytest.importorskip("heyoka")
+    monkeypatch.setattr(taylor, "MOST", 1)
+    results = taylor.build(1e-9, careful=True, lanes=lanes)([case.start for case in cases[:3]])
+    assert [result.state for result in results] == [None] * 3
+    assert max(len(result.word) for result in results) == 20 + 2
+
+
 def test_switches_without_time_are_a_lock() -> None:
-    clock = Clock()
+    start = truth.Start(Parameters(), (0.0, 0.0, 0.0), 2)
+    clock = Clock(start)
     for _ in range(49):
         clock.advance(0.0)
     clock.advance(1.0)
@@ -103,3 +113,8 @@ def test_switches_without_time_are_a_lock() -> None:
         clock.advance(1.0)
     with pytest.raises(Locked):
         clock.advance(1.0)
+    clock = Clock(start)
+    for k in range(119):
+        clock.advance(0.01 * k)
+    with pytest.raises(Locked):
+        clock.advance(2.0)

@@ -12,17 +12,27 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from capsule_sym.bench.model import Result, Run, Start
+from capsule_sym.bench.model import MOST, Result, Run, Start
 
 # Vectors of three components make GCC's code slower.
 _FLAGS = ("-O3", "-march=native", "-fno-tree-vectorize", "-std=c99", "-shared", "-fPIC")
-_ROOM = 40  # switches a period, beyond which a run counts as locked
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 
 
 def compiler() -> str | None:
     """Path of the C compiler `cc`, None where there is none."""
     return shutil.which("cc")
+
+
+def problem() -> str | None:
+    """Why there are no integrators in C, None where there are; compiles them if need be."""
+    if compiler() is None:
+        return "there is no C compiler cc"
+    try:
+        _library()
+    except OSError as failure:
+        return str(failure)
+    return None
 
 
 def dop853(tolerance: float, interior: bool) -> Run:
@@ -48,12 +58,10 @@ def rk4(steps: int) -> Run:
 
 
 def _runner(call: Callable[..., int]) -> Run:
-    _library()
-
     def run(starts: Sequence[Start]) -> list[Result]:
         results = []
         for start in starts:
-            p, room = start.parameters, _ROOM * (start.periods + 1)
+            p, room = start.parameters, MOST * (start.periods + 1)
             values = (ctypes.c_double * 7)(
                 p.alpha, p.omega, p.delta, p.zeta, p.beta, p.gamma, p.f_b
             )

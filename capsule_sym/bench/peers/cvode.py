@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from capsule_sym.bench.model import (
+    NUDGE,
     Clock,
     Guard,
     Locked,
@@ -19,17 +20,21 @@ from capsule_sym.bench.model import (
     guards,
     rates,
 )
+from capsule_sym.parameters import Parameters
 
 _GUARDS = 3  # in stick; drift has two
 _ROOT_FOUND = 2
 _MOST_STEPS = 1_000_000
 
 
-def build(method: str, tolerance: float) -> Run:
-    """Runs by "Adams" or "BDF", with the tolerance as rtol and atol."""
+def build(method: str, tolerance: float, careful: bool) -> Run:
+    """Runs by "Adams" or "BDF", with the tolerance as rtol and atol.
+
+    With `careful` every guard is raised by 1e-16.
+    """
     from sksundae.cvode import CVODE  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
-    here = _Field()
+    here = _Field(NUDGE if careful else 0.0)
 
     def derivative(t: float, z: Any, out: Any) -> None:
         x_r, v_r, _ = z.tolist()
@@ -63,14 +68,20 @@ class _Field:
     rate: Rates
     guards: list[Guard]
 
+    def __init__(self, raised: float) -> None:
+        self._raised = raised
+
+    def enter(self, p: Parameters, field: int) -> None:
+        self.rate, self.guards = rates(p, field), guards(p, field, self._raised)
+        self.guards += [lambda x_r, v_r, v_c: 1.0] * (_GUARDS - len(self.guards))
+
 
 def _run(solver: Any, here: _Field, start: Start) -> Result:
-    p, end, clock = start.parameters, start.end, Clock()
+    p, end, clock = start.parameters, start.end, Clock(start)
     field, z, word = start.field, np.array(start.state), bytearray()
     while clock.now < end:
         word.append(field)
-        here.rate, here.guards = rates(p, field), guards(p, field)
-        here.guards += [lambda x_r, v_r, v_c: 1.0] * (_GUARDS - len(here.guards))
+        here.enter(p, field)
         solver.init_step(clock.now, z)
         found = solver.step(end, tstop=end)
         z = np.array(found.y, dtype=float).reshape(-1, 3)[-1]

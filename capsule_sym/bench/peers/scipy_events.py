@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from capsule_sym.bench.model import (
+    NUDGE,
     Clock,
     Guard,
     Locked,
@@ -22,19 +23,23 @@ from capsule_sym.bench.model import (
 from capsule_sym.parameters import Parameters
 
 
-def build(method: Any, tolerance: float) -> Run:
-    """Runs by a method of solve_ivp, with the tolerance as rtol and atol."""
+def build(method: Any, tolerance: float, careful: bool) -> Run:
+    """Runs by a method of solve_ivp, with the tolerance as rtol and atol.
+
+    With `careful` every guard is raised by 1e-16.
+    """
+    raised = NUDGE if careful else 0.0
 
     def run(starts: Sequence[Start]) -> list[Result]:
-        return [_run(start, method, tolerance) for start in starts]
+        return [_run(start, method, tolerance, raised) for start in starts]
 
     return run
 
 
-def _run(start: Start, method: Any, tolerance: float) -> Result:
+def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
     from scipy.integrate import solve_ivp
 
-    p, end, clock = start.parameters, start.end, Clock()
+    p, end, clock = start.parameters, start.end, Clock(start)
     field, z, word = start.field, np.array(start.state), bytearray()
     while clock.now < end:
         word.append(field)
@@ -45,7 +50,7 @@ def _run(start: Start, method: Any, tolerance: float) -> Result:
             method=method,
             rtol=tolerance,
             atol=tolerance,
-            events=[_event(guard) for guard in guards(p, field)],
+            events=[_event(guard) for guard in guards(p, field, raised)],
         )
         hits = [float(e[0]) if len(e) else inf for e in solution.t_events]
         fired = int(np.argmin(hits))

@@ -13,7 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym.bench.model import CONTACT, DRIFT, FIELD, NUDGE, Result, Run, Start, drift_at_rest
+from capsule_sym.bench.model import (
+    CONTACT,
+    DRIFT,
+    FIELD,
+    MOST,
+    NUDGE,
+    Result,
+    Run,
+    Start,
+    drift_at_rest,
+)
 from capsule_sym.parameters import Parameters
 
 _PARAMETERS = 12
@@ -29,6 +39,7 @@ def build(tolerance: float, careful: bool, lanes: int | None = None) -> Run:
     """
     import heyoka as hy  # type: ignore[import-not-found,import-untyped,unused-ignore]
 
+    hy.set_logger_level_critical()  # the rows show what its warnings are about
     hy.llvm_state.clear_memcache()  # so that the time to compile is seen
     batch = Lanes(lanes or 1, careful)
     callbacks = (batch.gap, batch.upper, batch.lower)
@@ -99,6 +110,7 @@ class Lanes:
     def begin(self, starts: Sequence[Start]) -> None:
         """Puts every lane at its start; all parameters but alpha are those of the first."""
         p = self.parameters = starts[0].parameters
+        self.room, self.locked = MOST * (starts[0].periods + 1), False
         self.edge: tuple[float, ...] = (p.delta, p.delta)
         self.still = {0: 0.0, 1: 0.0, -1: 0.0}
         if self.careful:
@@ -120,8 +132,8 @@ class Lanes:
 
     def results(self) -> list[Result]:
         """Words and states of all lanes."""
-        states = self.state.T.tolist()
-        return [Result(bytes(w), tuple(state)) for w, state in zip(self.words, states, strict=True)]
+        states = [None if self.locked else tuple(state) for state in self.state.T.tolist()]
+        return [Result(bytes(w), state) for w, state in zip(self.words, states, strict=True)]
 
     def gap(self, _integrator: Any, _sign: int, lane: int = 0) -> bool:
         """The first guard: contact begins or ends."""
@@ -129,28 +141,31 @@ class Lanes:
         self.values[_SIDE, lane] = 2 * contact - 1
         self.values[_SPRING, lane] = contact * self.parameters.beta
         self.state[0, lane] = self.edge[contact]
-        self.words[lane].append(FIELD[contact, self.drift[lane]])
-        return True
+        return self._entered(lane)
 
     def upper(self, _integrator: Any, _sign: int, lane: int = 0) -> bool:
         """The second guard: v_c = 0 in drift, or the upper bound of friction in stick."""
         if self.drift[lane]:
             x_r, v_r, _ = self.state[:, lane].tolist()
-            self._move(lane, drift_at_rest(self.parameters, self.contact[lane], x_r, v_r))
-        else:
-            self._move(lane, 1)
-        return True
+            drift = drift_at_rest(self.parameters, self.contact[lane], x_r, v_r)
+            return self._move(lane, drift)
+        return self._move(lane, 1)
 
     def lower(self, _integrator: Any, _sign: int, lane: int = 0) -> bool:
         """The third guard: the lower bound of friction in stick."""
-        self._move(lane, -1)
-        return True
+        return self._move(lane, -1)
 
-    def _move(self, lane: int, drift: int) -> None:
+    def _move(self, lane: int, drift: int) -> bool:
         self.drift[lane] = drift
         self.values[_SLIP, lane] = self.columns[drift]
         self.state[2, lane] = self.still[drift]
-        self.words[lane].append(FIELD[self.contact[lane], drift])
+        return self._entered(lane)
+
+    def _entered(self, lane: int) -> bool:
+        """Notes the field that is entered; False stops all lanes, where switches have no end."""
+        self.words[lane].append(FIELD[self.contact[lane], self.drift[lane]])
+        self.locked = len(self.words[lane]) > self.room
+        return not self.locked
 
 
 def _column(p: Parameters, drift: int) -> Any:
