@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy as sp
 
@@ -87,6 +88,21 @@ def _sharp(claim: tuple[Bound, Relation]) -> bool:
     )
 
 
+def _told(bound: Bound) -> dict[str, Any]:
+    """What Appendix A prints about a bound, beside what is derived; nothing about L2 and L3."""
+    if bound.side < 0:
+        return {}
+    return {
+        "printed": f"stick always ends on {bound.line} while 0 < alpha < {bound.alpha_bound} "
+        "(sufficient)",
+        "derived": f"for zeta > 0 it does if and only if alpha <= {bound.alpha_bound}",
+        "proof": "the infimum of n over the line is at its corner, where v_r ends its range, and "
+        "over time at alpha cos(omega tau) = -alpha (L1) or alpha (L4); the corner is not on the "
+        "line (open at delta), so n > 0 at the end point of the bound too",
+        "consequence": "The printed condition is necessary too, and its end point may be added.",
+    }
+
+
 def _bound_items(bound: Bound) -> Iterator[Item]:
     way = "leaves" if bound.side > 0 else "enters"
     condition = sp.Le(bound.smaller, bound.larger)
@@ -106,6 +122,7 @@ def _bound_items(bound: Bound) -> Iterator[Item]:
         check=_sharp,
         mutant=(bound, sp.Lt(bound.smaller, bound.larger)),
         formula=formula,
+        **_told(bound),
     )
     yield Item(
         id=f"appendix.A.{bound.line}.solved",
@@ -268,6 +285,17 @@ def bifurcations(part: Part) -> frozenset[str]:
     )
 
 
+_PRINTED = {
+    "L2^(1)": frozenset({"crossing", "grazing"}),
+    "L2^(2)": frozenset(BIFURCATIONS),
+    "L2^(3)": frozenset({"switching"}),
+    "L3^(1)": frozenset({"switching"}),
+    "L3^(2)": frozenset(BIFURCATIONS),
+    "L3^(3)": frozenset({"crossing", "grazing"}),
+}
+"""Sliding bifurcations that Section 3.3 names on each part."""
+
+
 def _possible(claim: tuple[Part, frozenset[str]]) -> bool:
     part, kinds = claim
     return bifurcations(part) == kinds
@@ -309,7 +337,8 @@ def _part_items(part: Part) -> Iterator[Item]:
     yield Item(
         id=f"{name}.bifurcations",
         equation="Section 3.3",
-        statement=f"sliding bifurcations possible on {part.name}: {', '.join(sorted(kinds))}",
+        statement=f"sliding bifurcations possible on {part.name}: {', '.join(sorted(kinds))}"
+        + (" (as printed)" if _PRINTED.get(part.name) == kinds else " (not in the paper)"),
         claim=(part, kinds),
         check=_possible,
         mutant=(part, frozenset(BIFURCATIONS) - kinds),

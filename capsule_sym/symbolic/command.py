@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from capsule_sym.symbolic import verify as theory
 from capsule_sym.symbolic.items import Result
+from capsule_sym.symbolic.report import markdown
 
 _REPORT = Path("results/verify.md")
 
@@ -49,7 +50,7 @@ def verify(as_json: bool, write: bool) -> None:
         click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
     if write:
         _REPORT.parent.mkdir(parents=True, exist_ok=True)
-        _REPORT.write_text(theory.markdown(report), encoding="utf-8")
+        _REPORT.write_text(markdown(report), encoding="utf-8")
         click.echo(f"wrote {_REPORT}", err=True)
     unproved = [result.item.id for result in results if not result.settled]
     seconds = perf_counter() - start

@@ -22,8 +22,9 @@ Polynomial = list[Fraction]
 """Coefficients of the powers of a variable, from order 0."""
 Bracket = tuple[Fraction, Fraction]
 
-_quadrature = sp.Symbol("w", real=True)  # alpha sin(omega tau)
-_EXTENDED = (*STATE, force, _quadrature)
+quadrature = sp.Symbol("w", real=True)  # alpha sin(omega tau)
+EXTENDED = (*STATE, force, quadrature)
+"""The state with the force and its quadrature: autonomous and linear along every field."""
 _DEEPEST = 12
 
 
@@ -31,13 +32,19 @@ _DEEPEST = 12
 def _coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
     """Coefficients of state, force and quadrature, then the constant, in an affine function."""
     plain = sp.expand(sp.expand(function).subs(alpha * sp.cos(omega * tau), force))
-    constant = plain.xreplace(dict.fromkeys(_EXTENDED, sp.S.Zero))
-    return (*(plain.coeff(symbol) for symbol in _EXTENDED), constant)
+    constant = plain.xreplace(dict.fromkeys(EXTENDED, sp.S.Zero))
+    return (*(plain.coeff(symbol) for symbol in EXTENDED), constant)
 
 
-def _affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
+def affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
+    """The coefficients of an affine function of `EXTENDED`, its constant last, as fractions."""
     found = [coefficient.xreplace(values) for coefficient in _coefficients(function)]
     return [Fraction(int(c.p), int(c.q)) for c in found]
+
+
+def extended_rates(field: Segment) -> tuple[sp.Expr, ...]:
+    """Time derivatives of `EXTENDED` along a field."""
+    return (*field.field, -omega * quadrature, omega * force)
 
 
 class Flow:
@@ -57,8 +64,7 @@ class Flow:
     ) -> None:
         self._values = values
         self._degree = degree
-        rates = (*field.field, -omega * _quadrature, omega * force)
-        rows = [_affine(rate, values) for rate in rates]
+        rows = [affine(rate, values) for rate in extended_rates(field)]
         terms = [list(start)]
         for order in range(degree + 1):
             rise = [
@@ -73,7 +79,7 @@ class Flow:
 
     def series(self, function: sp.Expr) -> Polynomial:
         """Taylor polynomial of an affine function of the state."""
-        *slopes, constant = _affine(function, self._values)
+        *slopes, constant = affine(function, self._values)
         found = [
             sum((a * x for a, x in zip(slopes, term, strict=True)), Fraction(0))
             for term in self._terms
@@ -83,7 +89,7 @@ class Flow:
 
     def remainder(self, function: sp.Expr, order: int, time: Fraction) -> Fraction:
         """Bound on the terms neglected until `time`, divided by the elapsed time**order."""
-        sensitivity = sum(map(abs, _affine(function, self._values)[:-1]), Fraction(0))
+        sensitivity = sum(map(abs, affine(function, self._values)[:-1]), Fraction(0))
         growth = Fraction(3) ** ceil(self._norm * time)  # exceeds the exponential
         return sensitivity * self._tail * time ** (self._degree + 1 - order) * growth
 

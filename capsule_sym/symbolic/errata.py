@@ -69,6 +69,7 @@ class Erratum:
     equation: str
     printed: str
     derived: str
+    proof: str
     consequence: str
     scope: tuple[Relation, ...]
     printed_relation: Relation
@@ -82,6 +83,13 @@ class Erratum:
             if consistent([*self.scope, CREST, wrong]):
                 return example([*self.scope, CREST, wrong], self.values)
         raise ValueError(f"{self.id}: the printed relation holds everywhere")
+
+    def witness(self) -> dict[str, str]:
+        """The point in exact numbers, and what the printed relation becomes there."""
+        point, relation = self.point(), self.printed_relation
+        left, right = evaluate(relation.lhs, point), evaluate(relation.rhs, point)
+        sign = "=" if isinstance(relation, sp.Eq) else relation.rel_op
+        return {**described(point), "printed relation there": f"{left} {sign} {right}, false"}
 
     def settled(self) -> bool:
         """Whether the derived relation is proved and the printed one fails at the witness."""
@@ -104,7 +112,7 @@ def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
 def described(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
     """A point at tau = 0 in exact numbers, as text."""
     names = (*STATE, zeta, beta, gamma, f_b, delta, alpha)
-    return {str(s): str(point[s]) for s in names} | {"time": "tau = 0"}
+    return {str(s): str(point[s]) for s in names} | {"tau": "0"}
 
 
 OUT_2 = along(-P3, SEGMENTS[1])  # Eq. (23): out of S2 on L2
@@ -122,6 +130,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eq. (23)",
         printed="on L2, ⟨∇P3−, F2⟩ = −v_r + 2ζ f_b + 2ζ α cos ωτ",
         derived="on L2, ⟨∇P3−, F2⟩ = −v_r − 2ζ f_b − 2ζ α cos ωτ",
+        proof=(
+            "P3 = −f_b on L2, so F2 = (v_r, f_b + α cos ωτ, 0) there; with ∇P3− = (−1, −2ζ, "
+            "0) the product is −v_r − 2ζ (f_b + α cos ωτ)"
+        ),
         consequence=(
             "P3 = −f_b makes the elastic force in F2 +f_b, and the normal is −(1, 2ζ, 0): both "
             "terms change sign. Everything that Appendix B says about L2 shifts by 4ζ f_b."
@@ -137,6 +149,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Appendix B, Section 3.3",
         printed="for v_r < 2ζ(f_b − α), L2^(1), trajectories are driven out of S2 into Ω3",
         derived="trajectories are driven out of S2 at all times for v_r < −2ζ(f_b + α) only",
+        proof=(
+            "−v_r − 2ζ (f_b + α cos ωτ) ≥ −v_r − 2ζ (f_b + α), and that is positive for v_r "
+            "< −2ζ (f_b + α)"
+        ),
         consequence=(
             "At v_r between −2ζ(f_b + α) and 2ζ(f_b − α) stick may begin on L2; with the case "
             "study's α = 0.7 the printed L2^(1) reaches to +0.03, the derived one to −0.17."
@@ -152,6 +168,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Section 3.3, Appendix B",
         printed="on L2^(1), ⟨∇P3−, F2⟩ < 0 (and trajectories are driven out of S2)",
         derived="on L2^(1), ⟨∇P3−, F2⟩ > 0: the normal points from S2 to S3, so out is positive",
+        proof=(
+            "−v_r − 2ζ (f_b + α cos ωτ) ≥ −v_r − 2ζ (f_b + α) > 0 on the derived L2^(1), "
+            "v_r < −2ζ (f_b + α)"
+        ),
         consequence=(
             "The printed sign contradicts both Eq. (23) and the text beside it; the role of "
             "L2^(1) in the text (stick ends) is right."
@@ -167,6 +187,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Section 3.3, Appendix B",
         printed="on L2^(3), v_r > 2ζ(f_b + α), ⟨∇P3−, F2⟩ > 0",
         derived="for v_r > −2ζ(f_b − α), ⟨∇P3−, F2⟩ < 0: trajectories enter S2",
+        proof=(
+            "−v_r − 2ζ (f_b + α cos ωτ) ≤ −v_r − 2ζ (f_b − α), and that is negative for v_r "
+            "> −2ζ (f_b − α)"
+        ),
         consequence="The role of L2^(3) (stick begins) is right, its sign and its interval not.",
         scope=(*_ON_L2, sp.Gt(v_r, 2 * zeta * (f_b + alpha))),
         printed_relation=sp.Gt(OUT_2, 0),
@@ -179,6 +203,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Section 3.3, Appendix B",
         printed="L3^(3) is closed at v_r = (f_b − δ)/(2ζ): it holds the corner O1",
         derived="O1 has x_r = δ, so by Eq. (14) it is not on L3 (nor O2 on L2)",
+        proof="Eq. (14) gives L3 with P2 > δ, and O1 has P2 = δ",
         consequence="Motion through a corner is a case of its own; see the errata on L6 and O1.",
         scope=(*PIECES["O1"].relations,),
         printed_relation=sp.Gt(x_r, delta),
@@ -191,6 +216,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eq. (6)",
         printed="v_c′ = 0 whenever |P3| < f_b without contact, for a moving capsule too",
         derived="a moving capsule has v_c′ = (P3 − f_b)/γ, or (P3 + f_b)/γ backwards",
+        proof=(
+            "by Eqs. (7) and (9) F1 and F3 act wherever P1 ≠ 0 without contact; with P3 < "
+            "f_b the first gives v_c′ = (P3 − f_b)/γ < 0"
+        ),
         consequence=(
             "Taken literally Eq. (6) lets the capsule coast without friction; Eqs. (7)-(12), "
             "which the paper uses, are the model."
@@ -206,6 +235,9 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eq. (11)",
         printed="Ω5 = {P1 = 0, P2 ≥ δ, |P3| ≤ f_b} (as the scan reads)",
         derived="Ω5 = {P1 = 0, P2 ≥ δ, |P4| ≤ f_b}, as S5 in Eq. (13) has it",
+        proof=(
+            "on S5 |P4| < f_b by Eq. (13), and P4 = P3 + β (P2 − δ) can exceed f_b where |P3| ≤ f_b"
+        ),
         consequence="In contact the second spring presses on the capsule too, so P4 decides.",
         scope=(sp.Eq(v_c, 0), sp.Gt(x_r, delta), sp.Le(P3, f_b), sp.Ge(P3, -f_b)),
         printed_relation=sp.Le(P4, f_b),
@@ -218,6 +250,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Table 2",
         printed="L4: Ω4, Ω5, Ω6 → Ω4 (F4, C-FD)",
         derived="L4: Ω4, Ω5, Ω6 → Ω6 (F6, C-BD), as Appendix A says",
+        proof="P4 = −f_b on L4, so F4 gives v_c′ = (P4 − f_b)/γ = −2 f_b/γ < 0",
         consequence=(
             "On L4 F4 decelerates the capsule by 2 f_b/γ: it cannot go forwards from rest. See "
             "table2.L4 and table2.L4.one_way for the derived row."
@@ -233,6 +266,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Table 2, Section 3.3",
         printed="L2: Ω3 → Ω2, and on L2^(3) trajectories from Ω3 enter Ω2",
         derived="where stick begins on L2 (n < 0), no trajectory arrives from Ω3",
+        proof="on L2 v_c = v_c′ = 0 along F3, and γ v_c″ = P3′ = −n, positive where n < 0",
         consequence=(
             "In F3 the capsule's velocity has a minimum 0 there: before, v_c was positive. The "
             "rows Ω3 → Ω2 and Ω2 → Ω2 need n = 0 (see table2.L2)."
@@ -248,6 +282,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Table 2, Section 3.3",
         printed="L3: Ω4 → Ω5, and on L3^(1) trajectories from Ω4 enter Ω5",
         derived="where stick begins on L3 (n < 0), no trajectory arrives from Ω4",
+        proof=(
+            "on L3 v_c = v_c′ = 0 along F4, and γ v_c″ = P4′ = n, negative where n < 0: v_c "
+            "has a maximum 0, and was negative before"
+        ),
         consequence="As on L2; the rows Ω4 → Ω5 and Ω5 → Ω5 need n = 0 (see table2.L3).",
         scope=part("L3", 1).relations,
         printed_relation=sp.Gt(derivatives(v_c, 4, 2)[2], 0),
@@ -260,6 +298,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eq. (14), Table 2",
         printed="L6 with its end O1 leads Ω1, Ω2, Ω3 to Ω5",
         derived="at O1, where P4′ > 0, trajectories go on in Ω4",
+        proof="at O1 P4 = f_b, so v_c = v_c′ = 0 along F4, and γ v_c″ = P4′ > 0",
         consequence=(
             "P4 = f_b at O1 and rises: stick cannot go on. This adds P_{Σ4,F2,Σ2} and "
             "P_{Σ4,F1,Σ1}, P_{Σ4,F1,Σ8} to Table 3. Counted to L3 instead, as the closed end of "
@@ -276,6 +315,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eq. (14), Table 2",
         printed="L7, for every δ, leads to stick in Ω2",
         derived="for δ > f_b the part of L7 above O1 (L10: P3 > f_b) leads Ω6 to forward drift Ω1",
+        proof="on L10 P3 > f_b, so F1 gives v_c′ = (P3 − f_b)/γ > 0",
         consequence=("L10 is missing from the paper, and with it P_{Σ1,F6,Σ6} and P_{Σ1,F6,Σ9}."),
         scope=_L7_WIDE,
         printed_relation=sp.Le(P3, f_b),
@@ -288,6 +328,10 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eq. (14), Table 2",
         printed="L5 = {v_r > (f_b − δ)/(2ζ)}, for every δ, leads from Ω3 into contact (Ω4)",
         derived="L5 needs v_r > 0 as well: for δ > f_b the printed bound is negative",
+        proof=(
+            "contact begins where P2 rises through δ, that is v_r > 0; for δ > f_b the "
+            "printed bound (f_b − δ)/(2ζ) is below 0"
+        ),
         consequence="For δ > f_b the printed L5 and L7 overlap, and L5 holds a point of L9.",
         scope=_L5_WIDE,
         printed_relation=sp.Gt(v_r, 0),
@@ -300,6 +344,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Eqs. (11), (15)",
         printed="Ω2 and Ω5 have no state in common (Eq. (15) puts L7 into Ω2 only)",
         derived="Eq. (11) holds on L7 too: |P4| < f_b there, so L7 is in Ω2 and in Ω5",
+        proof="P4 = P3 on P2 = δ, and |P3| < f_b on L7",
         consequence="Harmless: F2 = F5 on P2 = δ. Likewise L8 is in Ω3 and in Ω6.",
         scope=PIECES["L7"].relations,
         printed_relation=sp.Gt(P4, f_b),
@@ -312,6 +357,7 @@ ERRATA: tuple[Erratum, ...] = (
         equation="Section 3.1",
         printed="for δ > f_b the capsule starts from (0, 0, 0) in forward drift",
         derived="P3(0, 0, 0) = 0 < f_b for every δ: the capsule starts in stick",
+        proof="P3 = x_r + 2ζ v_r is 0 there",
         consequence="Forward drift can begin only after P3 has reached f_b, on L1.",
         scope=(*_ORIGIN, sp.Gt(delta, f_b)),
         printed_relation=sp.Gt(P3, f_b),
@@ -323,12 +369,14 @@ ERRATA: tuple[Erratum, ...] = (
 
 
 def _formula(erratum: Erratum) -> str:
-    """The derived relation with the equations of its scope put in, where that leaves anything."""
+    """The scope, and what is derived there (in a shorter form of the same sign, if it is one)."""
     relation = erratum.derived_relation
-    if isinstance(relation, sp.Eq):
-        return str(sp.latex(relation))
-    shorter = reduced(relation.lhs - relation.rhs, erratum.derived_scope)
-    return str(sp.latex(type(relation)(shorter, 0, evaluate=False)))
+    if not isinstance(relation, sp.Eq):
+        shorter = reduced(relation.lhs - relation.rhs, erratum.derived_scope)
+        if not shorter.is_number:
+            relation = type(relation)(shorter, 0, evaluate=False)
+    scope = r",\ ".join(map(sp.latex, erratum.derived_scope))
+    return rf"{scope}\quad\Rightarrow\quad {sp.latex(relation)}"
 
 
 def _erratum_item(erratum: Erratum) -> Item:
@@ -344,8 +392,9 @@ def _erratum_item(erratum: Erratum) -> Item:
         verdict="refuted",
         printed=erratum.printed,
         derived=erratum.derived,
+        proof=erratum.proof,
         consequence=erratum.consequence,
-        witness=lambda: described(erratum.point()),
+        witness=erratum.witness,
     )
 
 

@@ -47,6 +47,10 @@ def _uncovered() -> Item:
         verdict="refuted",
         printed="the subspaces of Eq. (15) fill the state space",
         derived="(δ, 0, 0) is in none of them; Eq. (11) has it in Ω5",
+        proof=(
+            "S1-S6 and L1-L4 have P2 ≠ δ, L5-L8 have v_r ≠ 0, and the other parts of Eq. (15) "
+            "have P1 ≠ 0"
+        ),
         consequence="Harmless: the fields agree there. It is the point O3 of this derivation.",
         witness=lambda: {"x_r": "1/50", "v_r": "0", "v_c": "0", "delta": "1/50", "f_b": "1"},
     )
@@ -80,6 +84,11 @@ def _planes() -> Item:
         "P_{Σ6,F5,Σ5} are local maps",
         derived="stick ends on L1-L4 (or at impacts): a point of them belongs to the plane of "
         "the subspace that follows, Σ1-Σ6 for Ω1-Ω6",
+        proof=(
+            "before it ends, stick has |P3| < f_b (F2) or |P4| < f_b (F5), so by continuity "
+            "it ends on no point of S1, S3, S4, S6, L5 or L8; the signs of the derivatives "
+            "exclude every other piece"
+        ),
         consequence="Table 3 and Section 4 use the derived rule, which is the one used here.",
         witness=lambda: described(
             example([*PIECES["L2"].relations, sp.Gt(OUT_2, 0), CREST], CASE_STUDY)
@@ -118,6 +127,10 @@ def _missing_maps() -> Item:
         verdict="refuted",
         printed="Table 3 lists all local maps: 42",
         derived="52: also " + ", ".join(map(str, sorted(_MISSING))),
+        proof=(
+            "each of the ten is shown by a trajectory that is enclosed in exact rational "
+            "arithmetic (the table3 statements below); table3.complete excludes all others"
+        ),
         consequence="All pass a corner or L10. Those of F2 and F5, and of F6 into Σ1, need one "
         "coincidence only: a family of orbits meets them at isolated parameters.",
         witness=lambda: {"local map": str(shown.local_map), **described_witness(shown)},
@@ -135,20 +148,24 @@ def _absent_count(claim: tuple[str, int]) -> bool:
 
 def _wide_gap_maps() -> Iterator[Item]:
     for scenario, count in (("δ < f_b", 0), ("δ = f_b", 9), ("δ > f_b", 9)):
+        found = f"for {scenario} and ζ > 0, {count} of the 42 printed maps cannot occur"
+        if count:
+            found += ": stick or backward drift into Σ5 (no L6), and F4 from Σ7 to rest"
         yield Item(
             id=f"erratum.table3.scenario.{scenario.replace(' ', '')}",
             equation="Table 3",
-            statement=f"for {scenario} and ζ > 0, {count} of the 42 printed maps cannot occur"
-            + (
-                ": stick or backward drift into Σ5 (no L6), and F4 from Σ7 to rest" if count else ""
-            ),
+            statement=found,
             claim=(scenario, count),
             check=_absent_count,
             mutant=(scenario, count + 1),
             formula=sp.latex(SCENARIOS[scenario]),
             verdict="conditional",
             printed="Table 3 holds without a condition on δ",
-            derived="it is complete in this respect for δ < f_b only",
+            derived=found,
+            proof=(
+                "for δ ≥ f_b L6 is empty, and table3.never_rests excludes the maps of F4 from Σ7 "
+                "to rest; all others occur by their witnesses"
+            ),
             consequence="The search for orbits at δ ≥ f_b has fewer maps to consider.",
         )
 
@@ -165,6 +182,11 @@ def _counterexample() -> Item:
         verdict="refuted",
         printed="for δ = f_b the capsule must have forward drift before any impact occurs",
         derived="true of impacts from stick (L6 is empty); backward drift can lead to an impact",
+        proof=(
+            "without damping stick from rest is a trigonometric polynomial; it ends on L2 at "
+            "a rational state, and the backward drift that follows is enclosed in exact "
+            "rational arithmetic up to its impact"
+        ),
         consequence="P_{Σ9,F3,Σ3} can be the first impact for δ = f_b as well.",
         witness=counterexample.witness,
     )
@@ -178,7 +200,7 @@ def _adding_needs(claim: tuple[str, Relation]) -> bool:
     return "adding" in bifurcations(middle) and never
 
 
-_TURN = {"L1": "omega tau = pi/2", "L4": "omega tau = 3 pi/2"}
+_TURN = {"L1": {"tau": "pi/(2 omega)"}, "L4": {"tau": "3 pi/(2 omega)"}}
 
 
 def _adding_witness(line: str) -> dict[str, str]:
@@ -186,7 +208,7 @@ def _adding_witness(line: str) -> dict[str, str]:
     strong = {**CASE_STUDY, zeta: Fraction(1), alpha: Fraction(9)}
     touching = (sp.Eq(outward(line), 0), sp.Eq(force, 0))
     point = example([*part(line, 2).relations, *touching], strong)
-    return {**described(point), "time": _TURN[line]}
+    return {**described(point), **_TURN[line]}
 
 
 def _adding() -> Iterator[Item]:
@@ -203,6 +225,10 @@ def _adding() -> Iterator[Item]:
             verdict="conditional",
             printed="adding-sliding can only happen on L2^(2) or L3^(2)",
             derived=f"so it is while α is within the bound of Appendix A; else on {bound.line} too",
+            proof=(
+                "within the bound n > 0 on the whole line, so stick cannot touch it from "
+                "inside; beyond it n = 0 occurs, with a rate of either sign"
+            ),
             consequence="The case study (ζ = 0.05, α ≤ 2) is far within the bound.",
             witness=partial(_adding_witness, bound.line),
         )
@@ -229,6 +255,7 @@ def _smoothness() -> Item:
         verdict="conditional",
         printed="L9 is smooth for all vector functions",
         derived="continuous (fields.impact); differentiable only for β = 0",
+        proof="∂F4/∂x_r − ∂F1/∂x_r on P2 = δ, from the fields",
         consequence=(
             "A graze on L9 keeps the orbit's slope in a parameter but changes its curvature: no "
             "square root, since the force is continuous."
@@ -250,6 +277,7 @@ def _confirmed(
         formula=sp.latex(conclusion),
         printed=text,
         derived="as printed",
+        proof="the bounds of cos ωτ put in, and the variables eliminated",
     )
 
 
@@ -287,6 +315,7 @@ def _confirmations() -> Iterator[Item]:
             formula=sp.latex(SCENARIOS[scenario]) + r"\Rightarrow L_6=\emptyset",
             printed=text,
             derived="as printed",
+            proof="L6 has 0 < v_r and 2ζ v_r + δ < f_b",
         )
     yield _confirmed(
         "O2",

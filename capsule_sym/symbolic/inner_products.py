@@ -18,7 +18,19 @@ from capsule_sym.symbolic.items import Item, signed, vanishes
 from capsule_sym.symbolic.model import P1, P2, P3, P4, SEGMENTS, Segment
 from capsule_sym.symbolic.proof import Relation, Sign, consistent, sign_under
 from capsule_sym.symbolic.switching import reduced
-from capsule_sym.symbolic.symbols import STATE, alpha, f_b, gamma, omega, tau, v_r, zeta
+from capsule_sym.symbolic.symbols import (
+    STATE,
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    tau,
+    v_r,
+    x_r,
+    zeta,
+)
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
 """The function whose bound +f_b or -f_b is met on L1-L4."""
@@ -151,13 +163,26 @@ def _item(product: InnerProduct) -> Item:
         claim=(product.expression, product.relations, product.sign),
         check=signed,
         mutant=(product.expression, product.relations, -product.sign or 1),
-        formula=f"{formula}{_WORD[product.sign]}",
+        formula=f"{formula}{_WORD[product.sign]}" if product.sign else formula,
     )
+
+
+_P3, _P4 = sp.symbols("P_3 P_4", real=True)
+_BY_FORCE = (
+    {x_r: _P3 - 2 * zeta * v_r},
+    {x_r: (_P4 - 2 * zeta * v_r + beta * delta) / (1 + beta)},
+)
+
+
+def _in_paper_terms(value: sp.Expr) -> sp.Expr:
+    """A value in P3 or P4, where it depends on the state through one of them only."""
+    forms = (sp.factor(sp.together(value.subs(place))) for place in _BY_FORCE)
+    return next((form for form in forms if not form.has(v_r)), value)
 
 
 def _latex(product: InnerProduct) -> str:
     function, side = product.normal[1:-1], product.normal[-1].replace("−", "-")
-    value: str = sp.latex(product.value)
+    value: str = sp.latex(_in_paper_terms(product.value))
     return (
         rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle=" + value
     )
@@ -165,13 +190,13 @@ def _latex(product: InnerProduct) -> str:
 
 _PULL = 2 * zeta * alpha * sp.cos(omega * tau)
 PRINTED = {
-    "16": ("S1", "∇P1−", 3, -(P3 + f_b) / gamma),
-    "17": ("S1", "∇P1+", 1, (P3 - f_b) / gamma),
-    "18": ("S5", "∇P1+", 4, (P4 - f_b) / gamma),
-    "19": ("S5", "∇P1−", 6, -(P4 + f_b) / gamma),
-    "20": ("S7", "∇P2−", 1, -v_r),
-    "21": ("S7", "∇P2+", 4, v_r),
-    "22": ("L1", "∇P3+", 2, v_r - 2 * zeta * f_b + _PULL),
+    "16": ("S1", "∇P1−", 3, -(P3 + f_b) / gamma, "−(P3 + f_b)/γ"),
+    "17": ("S1", "∇P1+", 1, (P3 - f_b) / gamma, "(P3 − f_b)/γ"),
+    "18": ("S5", "∇P1+", 4, (P4 - f_b) / gamma, "(P4 − f_b)/γ"),
+    "19": ("S5", "∇P1−", 6, -(P4 + f_b) / gamma, "−(P4 + f_b)/γ"),
+    "20": ("S7", "∇P2−", 1, -v_r, "−v_r"),
+    "21": ("S7", "∇P2+", 4, v_r, "v_r"),
+    "22": ("L1", "∇P3+", 2, v_r - 2 * zeta * f_b + _PULL, "v_r − 2ζ f_b + 2ζ α cos ωτ"),
 }
 """Eqs. (16)-(22) as printed; Eq. (23) is among the errata."""
 
@@ -183,12 +208,12 @@ def _find(place: str, normal: str, field: int) -> InnerProduct:
 
 
 def _printed_item(equation: str) -> Item:
-    place, normal, field, value = PRINTED[equation]
+    place, normal, field, value, text = PRINTED[equation]
     product = _find(place, normal, field)
     return Item(
         id=f"equation.{equation}",
         equation=f"Eq. ({equation})",
-        statement=f"⟨{normal}, F{field}⟩ on {place} is as printed",
+        statement=f"⟨{normal}, F{field}⟩ on {place} is as printed: {text}",
         claim=product.value - value,
         check=vanishes,
         mutant=product.value + value,

@@ -25,7 +25,8 @@ class Item:
 
     `verdict` is what holds when the check succeeds: the statement is proved, or (an erratum) the
     printed statement is refuted, or it holds under a condition that is itself proved. `formula`
-    is LaTeX. `printed`, `derived`, `consequence` and `witness` belong to errata.
+    is LaTeX. `printed`, `derived`, `consequence` and `witness` belong to errata; `proof` says in
+    words what the check does.
     """
 
     id: str
@@ -38,6 +39,7 @@ class Item:
     verdict: Verdict = "proved"
     printed: str = ""
     derived: str = ""
+    proof: str = ""
     consequence: str = ""
     witness: Callable[[], Mapping[str, str]] | None = field(default=None)
 

@@ -1,4 +1,4 @@
-"""What the paper prints about surfaces, lines and maps: Eqs. (14), (15), (24) and Tables 1-3.
+"""What the paper prints: Eqs. (14), (15) and (24), Tables 1-3, the global maps of Section 4.
 
 Data only, with equation numbers; the derived counterparts are in `geometry` and `switching`.
 Bounds on v_r are multiplied by 2 zeta.
@@ -7,6 +7,7 @@ Bounds on v_r are multiplied by 2 zeta.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import product
 
 import sympy as sp
@@ -95,3 +96,62 @@ TABLE_3: tuple[LocalMap, ...] = tuple(
     for (field, sources), targets in _TABLE_3.items()
     for source, target in product(sources, targets)
 )
+
+
+@dataclass(frozen=True)
+class Regime:
+    """A row of Section 4: the global map printed for alpha up to `high`, in order of time.
+
+    It begins at the end of the row before. `event` is what is said to happen at `high`.
+    """
+
+    high: Fraction
+    maps: tuple[LocalMap, ...]
+    event: str
+
+
+def _regime(high: str, event: str, *maps: tuple[int, int, int]) -> Regime:
+    return Regime(Fraction(high), tuple(LocalMap(f"Σ{t}", f, f"Σ{s}") for t, f, s in maps), event)
+
+
+SECTION_4: tuple[Regime, ...] = (
+    _regime("0.0074", "grazing on L9: impacts begin"),
+    _regime("0.3687", "adding-sliding on L3^(2): forward drift begins", (2, 5, 5), (5, 2, 2)),
+    _regime(
+        "0.5245",
+        "crossing on L7: F4 ends on Σ8",
+        *((4, 5, 5), (5, 4, 4), (2, 5, 5), (5, 2, 2)),
+    ),
+    _regime(
+        "0.939",
+        "adding-sliding on L2^(2): backward drift begins",
+        *((4, 5, 5), (8, 4, 4), (2, 1, 8), (5, 2, 2)),
+    ),
+    _regime(
+        "1.443",
+        "crossing on L6: F3 ends on Σ9",
+        *((4, 5, 5), (8, 4, 4), (2, 1, 8), (3, 2, 2), (2, 3, 3), (5, 2, 2)),
+    ),
+    _regime(
+        "1.6148",
+        "crossing-sliding: the stick in F5 vanishes",
+        *((4, 5, 5), (8, 4, 4), (2, 1, 8), (3, 2, 2), (9, 3, 3), (5, 6, 9)),
+    ),
+    _regime(
+        "1.661",
+        "switching-sliding: F1 ends on Σ3",
+        *((8, 4, 4), (2, 1, 8), (3, 2, 2), (9, 3, 3), (4, 6, 9)),
+    ),
+    _regime(
+        "1.7126",
+        "grazing-sliding: the stick in F2 vanishes",
+        *((8, 4, 4), (3, 1, 8), (2, 3, 3), (3, 2, 2), (9, 3, 3), (4, 6, 9)),
+    ),
+    _regime("2", "", (8, 4, 4), (3, 1, 8), (9, 3, 3), (4, 6, 9)),
+)
+"""Global maps of the steady motion by ranges of alpha, Section 4 (those at one value apart)."""
+
+
+def regime(amplitude: Fraction) -> Regime:
+    """The printed row of an amplitude, in (0, 2]."""
+    return next(row for row in SECTION_4 if amplitude <= row.high)

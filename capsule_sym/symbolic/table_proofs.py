@@ -44,7 +44,7 @@ def _surface_matches(claim: frozenset[Row]) -> bool:
     return derived == {(row.source, row.target) for row in claim}
 
 
-def _table_1() -> Iterator[Item]:
+def _rows_1() -> Iterator[Item]:
     for surface in SURFACES:
         rows = frozenset(row for row in printed.TABLE_1 if row.place == surface)
         listed = "; ".join(
@@ -143,7 +143,7 @@ def _one_way_under(claim: tuple[str, Relation, int]) -> bool:
     )
 
 
-def _table_2() -> Iterator[Item]:
+def _rows_2() -> Iterator[Item]:
     yield from map(_line_item, _LINES)
     for bound, target in zip(BOUNDS[:2], (1, 6), strict=True):
         condition = sp.Le(bound.smaller, bound.larger)
@@ -243,7 +243,7 @@ def _is_barred(claim: tuple[int, Relation]) -> bool:
     return never_rests(SEGMENTS[index - 1], [hypothesis])
 
 
-def _table_3() -> Iterator[Item]:
+def _rows_3() -> Iterator[Item]:
     maps = tuple(sorted({w.local_map for w in witnesses()}))
     common = frozenset(printed.TABLE_3)
     yield Item(
@@ -281,6 +281,16 @@ def _table_3() -> Iterator[Item]:
     yield from map(_map_item, maps)
 
 
-def items() -> tuple[Item, ...]:
-    """Every row of Tables 1 and 2, and every local map of Table 3."""
-    return (*_table_1(), *_table_2(), *_table_3())
+def table_1() -> tuple[Item, ...]:
+    """Every row of Table 1."""
+    return tuple(_rows_1())
+
+
+def table_2() -> tuple[Item, ...]:
+    """Every row of Table 2."""
+    return tuple(_rows_2())
+
+
+def table_3() -> tuple[Item, ...]:
+    """Every local map of Table 3."""
+    return tuple(_rows_3())
