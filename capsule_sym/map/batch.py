@@ -92,9 +92,9 @@ def final_states(
             rows[low:high], records[low:high], periods, stops[low:high], marks, positions
         )
 
-    # Four parts a thread, so that none is left with all the long runs; but enough runs in each to
+    # Two parts a thread, so that none is left with all the long runs; but enough runs in each to
     # be taken side by side.
-    parts = min(4 * threads, max(1, count // _SIDE_BY_SIDE))
+    parts = min(2 * threads, max(1, count // _SIDE_BY_SIDE))
     if threads == 1 or parts == 1:
         part(0, count)
     else:
