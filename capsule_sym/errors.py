@@ -26,6 +26,20 @@ class InvalidInput(CapsuleError, ValueError):
         return f"{self.field} = {self.value!r}: must be {self.allowed}"
 
 
+class Stopped(CapsuleError, RuntimeError):
+    """A run came to a point that no field leaves with certainty, before its periods were over."""
+
+    def __init__(self, turns: int, periods: int) -> None:
+        super().__init__(turns, periods)
+        self.turns, self.periods = turns, periods
+
+    def __str__(self) -> str:
+        return (
+            f"the run stopped undecided after {self.turns} of {self.periods} periods: "
+            "simulate says where, and returns what came before"
+        )
+
+
 class Outcome(StrEnum):
     """How the search for the next switch of a segment ended."""
 

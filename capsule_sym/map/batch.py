@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym.errors import InvalidInput
+from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.native import core, step, write
 from capsule_sym.map.simulate import RANGES, _Run, check_count, check_start
@@ -129,14 +129,17 @@ def final_state(
 ) -> tuple[float, float, float]:
     """The final state of one run, as `simulate` gives it, in constant memory.
 
-    Raises InvalidInput for a value that is not allowed.
+    Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.
     """
     values = check_start(parameters, state, phase, periods)
     found = _map_of(parameters).final(*values, phase * parameters.omega, periods)
     if found is None:
-        rows = np.array([_row(parameters)])
-        x_r, v_r, v_c = final_states(rows, state, phase, periods).states[0].tolist()
-        return x_r, v_r, v_c
+        run = _Run(NumpyBackend(), parameters, phase, settle=True)
+        record = core().Map(np.array(_row(parameters))).state_at(*values, phase * parameters.omega)
+        _finish(run, record, periods, None, False)
+        if record["turn"] < periods:
+            raise Stopped(int(record["turn"]), periods)
+        return float(record["x_r"]), float(record["v_r"]), float(record["v_c"])
     return found  # type: ignore[no-any-return]
 
 
@@ -150,6 +153,8 @@ def switches(
 
     The time of a switch is `turn` excitation periods and the forcing's `angle` in [0, 2 pi);
     `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
+
+    Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.
     """
     x_r, v_r, v_c = check_start(parameters, state, phase, periods)
     native = core().Map(np.array(list(parameters.to_dict().values())))
@@ -163,7 +168,7 @@ def switches(
             run = _Run(NumpyBackend(), parameters, phase, settle=True)
             journey = step(run, record, periods)
             if journey.departure is None and journey.turns < periods:
-                break
+                raise Stopped(journey.turns, periods)
             left = run.segments[0].field
             write(record, journey)
             event = (record["turn"], record["angle"], left, record["plane"])

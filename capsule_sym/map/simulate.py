@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -66,19 +67,22 @@ _backend = backend  # the parameter of `simulate` has the same name
 
 
 def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
-    allowed = f"three numbers (x_r, v_r, v_c) of size at most {_LARGEST_STATE:g}"
     try:
-        if any(isinstance(value, str | bytes | bool) for value in state):
-            raise TypeError
-        x_r, v_r, v_c = (float(value) for value in state)
+        x_r, v_r, v_c = state
+        if not type(x_r) is type(v_r) is type(v_c) is float:
+            if any(isinstance(value, str | bytes | bool) for value in (x_r, v_r, v_c)):
+                raise TypeError
+            x_r, v_r, v_c = float(x_r), float(v_r), float(v_c)
+        # NaN fails the comparisons, so it is refused here as well.
+        if abs(x_r) <= _LARGEST_STATE and abs(v_r) <= _LARGEST_STATE and abs(v_c) <= _LARGEST_STATE:
+            return x_r, v_r, v_c
     except (TypeError, ValueError, OverflowError):
-        raise InvalidInput("state", state, allowed) from None
-    # NaN fails the comparison, so it is refused here as well.
-    if not all(abs(value) <= _LARGEST_STATE for value in (x_r, v_r, v_c)):
-        raise InvalidInput("state", state, allowed)
-    return x_r, v_r, v_c
+        pass
+    allowed = f"three numbers (x_r, v_r, v_c) of size at most {_LARGEST_STATE:g}"
+    raise InvalidInput("state", state, allowed)
 
 
+@lru_cache
 def _check_scales(parameters: Parameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
     for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
@@ -104,10 +108,9 @@ def check_count(field: str, value: int) -> None:
 
 
 def _check_phase(phase: float, parameters: Parameters) -> None:
-    allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
-    if isinstance(phase, bool) or not isinstance(phase, int | float):
-        raise InvalidInput("phase", phase, allowed)
-    if not 0.0 <= phase < parameters.period:
+    real = isinstance(phase, int | float) and not isinstance(phase, bool)
+    if not (real and 0.0 <= phase < parameters.period):
+        allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
         raise InvalidInput("phase", phase, allowed)
 
 

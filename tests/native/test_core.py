@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from capsule_sym import Parameters, simulate
 from capsule_sym import _native as native
 from capsule_sym._native import core
-from capsule_sym.errors import InvalidInput
+from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map.backend import NumpyBackend, default_backend
-from capsule_sym.map.batch import final_states, parameter_rows, switches
+from capsule_sym.map.batch import final_state, final_states, parameter_rows, switches
+from capsule_sym.map.simulate import _Run
 from capsule_sym.map.trajectory import Trajectory
 
 DATA = Path(__file__).parents[1] / "judges" / "data"
@@ -164,6 +165,17 @@ def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
     assert fast.settled == reference.settled > 0
     finals = final_states(parameter_rows(parameters), state, periods=1)
     np.testing.assert_allclose(finals.states[0], fast.final[1], atol=1e-13)
+    assert final_state(parameters, state, periods=1) == tuple(finals.states[0])
+
+
+def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The core leaves this start open, and here nothing behind it decides either."""
+    monkeypatch.setattr(_Run, "_depart", lambda *_: None)
+    parameters, state = Parameters(alpha=0.0, zeta=0.0, delta=2.0), (1.0, 0.0, 0.0)
+    assert final_states(parameter_rows(parameters), state, periods=2).stopped.all()
+    for ask in (final_state, switches):
+        with pytest.raises(Stopped, match="after 0 of 2 periods"):
+            ask(parameters, state, periods=2)
 
 
 @pytest.mark.parametrize(
