@@ -218,14 +218,18 @@ static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
            p->gamma == q->gamma;
 }
 
+#ifndef CAPSULE_LANES
+#define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
+#endif
+
 /* How many lanes this processor has instructions for. */
 static int lanes_here(void)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+    if (CAPSULE_LANES >= 8 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl"))
         return 8;
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    if (CAPSULE_LANES >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
         return 4;
 #endif
     return 1;

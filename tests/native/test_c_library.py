@@ -36,7 +36,7 @@ def test_a_users_program_builds_and_runs(tmp_path: Path) -> None:
 @pytest.mark.long
 @pytest.mark.skipif(shutil.which("clang") is None or shutil.which("gcc") is None, reason="no clang")
 def test_the_test_set_is_clean_under_compilers_and_sanitizers(tmp_path: Path) -> None:
-    assert make("check", tmp_path).count("left open") == 3
+    assert make("check", tmp_path).count("left open") == 7
 
 
 PROGRAM = """
@@ -54,6 +54,13 @@ int main(void)
         rows[i] = (capsule_parameters){0.016 * (i + 1), 0.8, 0.02, 0.05, 1.5, 3.3, 1};
         capsule_map_remake(&rows[i], &map);
         states[i] = capsule_state_at(&map, 0, 0, 0, 0);
+        if (i == RUNS - 1) { /* v_c would vanish at 0.4, 0.6 and 1.6: within one expansion */
+            rows[i].alpha = 1.545210526148077;
+            rows[i].delta = 50;
+            capsule_map_remake(&rows[i], &map);
+            states[i] = capsule_state_at(&map, 0.018745324174684663, 2.111691326171904, 0.05,
+                                         2.2860990794059366);
+        }
         capsule_state alone = states[i];
         static capsule_event events[1000];
         const capsule_wish wish = {.events = events, .room = 1000};
@@ -62,11 +69,12 @@ int main(void)
         capsule_run(&map, &alone, PERIODS, &wish, &count, &open);
         printf("%zu %.9f %.9f ", count, alone.x_r, alone.v_c);
     }
-    const capsule_many many = {rows, states, stops, NULL, 0};
+    static double strobe[RUNS * (PERIODS + 1)][3];
+    const capsule_many many = {rows, states, stops, strobe, 0};
     capsule_run_many(&many, RUNS, PERIODS, &crew);
     printf("|");
     for (int i = 0; i < RUNS; i++)
-        printf(" %.9f %.9f", states[i].x_r, states[i].v_c);
+        printf(" %.9f %.9f %.9f", strobe[i * (PERIODS + 1) + 1][0], states[i].x_r, states[i].v_c);
     return 0;
 }
 """
@@ -112,6 +120,8 @@ def test_the_sound_program_counts_the_switches_of_the_reference(sound: tuple[str
         ("search.c", "positive == DEGREE - skipped", "positive >= DEGREE - skipped - 5", 0),
         ("search.c", "if (positive == count)", "if (positive > 2)", 0),
         ("lanes.h", "return (verdict){proved & ~seen,", "return (verdict){~negative(least),", 1),
+        # Several changes of sign are taken for one.
+        ("lanes.h", " & ~back;", ";", 1),
         # A rival guard is not asked whether it crossed first.
         ("lanes.h", "open = open | (both & ~above(", "open = open | (no_lanes() & ~above(", 1),
         # The bounds are those of another motion.
