@@ -42,6 +42,18 @@ def test_importing_the_package_imports_nothing_else() -> None:
     assert loaded_after("import capsule_sym") & {"sympy", "scipy", "mpmath", "numpy"} == set()
 
 
+def test_an_import_beside_numpy_takes_less_than_150_ms() -> None:
+    # Processor time: what other programs do meanwhile is not the package's.
+    code = """
+import numpy, time
+began = time.process_time()
+import capsule_sym
+from capsule_sym import Parameters, simulate
+print(time.process_time() - began)
+"""
+    assert float(python("-c", code).stdout) < 0.15
+
+
 def test_parameters_need_numpy_alone() -> None:
     loaded = loaded_after("from capsule_sym import Parameters; Parameters()")
     assert loaded & {"sympy", "scipy", "mpmath", "numpy"} == {"numpy"}

@@ -45,6 +45,15 @@ cdef extern from "capsule.h" nogil:
                              size_t *, capsule_outcome *)
     capsule_stop capsule_steady(const capsule_map *, capsule_state *, int64_t, double,
                                 capsule_event *, size_t, capsule_motion *, capsule_outcome *)
+    ctypedef struct capsule_many:
+        const capsule_parameters *parameters
+        capsule_state *states
+        int8_t *stops
+        void *strobe
+        int position
+    ctypedef struct capsule_crew:
+        pass
+    void capsule_run_many(const capsule_many *, size_t, int64_t, capsule_crew *)
     const char *capsule_digest()
 
 OUTCOMES = ("regular", "graze", "corner", "sliding-tangency", "never", "undecided", "end")
@@ -104,6 +113,12 @@ cdef class Map:
 
     def __dealloc__(self):
         free(self.map)
+
+    def remake(self, double alpha, double omega, double delta, double zeta, double beta,
+               double gamma, double f_b):
+        """Makes this the map at other parameters; quick where omega, zeta, beta, gamma stay."""
+        cdef capsule_parameters parameters = [alpha, omega, delta, zeta, beta, gamma, f_b]
+        capsule_map_remake(&parameters, self.map)
 
     def state_at(self, double x_r, double v_r, double v_c, double angle):
         """The state record to start from."""
@@ -257,29 +272,19 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     the ends of the periods.
     """
     cdef char[::1] at = states.view("i1")
-    cdef capsule_state *records = <capsule_state *> &at[0]
-    cdef Py_ssize_t i, count = len(states)
-    cdef size_t written
-    cdef capsule_outcome open_
-    cdef capsule_wish wish
-    wish.strobe = NULL
-    wish.segments = NULL
-    wish.events = NULL
-    wish.room = 0
-    wish.position = position
-    cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
-    if work is NULL:
+    cdef size_t count = len(states)
+    cdef capsule_many many
+    cdef capsule_crew *crew = <capsule_crew *> malloc(sizeof(capsule_crew))
+    if crew is NULL:
         raise MemoryError()
+    many.parameters = <const capsule_parameters *> &parameters[0, 0]
+    many.states = <capsule_state *> &at[0]
+    many.stops = &stops[0]
+    many.strobe = NULL if strobe is None else <void *> &strobe[0, 0, 0]
+    many.position = position
     with nogil:
-        for i in range(count):
-            if i == 0:
-                capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
-            else:
-                capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
-            if strobe is not None:
-                wish.strobe = &strobe[i, 0, 0]
-            stops[i] = <int8_t> capsule_run(work, &records[i], periods, &wish, &written, &open_)
-    free(work)
+        capsule_run_many(&many, count, periods, crew)
+    free(crew)
 
 
 def steady_many(const double[:, ::1] parameters, states, int64_t periods, double tolerance,

@@ -13,8 +13,8 @@
 
 #include "capsule_kernels.h"
 
-#define CAPSULE_TERMS 24  /* Taylor coefficients that a state is evaluated from */
-#define CAPSULE_DEGREE 12 /* of the polynomials that bound a guard from below and above */
+#define CAPSULE_TERMS 18 /* coefficients that a state is evaluated from */
+#define CAPSULE_DEGREE 8 /* of the polynomials that bound a guard from below and above */
 #define CAPSULE_LONGEST 16 /* excitation periods of the longest periodic motion looked for */
 #define CAPSULE_REACH 2.0 /* length of an expansion, over the fastest rate of the segment */
 
@@ -26,15 +26,15 @@ typedef struct {
    unit force, a unit velocity and the forcing's cosine and sine. The time unit is `reach`. */
 typedef struct {
     double reach, root_K;
-    double x_whole[4], v_whole[4];       /* x_r(1) - x_r(0) and v_r(1) */
+    double x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */
     double x[4][CAPSULE_TERMS];          /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
-    double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients 1 to 12 of the same */
+    double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients, from number 1 */
     double second_form[4][CAPSULE_DEGREE]; /* of P - P(0), in drift of v_c - v_c(0) - margin s */
     double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */
-    double x_tail[4], second_tail[4];               /* of degree 13 and more at s = 1 */
+    double x_tail[4], second_tail[4];               /* what they leave out, over s^3 */
     double x_range[4], second_range[4];             /* the largest of each form */
     double x_bend[4], second_bend[4];               /* bounds on second derivatives in s */
-    double from_position[CAPSULE_TERMS], from_rate[CAPSULE_TERMS]; /* x to P or v_c, by term */
+    double from_position[CAPSULE_TERMS + 1], from_rate[CAPSULE_TERMS + 1]; /* x to P or v_c, by term */
 } capsule_table;
 
 /* Constants of all fields at one parameter set; read-only once made. */
@@ -116,6 +116,35 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_wish *wish, size_t *written, capsule_outcome *open);
 
+/* Many runs, side by side. */
+typedef struct {
+    const capsule_parameters *parameters; /* of each run */
+    capsule_state *states;                /* where each starts, and where it came to */
+    int8_t *stops;                        /* why each came back, a capsule_stop */
+    double (*strobe)[3];                  /* periods + 1 rows a run, or null; as in a wish */
+    int position;                         /* whether x_c is followed */
+} capsule_many;
+
+#define CAPSULE_CREW 128  /* runs in hand at a time */
+#define CAPSULE_LEVELS 4  /* lengths of expansions, each half of the one before */
+#define CAPSULE_CREW_NUMBERS 24
+
+/* Work space of `capsule_run_many`, some 120 kB; nothing in it is kept between calls. */
+typedef struct {
+    capsule_map map;
+    capsule_table table[4 * CAPSULE_LEVELS];
+    double reach[4], number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][30];
+    capsule_state start[CAPSULE_CREW];
+    size_t row[CAPSULE_CREW];
+    int64_t turn[CAPSULE_CREW];
+    int8_t flow[CAPSULE_CREW], key[CAPSULE_CREW];
+    int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_CREW], idle[CAPSULE_CREW];
+    int waiting[4 * CAPSULE_LEVELS + 4], idlers;
+} capsule_crew;
+
+/* Takes `count` runs to the end of period `periods`, as `capsule_run` does one; fastest where
+   neighbouring runs share omega, zeta, beta and gamma. */
+void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew);
 /* The motion that a run has come to. */
 typedef struct {
     double advance;   /* of x_c over one period of the motion */

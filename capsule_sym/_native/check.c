@@ -1,5 +1,6 @@
 /* Runs over a wide set of parameters and starts, for compilers' checks and sanitizers: every run
-   ends or says what is open, keeps its state finite, and gives the same with and without a pause. */
+   ends or says what is open, keeps its state finite, and gives the same with and without a pause,
+   alone and side by side with others. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -21,6 +22,60 @@ static int failed(const char *what, const capsule_parameters *p)
     return 1;
 }
 
+static capsule_parameters any_parameters(int i)
+{
+    capsule_parameters p;
+    p.alpha = uniform(0, 3);
+    p.omega = exp(uniform(-2, 2));
+    p.delta = i % 5 ? uniform(0, 1) : 0;
+    p.zeta = i % 3 ? uniform(0, 2) : 0;
+    p.beta = exp(uniform(-3, 6));
+    p.gamma = exp(uniform(-2, 2));
+    p.f_b = uniform(0.1, 2);
+    return p;
+}
+
+/* Runs that share their flows, side by side and one by one. */
+static int side_by_side(int i)
+{
+    enum { RUNS = 40, PERIODS = 2 };
+    static capsule_crew crew;
+    static capsule_map map;
+    static double strobe[RUNS * (PERIODS + 1)][3];
+    capsule_parameters rows[RUNS];
+    capsule_state starts[RUNS], states[RUNS];
+    int8_t stops[RUNS];
+    for (int k = 0; k < RUNS; k++) {
+        rows[k] = k ? rows[0] : any_parameters(i);
+        rows[k].alpha = uniform(0, 3);
+        rows[k].delta = k % 5 ? uniform(0, 1) : 0;
+        rows[k].f_b = uniform(0.1, 2);
+        const double x_r = k % 7 ? uniform(-1, 1) : rows[k].delta, v_r = uniform(-1, 1);
+        const double v_c = k % 2 ? uniform(-1, 1) : 0.0;
+        capsule_map_remake(&rows[k], &map);
+        states[k] = starts[k] = capsule_state_at(&map, x_r, v_r, v_c, 0.157 * k);
+    }
+    const capsule_many many = {rows, states, stops, strobe, 1};
+    capsule_run_many(&many, RUNS, PERIODS, &crew);
+    for (int k = 0; k < RUNS; k++) {
+        const capsule_wish wish = {.position = 1};
+        capsule_outcome open;
+        size_t count;
+        capsule_map_remake(&rows[k], &map);
+        if (stops[k] != (int8_t)capsule_run(&map, &starts[k], PERIODS, &wish, &count, &open))
+            return failed("side by side a run stops otherwise", &rows[k]);
+        if (!isfinite(states[k].x_r + states[k].v_r + states[k].v_c + states[k].position))
+            return failed("not finite side by side", &rows[k]);
+        if (rows[k].beta < 20 && rows[k].zeta > 0.05 &&
+            fabs(states[k].x_r - starts[k].x_r) + fabs(states[k].v_c - starts[k].v_c) > 1e-8)
+            return failed("side by side a run goes elsewhere", &rows[k]);
+        if (stops[k] == CAPSULE_DONE &&
+            memcmp(&strobe[k * (PERIODS + 1) + PERIODS][0], &states[k].x_r, sizeof(double)) != 0)
+            return failed("the last stroboscopic state is not the final one", &rows[k]);
+    }
+    return 0;
+}
+
 int main(void)
 {
     enum { RUNS = 3000, PERIODS = 10, ROOM = 7 };
@@ -28,17 +83,11 @@ int main(void)
     static double strobe[PERIODS + 1][3];
     long segments = 0, open_runs = 0;
     for (int i = 0; i < RUNS; i++) {
-        const capsule_parameters p = {uniform(0, 3),
-                                      exp(uniform(-2, 2)),
-                                      i % 5 ? uniform(0, 1) : 0,
-                                      i % 3 ? uniform(0, 2) : 0,
-                                      exp(uniform(-3, 6)),
-                                      exp(uniform(-2, 2)),
-                                      uniform(0.1, 2)};
+        const capsule_parameters p = any_parameters(i);
         const double v_c = i % 2 ? uniform(-1, 1) : 0.0;
         capsule_map_remake(&p, &map);
-        capsule_state once = capsule_state_at(&map, i % 7 ? uniform(-1, 1) : p.delta,
-                                              uniform(-1, 1), v_c, uniform(0, 6.28));
+        const double x_r = i % 7 ? uniform(-1, 1) : p.delta, v_r = uniform(-1, 1);
+        capsule_state once = capsule_state_at(&map, x_r, v_r, v_c, uniform(0, 6.28));
         capsule_state paused = once;
         capsule_segment buffer[ROOM];
         capsule_outcome open;
@@ -52,13 +101,17 @@ int main(void)
             segments += (long)count;
         } while (stop == CAPSULE_FULL);
         open_runs += stop == CAPSULE_OPEN;
-        if (stop != end || once.turn != paused.turn || (p.beta < 20 && p.zeta > 0.05 && fabs(once.x_r - paused.x_r) > 1e-6))
+        if (stop != end || once.turn != paused.turn ||
+            (p.beta < 20 && p.zeta > 0.05 && fabs(once.x_r - paused.x_r) > 1e-6))
             return failed("a pause changes the run", &p);
         if (!isfinite(once.x_r + once.v_r + once.v_c + once.position))
             return failed("not finite", &p);
         if (end == CAPSULE_DONE && memcmp(strobe[PERIODS], &once.x_r, sizeof(double)) != 0)
             return failed("the last stroboscopic state is not the final one", &p);
     }
+    for (int i = 0; i < 150; i++)
+        if (side_by_side(i))
+            return 1;
     printf("%d runs, %ld segments, %ld left open\n", RUNS, segments, open_runs);
     return open_runs > RUNS / 100;
 }

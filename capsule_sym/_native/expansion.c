@@ -1,8 +1,7 @@
 /* Expansions of a motion: certain bounds for its guards, and all digits for its states.
 
    x_r(s) - x_r(0) is a combination of four tabulated responses; P and v_c follow term by term.
-   The same coefficients serve to bound (the first 12, with the rest as remainder) and to evaluate
-   (all 24, whose remainder is below rounding), and small durations lose no digits, because the
+   The same coefficients serve to bound (in a low degree) and to evaluate (in one whose error is below rounding), and small durations lose no digits, because the
    value at the start is never part of the sum.
 
    Errors of the instant an expansion stands at obey the segment's free motion, whose energy never
@@ -14,7 +13,7 @@
 
 #define TWO_PI 6.283185307179586
 #define TWO_PI_REST 2.4492935982947064e-16
-#define GUARD_TERMS (TERMS + 4)
+#define GUARD_TERMS (POLYNOMIAL + 4)
 #define UNDERFLOW 1e-290 /* more than all that is lost below the normal range */
 
 static inline double dot(const double *a, const double *b)
@@ -63,11 +62,13 @@ void expand(const capsule_constants *c, const capsule_table *t, const stand *fro
         e->second_rounding += ((1.0 + c->kappa) / t->root_K + 2.0 * c->zeta) * from->energy_error;
 }
 
-void coefficients(const capsule_table *t, const expansion *e, double x[TERMS])
+void coefficients(const capsule_table *t, const expansion *e, double x[POLYNOMIAL])
 {
     for (int n = 0; n < TERMS; n++)
         x[n] = (e->u[0] * t->x[0][n] + e->u[1] * t->x[1][n]) +
                (e->u[2] * t->x[2][n] + e->u[3] * t->x[3][n]);
+    for (int n = TERMS; n < POLYNOMIAL; n++)
+        x[n] = 0.0;
 }
 
 /* A guard's first value and the factor that its polynomial comes with. */
@@ -114,14 +115,14 @@ finding examine(const capsule_constants *c, const capsule_table *t, const stand 
     return search(form, first, zeros, rounding, tail, thin);
 }
 
-/* Value and derivative of sum a[n] s^n, n < TERMS; four interleaved Horner schemes. */
+/* Value and derivative of sum a[n] s^n, n < POLYNOMIAL; four interleaved Horner schemes. */
 static inline void polynomial(const double *a, double s, double *value, double *slope)
 {
     const double s2 = s * s, s4 = s2 * s2;
     double p[4], d[4] = {0.0, 0.0, 0.0, 0.0};
     for (int l = 0; l < 4; l++)
-        p[l] = a[TERMS - 4 + l];
-    for (int n = TERMS - 8; n >= 0; n -= 4)
+        p[l] = a[POLYNOMIAL - 4 + l];
+    for (int n = POLYNOMIAL - 8; n >= 0; n -= 4)
         for (int l = 0; l < 4; l++) {
             d[l] = d[l] * s4 + p[l];
             p[l] = p[l] * s4 + a[n + l];
@@ -133,21 +134,20 @@ static inline void polynomial(const double *a, double s, double *value, double *
 
 /* Coefficients of P or v_c, from number 1; number 1 of v_c without the margin's part. */
 static inline void second_terms(const capsule_constants *c, const capsule_table *t,
-                                const double x[TERMS], double factor, double *out)
+                                const double x[POLYNOMIAL], double factor, double *out)
 {
     if (c->drift != 0.0) {
         out[0] = 0.0;
-        for (int n = 1; n < TERMS; n++)
+        for (int n = 1; n <= TERMS; n++)
             out[n] = factor * (t->from_position[n] * x[n - 1] + t->from_rate[n] * x[n]);
         return;
     }
-    for (int n = 0; n < TERMS - 1; n++)
+    for (int n = 0; n < TERMS; n++)
         out[n] = factor * (t->from_position[n] * x[n] + t->from_rate[n] * x[n + 1]);
-    out[TERMS - 1] = factor * t->from_position[TERMS - 1] * x[TERMS - 1];
 }
 
 root polish(const capsule_constants *c, const capsule_table *t, const stand *from,
-            const expansion *e, const double x[TERMS], guard_name guard, finding where,
+            const expansion *e, const double x[POLYNOMIAL], guard_name guard, finding where,
             double guess)
 {
     const int zeros = from->at.zeros[guard];
@@ -161,6 +161,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     if (guard == DRIFT)
         terms[1] = factor * e->slope;
     double low = where.from, high = where.to, value, slope;
+    const double bend = dot(guard == GAP ? t->x_bend : t->second_bend, e->size);
     double s = guess > low && guess < high ? guess : 0.5 * (low + high);
     root r = {0, s, INFINITY};
     for (int n = 0; n < 200; n++) {
@@ -170,7 +171,8 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
         else
             high = s;
         double step = -value / slope;
-        if (fabs(step) <= 0x1p-26 * s) {
+        if (fabs(step) <= 0x1p-26 * s ||
+            step * step * bend <= UNIT * s * fabs(slope) * (zeros ? s : 1.0) * (zeros > 1 ? s : 1.0)) {
             r.s = s + step;
             break;
         }
@@ -184,7 +186,6 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
     }
     /* Simple: |g'| keeps half its size as far as `far` either way, for |g''| <= bend; and there
        the bounds that were counted, at most twice `gap` apart, have their one crossing each. */
-    const double *bends = guard == GAP ? t->x_bend : t->second_bend;
     const double *tails = guard == GAP ? t->x_tail : t->second_tail;
     double power = 1.0, reach = lesser(1.0, 2.0 * s), tail = dot(tails, e->size), gap;
     double steepness = -slope;
@@ -193,9 +194,8 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
         power *= reach;
     }
     const double rounding = (guard == GAP ? e->x_rounding : e->second_rounding) * power;
-    const double r2 = reach * reach, r4 = r2 * r2;
-    gap = 1.5 * rounding + tail * r4 * r4 * r4;
-    const double bend = dot(bends, e->size);
+    const double r2 = reach * reach;
+    gap = 1.5 * rounding + tail * r2 * reach;
     const double far = lesser(0.5 * steepness / bend, s);
     r.certain = steepness > 0.0 && 0.5 * steepness * far > 2.0 * gap;
     r.error = 2.0 * rounding / steepness + 4.0 * UNIT * s;
@@ -203,7 +203,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
 }
 
 void evaluate(const capsule_constants *c, const capsule_table *t, const stand *from,
-              const expansion *e, const double x[TERMS], double s, int stops, int advance,
+              const expansion *e, const double x[POLYNOMIAL], double s, int stops, int advance,
               point *out)
 {
     const departure *d = &from->at;
@@ -240,7 +240,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     if (c->drift == 0.0)
         return;
     const int is_short = c->rate * h < 1.0;
-    double terms[TERMS];
+    double terms[POLYNOMIAL] = {0};
     if (stops && !advance)
         return;
     if (is_short) {
@@ -256,7 +256,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     if (!advance)
         return;
     if (is_short) {
-        for (int n = 0; n < TERMS; n++)
+        for (int n = 0; n <= TERMS; n++)
             terms[n] /= n + 2;
         polynomial(terms, s, &value, &slope);
         out->advance = h * (d->v_c + 0.5 * d->margin * h / c->gamma + s * value);

@@ -38,17 +38,17 @@ typedef struct {
 } root;
 
 /* Coefficients of s, s^2, ... of x_r(s) - x_r(0). */
-void coefficients(const capsule_table *t, const expansion *e, double x[TERMS]);
+void coefficients(const capsule_table *t, const expansion *e, double x[POLYNOMIAL]);
 
 /* The root in an interval of a finding of kind CROSSING, sought from `guess`. */
 root polish(const capsule_constants *c, const capsule_table *t, const stand *from,
-            const expansion *e, const double x[TERMS], guard_name guard, finding where,
+            const expansion *e, const double x[POLYNOMIAL], guard_name guard, finding where,
             double guess);
 
 /* The motion at s, from its coefficients, or with x null at s = 1. v_c only if it does not vanish
    there, and x_c's advance only if asked for. */
 void evaluate(const capsule_constants *c, const capsule_table *t, const stand *from,
-              const expansion *e, const double x[TERMS], double s, int stops, int advance,
+              const expansion *e, const double x[POLYNOMIAL], double s, int stops, int advance,
               point *out);
 
 /* Error bounds at a later instant of the same segment. */

@@ -7,6 +7,7 @@
 #define UNIT 0x1p-53 /* unit roundoff */
 #define TERMS CAPSULE_TERMS
 #define DEGREE CAPSULE_DEGREE
+#define POLYNOMIAL 20 /* room for the coefficients of a guard, a multiple of four */
 
 static inline double lesser(double a, double b)
 {
@@ -33,6 +34,10 @@ typedef struct {
 int depart(const capsule_map *map, const capsule_state *state, double cosine, double sine,
            departure *out);
 
+/* Tables of the four linear flows, by contact and drift; of each, with expansions of the whole
+   reach, half of it and so on. */
+void capsule_tables_make(const capsule_map *map, int levels, capsule_table *table);
+
 /* What bounds prove of a guard on [0, 1], in units of the expansion's reach. */
 typedef struct {
     enum { CLEAR, CROSSING, VAGUE } kind;
@@ -42,7 +47,7 @@ typedef struct {
 } finding;
 
 /* From the Bernstein coefficients 1 to DEGREE of g(s) - first, the first value, how many leading
-   derivatives of g vanish, and bounds on the error: rounding s^zeros at s, and tail s^13. `thin`
+   derivatives of g vanish, and bounds on the error: rounding s^zeros at s, and tail s^3. `thin`
    asks for a crossing in an interval no wider than that. */
 finding search(const double *form, double first, int zeros, double rounding, double tail,
                double thin);

@@ -185,7 +185,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
             return;
         }
         expansion e;
-        double x[TERMS];
+        double x[POLYNOMIAL];
         finding found[3];
         crossing first = {NONE, {0, 0.0, 0.0}};
         int corner = 0, crossings = 0;

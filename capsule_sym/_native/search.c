@@ -8,18 +8,18 @@
 
    A guard that vanishes at the start is divided by s^zeros, which in Bernstein form multiplies
    coefficient j by positive numbers and drops the first `zeros`; rounding errors of those guards
-   vanish like s^zeros as well. The remainder is at most tail s^13 <= tail s^12, whose only
-   coefficient is the last. */
+   vanish like s^zeros as well. The remainder is at most tail s^3. */
 #include <math.h>
 
 #include "internal.h"
 
-/* s and s^2 in Bernstein form. */
-#define W1(j) ((j) / 12.0)
-#define W2(j) ((j) * ((j)-1) / 132.0)
-#define ROW(W) {W(1), W(2), W(3), W(4), W(5), W(6), W(7), W(8), W(9), W(10), W(11), W(12)}
+/* 1, s, s^2 and s^3 in Bernstein form. */
 #define W0(j) 1.0
-static const double WEIGHT[3][DEGREE] = {ROW(W0), ROW(W1), ROW(W2)};
+#define W1(j) ((j) / 8.0)
+#define W2(j) ((j) * ((j)-1) / 56.0)
+#define W3(j) ((j) * ((j)-1) * ((j)-2) / 336.0)
+#define ROW(W) {W(1), W(2), W(3), W(4), W(5), W(6), W(7), W(8)}
+static const double WEIGHT[4][DEGREE] = {ROW(W0), ROW(W1), ROW(W2), ROW(W3)};
 
 #define HALVINGS 10      /* an interval away from the start is left open after so many */
 #define DEEPEST 50       /* an interval at the start is */
@@ -41,7 +41,7 @@ static int crosses_once(const double *lower, const double *upper, int count, dou
         return 0;
     if (i < count)
         *near = (i - 1 + lower[i - 1] / (lower[i - 1] - lower[i])) / (count - 1);
-    while (i < count && upper[i] >= 0.0)
+    while (i < count && lower[i] <= 0.0 && upper[i] >= 0.0)
         i++;
     if (i == count)
         return 0;
@@ -74,10 +74,12 @@ static finding bisect(const double *form, double first, int zeros, double roundi
         whole->lower[i] = (j == 0 ? first : zeros ? form[j - 1] : first + form[j - 1]) / weight;
         largest = greater(largest, fabs(whole->lower[i]));
     }
-    /* At most DEEPEST halvings of 12 means each, and the divisions above. */
+    /* At most DEEPEST halvings of DEGREE means each, and the divisions above. */
     const double slack = rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest;
     for (int i = 0; i < count; i++) {
-        const double error = i == count - 1 ? slack + tail : slack;
+        const int j = i + zeros;
+        const double error =
+            j == 0 ? slack : slack + 1.0001 * tail * WEIGHT[3][j - 1] / WEIGHT[zeros][j - 1];
         whole->upper[i] = whole->lower[i] + error;
         whole->lower[i] -= error;
     }
@@ -112,20 +114,19 @@ finding search(const double *form, double first, int zeros, double rounding, dou
     const double *weight = WEIGHT[zeros];
     const double base = zeros ? 0.0 : first;
     int positive = 0;
-    for (int j = 0; j < DEGREE - 1; j++)
-        positive += form[j] > rounding * weight[j] - base;
+    for (int j = 0; j < DEGREE; j++)
+        positive += form[j] > rounding * weight[j] + tail * WEIGHT[3][j] - base;
     const int skipped = zeros == 2; /* coefficient 1 of s^2 is 0 */
     const int begins = zeros || first > rounding;
-    if (begins && positive == DEGREE - 1 - skipped && form[DEGREE - 1] > rounding + tail - base)
+    if (begins && positive == DEGREE - skipped)
         return (finding){CLEAR, 1.0, 1.0, 1.0};
     if (begins && thin >= 1.0) {
         double lower[DEGREE], upper[DEGREE], near = 1.0;
         for (int j = 0; j < DEGREE; j++) {
-            lower[j] = base + form[j] - rounding * weight[j];
-            upper[j] = base + form[j] + rounding * weight[j];
+            const double error = rounding * weight[j] + tail * WEIGHT[3][j];
+            lower[j] = base + form[j] - error;
+            upper[j] = base + form[j] + error;
         }
-        lower[DEGREE - 1] -= tail;
-        upper[DEGREE - 1] += tail;
         if (crosses_once(lower + skipped, upper + skipped, DEGREE - skipped, &near))
             return (finding){CROSSING, 0.0, 1.0, near};
     }

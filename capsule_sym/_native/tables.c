@@ -12,30 +12,51 @@
 
 #include "internal.h"
 
-/* Bernstein coefficient j of s^i in degree 12: C(j, i)/C(12, i). */
-static const double BERNSTEIN[DEGREE][DEGREE] = {
-    {1.0 / 12.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {2.0 / 12.0, 1.0 / 66.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {3.0 / 12.0, 3.0 / 66.0, 1.0 / 220.0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {4.0 / 12.0, 6.0 / 66.0, 4.0 / 220.0, 1.0 / 495.0, 0, 0, 0, 0, 0, 0, 0, 0},
-    {5.0 / 12.0, 10.0 / 66.0, 10.0 / 220.0, 5.0 / 495.0, 1.0 / 792.0, 0, 0, 0, 0, 0, 0, 0},
-    {6.0 / 12.0, 15.0 / 66.0, 20.0 / 220.0, 15.0 / 495.0, 6.0 / 792.0, 1.0 / 924.0, 0, 0, 0, 0, 0,
-     0},
-    {7.0 / 12.0, 21.0 / 66.0, 35.0 / 220.0, 35.0 / 495.0, 21.0 / 792.0, 7.0 / 924.0, 1.0 / 792.0, 0,
-     0, 0, 0, 0},
-    {8.0 / 12.0, 28.0 / 66.0, 56.0 / 220.0, 70.0 / 495.0, 56.0 / 792.0, 28.0 / 924.0, 8.0 / 792.0,
-     1.0 / 495.0, 0, 0, 0, 0},
-    {9.0 / 12.0, 36.0 / 66.0, 84.0 / 220.0, 126.0 / 495.0, 126.0 / 792.0, 84.0 / 924.0, 36.0 /
-     792.0, 9.0 / 495.0, 1.0 / 220.0, 0, 0, 0},
-    {10.0 / 12.0, 45.0 / 66.0, 120.0 / 220.0, 210.0 / 495.0, 252.0 / 792.0, 210.0 / 924.0, 120.0 /
-     792.0, 45.0 / 495.0, 10.0 / 220.0, 1.0 / 66.0, 0, 0},
-    {11.0 / 12.0, 55.0 / 66.0, 165.0 / 220.0, 330.0 / 495.0, 462.0 / 792.0, 462.0 / 924.0, 330.0 /
-     792.0, 165.0 / 495.0, 55.0 / 220.0, 11.0 / 66.0, 1.0 / 12.0, 0},
-    {12.0 / 12.0, 66.0 / 66.0, 220.0 / 220.0, 495.0 / 495.0, 792.0 / 792.0, 924.0 / 924.0, 792.0 /
-     792.0, 495.0 / 495.0, 220.0 / 220.0, 66.0 / 66.0, 12.0 / 12.0, 1.0 / 1.0},
-};
+#define FULL 26 /* terms of the Taylor series that the tables are made from */
 
-/* Coefficients n = 0 .. TERMS + 1 of a response in powers of s, and their magnitudes: what the
+/* Changes of basis: of Chebyshev polynomials of degree k on [0, 1], and of s^i in Bernstein form. */
+typedef struct {
+    double chebyshev[FULL - 2][FULL - 2], bernstein[DEGREE + 1][DEGREE + 1];
+} bases;
+
+static void bases_make(bases *b)
+{
+    memset(b, 0, sizeof *b);
+    b->chebyshev[0][0] = 1.0;
+    b->chebyshev[1][0] = -1.0, b->chebyshev[1][1] = 2.0;
+    for (int k = 2; k < FULL - 2; k++) { /* whole numbers below 2^53 */
+        const double *one = b->chebyshev[k - 1], *two = b->chebyshev[k - 2];
+        b->chebyshev[k][0] = -2.0 * one[0] - two[0];
+        for (int i = 1; i <= k; i++)
+            b->chebyshev[k][i] = 4.0 * one[i - 1] - 2.0 * one[i] - two[i];
+    }
+    for (int j = 0; j <= DEGREE; j++) {
+        b->bernstein[j][0] = 1.0;
+        for (int i = 1; i <= j; i++)
+            b->bernstein[j][i] = b->bernstein[j][i - 1] * (j - i + 1) / (DEGREE - i + 1);
+    }
+}
+
+/* Lowers the degree of four polynomials sum a[n] s^n from `from` to `to` with the least error, by
+   multiples of s^3 times Chebyshev polynomials: adds to `change` and `bend` by how much at most,
+   over s^3, their values and their derivatives change. */
+static void economize(const bases *b, double (*a)[4], int from, int to, double *change,
+                      double *bend)
+{
+    for (int k = from - 3; k > to - 3; k--) {
+        double part[4];
+        for (int m = 0; m < 4; m++) {
+            part[m] = a[k + 3][m] / b->chebyshev[k][k];
+            change[m] += 1.0001 * fabs(part[m]);
+            bend[m] += 1.0001 * fabs(part[m]) * (3 + 2 * k * k);
+        }
+        for (int i = 0; i <= k; i++)
+            for (int m = 0; m < 4; m++)
+                a[i + 3][m] -= part[m] * b->chebyshev[k][i];
+    }
+}
+
+/* Coefficients n = 0 .. FULL + 1 of a response in powers of s, and their magnitudes: what the
    recurrence adds up without the signs. Coefficient n is computed within 5 n roundings of it. */
 static void response(const capsule_constants *c, double reach, int which, double *phi, double *size)
 {
@@ -46,7 +67,7 @@ static void response(const capsule_constants *c, double reach, int which, double
     const int parity = which == 3;
     phi[0] = size[0] = 0.0;
     phi[1] = size[1] = which == 1 ? reach : 0.0;
-    for (int n = 0; n < TERMS; n++) {
+    for (int n = 0; n < FULL; n++) {
         const double pair = (n + 1) * (n + 2);
         double drive = 0.0;
         if (n % 2 == parity) {
@@ -58,81 +79,107 @@ static void response(const capsule_constants *c, double reach, int which, double
     }
 }
 
-/* Bound on the Taylor remainder of a response after coefficient TERMS at s = 1. With
-   y = phi^(TERMS), sqrt(y'^2 + K y^2) grows at most by the drive's derivative per unit of time. */
+/* Bound on the Taylor remainder of a response after coefficient FULL at s = 1. With
+   y = phi^(FULL), sqrt(y'^2 + K y^2) grows at most by the drive's derivative per unit of time. */
 static double remainder_of(const capsule_constants *c, double reach, int which, const double *phi)
 {
     double scale = 1.0, drive = which == 2 ? 1.0 : which == 3 ? reach : 0.0;
-    for (int n = 1; n <= TERMS + 1; n++) /* reach^(TERMS + 1) omega^TERMS/(TERMS + 1)! */
-        scale *= (n <= TERMS - (which == 3) ? c->omega : 1.0) * reach / n;
-    const double last = phi[TERMS + 1], before = phi[TERMS] * sqrt(c->K) * reach / (TERMS + 1);
-    /* For B the drive's derivative is omega^(TERMS - 1). */
+    for (int n = 1; n <= FULL + 1; n++) /* reach^(FULL + 1) omega^FULL/(FULL + 1)! */
+        scale *= (n <= FULL - (which == 3) ? c->omega : 1.0) * reach / n;
+    const double last = phi[FULL + 1], before = phi[FULL] * sqrt(c->K) * reach / (FULL + 1);
+    /* For B the drive's derivative is omega^(FULL - 1). */
     const double grown = which == 3 ? scale * reach : drive * scale * reach;
     return 1.0001 * (hypot(last, before) + grown);
 }
 
-static void table_of(const capsule_constants *c, capsule_table *t)
+static void table_make(const bases *b, const capsule_constants *c, double part, capsule_table *t)
 {
     memset(t, 0, sizeof *t);
-    t->reach = CAPSULE_REACH / c->rate;
+    t->reach = part * CAPSULE_REACH / c->rate;
     t->root_K = sqrt(c->K);
     /* P - P(0) = (1 + kappa) x + 2 zeta (v - v(0)), and gamma v_c' = P - friction. */
+    const int drift = c->drift != 0.0;
     const double share = 1.0 + c->kappa, damper = 2.0 * c->zeta / t->reach;
-    for (int n = 1; n <= TERMS; n++) {
-        if (c->drift != 0.0) {
-            t->from_position[n - 1] = n > 1 ? share * t->reach / (c->gamma * n) : 0.0;
-            t->from_rate[n - 1] = n > 1 ? 2.0 * c->zeta / c->gamma : 0.0;
-        } else {
-            t->from_position[n - 1] = share;
-            t->from_rate[n - 1] = n < TERMS ? damper * (n + 1) : 0.0;
-        }
+    double by[FULL + 1], rate[FULL + 1];
+    for (int n = 1; n <= FULL; n++) {
+        by[n] = !drift ? share : n > 1 ? share * t->reach / (c->gamma * n) : 0.0;
+        rate[n] = !drift ? damper * (n + 1) : n > 1 ? 2.0 * c->zeta / c->gamma : 0.0;
     }
+    for (int n = 1; n <= TERMS + 1; n++) {
+        t->from_position[n - 1] = by[n];
+        t->from_rate[n - 1] = rate[n];
+    }
+    double x[FULL + 2][4], second[TERMS + 2][4] = {{0}}, rest[4];
     for (int k = 0; k < 4; k++) {
-        double phi[TERMS + 2], size[TERMS + 2];
+        double phi[FULL + 2], size[FULL + 2];
         response(c, t->reach, k, phi, size);
-        const double rest = remainder_of(c, t->reach, k, phi);
-        t->x_error[k] = rest;
-        t->v_error[k] = (TERMS + 1) * rest / t->reach;
-        t->second_error[k] = c->drift != 0.0
-                                 ? (share * t->reach + 2.0 * c->zeta) / c->gamma * rest
-                                 : share * rest + 2.0 * c->zeta * t->v_error[k];
-        t->x_tail[k] = t->x_error[k];
-        t->second_tail[k] = t->second_error[k];
-        for (int n = 1; n <= TERMS; n++) {
+        rest[k] = remainder_of(c, t->reach, k, phi);
+        for (int n = 0; n <= FULL; n++)
+            x[n][k] = phi[n];
+        for (int n = 1; n <= FULL; n++) {
             const double units = (5 * n + 32) * UNIT;
-            const double second =
-                c->drift != 0.0
-                    ? t->from_position[n - 1] * phi[n - 1] + t->from_rate[n - 1] * phi[n]
-                    : t->from_position[n - 1] * phi[n] + t->from_rate[n - 1] * phi[n + 1];
-            const double second_size =
-                c->drift != 0.0
-                    ? t->from_position[n - 1] * size[n - 1] + t->from_rate[n - 1] * size[n]
-                    : t->from_position[n - 1] * size[n] + t->from_rate[n - 1] * size[n + 1];
-            t->x[k][n - 1] = phi[n];
-            t->x_whole[k] += phi[n];
-            t->v_whole[k] += n * phi[n] / t->reach;
+            const double second_size = by[n] * size[n - drift] + rate[n] * size[n + 1 - drift];
             t->x_error[k] += units * size[n];
             t->v_error[k] += units * n * size[n] / t->reach;
             t->second_error[k] += units * second_size;
             t->x_bend[k] += n * (n - 1) * size[n];
             t->second_bend[k] += n * (n - 1) * second_size;
-            if (n > DEGREE) {
-                t->x_tail[k] += 1.0001 * fabs(phi[n]);
-                t->second_tail[k] += 1.0001 * fabs(second);
-                continue;
-            }
-            for (int j = 1; j <= DEGREE; j++) {
-                t->x_form[k][j - 1] += BERNSTEIN[j - 1][n - 1] * phi[n];
-                t->second_form[k][j - 1] += BERNSTEIN[j - 1][n - 1] * second;
-            }
         }
-        for (int j = 0; j < DEGREE; j++) {
-            t->x_range[k] = greater(t->x_range[k], 1.0001 * fabs(t->x_form[k][j]));
-            t->second_range[k] = greater(t->second_range[k], 1.0001 * fabs(t->second_form[k][j]));
-        }
-        t->x_bend[k] += (TERMS + 1) * TERMS * rest;
-        t->second_bend[k] += (TERMS + 1) * TERMS * t->second_error[k];
     }
+    double change[4] = {0}, bend[4] = {0}, tail[4] = {0}, unused[4] = {0};
+    economize(b, x, FULL, TERMS, change, bend);
+    for (int n = 1; n <= TERMS + drift; n++)
+        for (int k = 0; k < 4; k++) {
+            const double last = n - drift < TERMS ? x[n + 1 - drift][k] : 0.0;
+            second[n][k] = by[n] * x[n - drift][k] + rate[n] * last;
+            t->second_whole[k] += second[n][k];
+        }
+    for (int k = 0; k < 4; k++) {
+        const double x_left = rest[k] + change[k];
+        const double v_left = ((FULL + 1) * rest[k] + bend[k]) / t->reach;
+        const double left = drift ? (share * t->reach + 2.0 * c->zeta) / c->gamma * x_left
+                                  : share * x_left + 2.0 * c->zeta * v_left;
+        t->x_error[k] += x_left;
+        t->v_error[k] += v_left;
+        t->second_error[k] += left;
+        t->x_bend[k] += (FULL + 1) * FULL * rest[k];
+        t->second_bend[k] += (FULL + 1) * FULL * left;
+        t->x_tail[k] = x_left;
+        t->second_tail[k] = left;
+        for (int n = 1; n <= TERMS; n++) {
+            t->x[k][n - 1] = x[n][k];
+            t->x_whole[k] += x[n][k];
+            t->v_whole[k] += n * x[n][k] / t->reach;
+        }
+    }
+    economize(b, x, TERMS, DEGREE, tail, unused);
+    for (int k = 0; k < 4; k++) {
+        t->x_tail[k] += tail[k];
+        tail[k] = 0.0;
+    }
+    economize(b, second, TERMS + drift, DEGREE, tail, unused);
+    for (int k = 0; k < 4; k++) {
+        t->second_tail[k] += tail[k];
+        for (int j = 1; j <= DEGREE; j++) {
+            for (int n = 1; n <= j; n++) {
+                t->x_form[k][j - 1] += b->bernstein[j][n] * x[n][k];
+                t->second_form[k][j - 1] += b->bernstein[j][n] * second[n][k];
+            }
+            t->x_range[k] = greater(t->x_range[k], 1.0001 * fabs(t->x_form[k][j - 1]));
+            t->second_range[k] =
+                greater(t->second_range[k], 1.0001 * fabs(t->second_form[k][j - 1]));
+        }
+    }
+}
+
+void capsule_tables_make(const capsule_map *map, int levels, capsule_table *table)
+{
+    bases b;
+    bases_make(&b);
+    for (int flow = 0; flow < 4; flow++)
+        for (int level = 0; level < levels; level++)
+            table_make(&b, &map->field[3 * (flow / 2) + !(flow % 2)], ldexp(1.0, -level),
+                       &table[levels * flow + level]);
 }
 
 static void constants_of(const capsule_parameters *p, capsule_map *map)
@@ -151,10 +198,7 @@ static void constants_of(const capsule_parameters *p, capsule_map *map)
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
 {
     constants_of(parameters, map);
-    for (int contact = 0; contact < 2; contact++) {
-        table_of(&map->field[3 * contact], &map->table[2 * contact + 1]);
-        table_of(&map->field[3 * contact + 1], &map->table[2 * contact]);
-    }
+    capsule_tables_make(map, 1, map->table);
 }
 
 void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)

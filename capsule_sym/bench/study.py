@@ -1,169 +1,140 @@
-"""The work-precision study: time per period, largest error and wrong switches of every tool."""
+"""Time per period, error, and switches missed and invented, of every tool on the same runs."""
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Callable, Iterator
-from difflib import SequenceMatcher
-from importlib import resources
+from collections.abc import Callable, Sequence
+from math import ceil
 from statistics import median
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
+from capsule_sym.bench.model import Result, Run
+from capsule_sym.bench.tools import Tool
+from capsule_sym.bench.truth import Case
 
-from capsule_sym.bench import peers
-from capsule_sym.bench.model import Result
-from capsule_sym.map import simulate
-from capsule_sym.map.batch import final_state, final_states, parameter_rows, switches
-from capsule_sym.parameters import Parameters
-
-ALPHAS = (0.3, 0.45, 0.7, 1.2, 1.5, 1.64, 1.69, 1.9)
-PERIODS = 20
-
-
-class Tool(NamedTuple):
-    """A tool at one setting; `check` gives the fields and state, `timed` only what is timed."""
-
-    name: str
-    setting: str
-    check: peers.Run
-    timed: Callable[[Parameters, int], Any]
+_ENOUGH = 0.02  # seconds; quicker passes are repeated until they take so long
+_LONG = 2.0  # seconds; a pass that takes longer is made once
+_STRIDE = 5  # a slow tool makes every fifth run of the tangencies
 
 
 class Row(NamedTuple):
-    """A tool's result over all alphas."""
+    """A tool at one setting, over all its runs."""
 
     tool: str
     setting: str
     us_per_period: float
-    max_error: float
+    """Processor time of the calls from Python, median of the repeats."""
+    max_error: float | None
+    """Largest error of a component of a final state, of the runs that came to their end."""
     missed: int
     invented: int
+    """Switches lacking in the words of fields, and additional: the fewest that explain them."""
+    runs: int
+    judged: int
+    """Runs that are compared with the truth."""
+    locked: int
+    """Runs that locked up in switches without end; the rest of their word is missed."""
+    setup_s: float
+    """Time to set up or compile what all runs share, which `us_per_period` does not contain."""
 
 
-def tools() -> Iterator[Tool]:
-    """Every tool and setting that can run here; a line says which cannot."""
-    # The timed call is what a caller gets: one call from Python for one final state.
-    yield Tool("capsule-sym C", "double", _core_check, _core_timed)
-    yield Tool("capsule-sym NumPy", "double", _reference("numpy"), _reference("numpy"))
-    try:
-        import heyoka  # type: ignore[import-not-found,import-untyped,unused-ignore] # noqa: F401
-    except ImportError:
-        print("heyoka is not installed and is skipped: pip install 'capsule-sym[peers]'")
-    else:
-        for tolerance in (1e-9, 1e-12, 1e-15):
-            for nudged in (False, True):
-                run = peers.heyoka_run(tolerance, nudged)
-                form = "nudged" if nudged else "naive"
-                yield Tool("heyoka.py", f"{tolerance:g}, {form}", run, run)
-    for method, tolerances in {
-        "RK45": (1e-6, 1e-9),
-        "DOP853": (1e-6, 1e-9, 1e-12),
-        "LSODA": (1e-6, 1e-9),
-        "Radau": (1e-6,),
-    }.items():
-        for tolerance in tolerances:
-            run = peers.scipy_run(method, tolerance)
-            yield Tool(f"SciPy {method}", f"{tolerance:g}", run, run)
-    run = peers.rk4_run(1000)
-    yield Tool("RK4, naive switching", "1000 steps a period", run, run)
+class _Timed:
+    """A tool that is set up, with its results and times so far."""
 
+    def __init__(self, tool: Tool, cases: Sequence[Case]) -> None:
+        self.tool, self.cases = tool, cases
+        self.starts = [case.start for case in cases]
+        begin = time.perf_counter()
+        self.run: Run = tool.build()
+        self.setup = time.perf_counter() - begin
+        begin = time.thread_time()
+        self.results = self.run(self.starts)
+        first = time.thread_time() - begin
+        self.spent = [first] if first > _LONG else []
+        self.calls = ceil(_ENOUGH / max(first, 1e-6))
+        if tool.check:
+            finals = zip(tool.check(self.starts), self.results, strict=True)
+            self.results = [Result(full.word, final.state) for full, final in finals]
 
-def _core_check(p: Parameters, periods: int) -> Result:
-    fields = "".join(map(str, switches(p, periods=periods)["field"]))
-    state = final_states(parameter_rows(p), periods=periods).states[0]
-    return Result(fields, tuple(state.tolist()))
+    def repeat(self) -> None:
+        """Makes all runs once more, unless that takes long."""
+        if self.spent and self.spent[0] > _LONG:
+            return
+        begin = time.thread_time()
+        for _ in range(self.calls):
+            self.run(self.starts)
+        self.spent.append((time.thread_time() - begin) / self.calls)
 
-
-def _core_timed(p: Parameters, periods: int) -> Any:
-    return final_state(p, periods=periods)
-
-
-def _reference(backend: str) -> peers.Run:
-    def run(p: Parameters, periods: int) -> Result:
-        trajectory = simulate(p, periods=periods, backend=backend)
-        word = "".join(str(s.field) for s in trajectory.segments)
-        return Result(word, tuple(float(v) for v in trajectory.final[1]))
-
-    return run
-
-
-def truth() -> dict[float, Result]:
-    """Fields and final state at every alpha by the 50-digit map, rounded once."""
-    text = resources.files(__package__).joinpath("truth.json").read_text(encoding="utf-8")
-    return {
-        float(alpha): Result(entry["fields"], tuple(map(float, entry["state"])))
-        for alpha, entry in json.loads(text).items()
-    }
-
-
-def wrong_switches(word: str, exact: str) -> tuple[int, int]:
-    """Switches missed and invented: letters of the exact word that are lacking, and additional."""
-    same = sum(m.size for m in SequenceMatcher(None, exact, word, False).get_matching_blocks())
-    return len(exact) - same, len(word) - same
-
-
-def trajectories(repeats: int) -> list[Row]:
-    """One trajectory at a time, peers interleaved; processor time, medians of the repeats."""
-    exact, chosen = truth(), list(tools())
-    spent: dict[Tool, list[float]] = {tool: [] for tool in chosen}
-    for _ in range(repeats):
-        for tool in chosen:
-            calls = 200 if tool.name == "capsule-sym C" else 1
-            begin = time.process_time()
-            for alpha in ALPHAS:
-                for _ in range(calls):
-                    tool.timed(Parameters(alpha=alpha), PERIODS)
-            used = time.process_time() - begin
-            spent[tool].append(used / calls / len(ALPHAS) / PERIODS * 1e6)
-    rows = []
-    for tool in chosen:
-        error, missed, invented = 0.0, 0, 0
-        for alpha in ALPHAS:
-            result = tool.check(Parameters(alpha=alpha), PERIODS)
-            error = max(error, float(np.abs(np.subtract(result.state, exact[alpha].state)).max()))
-            # The run's end cuts the last segment; it is no switch, whether a tool lists it or not.
-            word, right = result.fields, exact[alpha].fields
-            if tool.name == "capsule-sym C":
-                right = right[:-1]
-            lost, more = wrong_switches(word, right)
-            missed, invented = missed + lost, invented + more
-        rows.append(Row(tool.name, tool.setting, median(spent[tool]), error, missed, invented))
-    return rows
-
-
-def ratios(rows: list[Row]) -> dict[str, float]:
-    """How many times the C core is faster than each other tool and setting."""
-    ours = next(row for row in rows if row.tool == "capsule-sym C").us_per_period
-    return {f"{row.tool} {row.setting}": row.us_per_period / ours for row in rows[1:]}
-
-
-def growth(repeats: int) -> list[dict[str, float]]:
-    """Time per period of the C core in sweeps of many alphas, by threads and by run length."""
-    found = []
-    for count, periods, threads in (
-        (1000, 100, 1),
-        (1000, 100, 2),
-        (1, 10, 1),
-        (1, 10**3, 1),
-        (1, 10**5, 1),
-    ):
-        rows = parameter_rows(Parameters(), alpha=np.linspace(2.0, 0.002, count))
-        spent, wall = [], []
-        for _ in range(repeats):
-            begin, start = time.process_time(), time.perf_counter()
-            final_states(rows, periods=periods, threads=threads)
-            spent.append(time.process_time() - begin)
-            wall.append(time.perf_counter() - start)
-        scale = 1e6 / count / periods
-        found.append(
-            {
-                "alphas": count,
-                "periods": periods,
-                "threads": threads,
-                "us_per_period": median(spent) * scale,
-                "wall_us_per_period": median(wall) * scale,
-            }
+    def row(self) -> Row:
+        """The times and the comparison with the truth."""
+        periods = sum(start.periods for start in self.starts)
+        pairs = [
+            (found, case.truth)
+            for found, case in zip(self.results, self.cases, strict=True)
+            if case.truth
+        ]
+        wrong = [wrong_switches(found.word, true.word) for found, true in pairs]
+        errors = [error(found.state, true.state) for found, true in pairs if found.state]
+        return Row(
+            self.tool.name,
+            self.tool.setting,
+            median(self.spent) / periods * 1e6,
+            max(errors, default=None),
+            sum(missed for missed, _ in wrong),
+            sum(invented for _, invented in wrong),
+            len(self.starts),
+            len(pairs),
+            len(pairs) - len(errors),
+            self.setup,
         )
-    return found
+
+
+def compare(
+    tools: Sequence[Tool],
+    cases: Callable[[Tool], Sequence[Case]],
+    repeats: int,
+    advance: Callable[[], None],
+) -> list[Row]:
+    """The rows of tools on their cases. Repeats are interleaved: every tool once, then all again.
+
+    `advance` is called after each tool's turn, `repeats` + 1 times a tool.
+    """
+    timed = []
+    for tool in tools:
+        timed.append(_Timed(tool, cases(tool)))
+        advance()
+    for _ in range(repeats):
+        for one in timed:
+            one.repeat()
+            advance()
+    return [one.row() for one in timed]
+
+
+def strided(cases: Sequence[Case]) -> Callable[[Tool], Sequence[Case]]:
+    """All of the cases for a fast tool, every fifth for a slow one."""
+    return lambda tool: cases[::_STRIDE] if tool.slow else cases
+
+
+def error(state: Sequence[float], true: Sequence[float] | None) -> float:
+    """Largest difference of a component."""
+    return max(abs(a - b) for a, b in zip(state, true or (), strict=True))
+
+
+def wrong_switches(word: bytes, true: bytes) -> tuple[int, int]:
+    """Switches missed and invented: what a longest common subsequence of the words leaves."""
+    same = _common(word[1:], true[1:])
+    return len(true) - 1 - same, len(word) - 1 - same
+
+
+def _common(one: bytes, other: bytes) -> int:
+    """Length of a longest common subsequence, by rows of its table in the bits of an int."""
+    places = {letter: 0 for letter in set(other)}
+    for i, letter in enumerate(one):
+        if letter in places:
+            places[letter] |= 1 << i
+    full = (1 << len(one)) - 1
+    row = full
+    for letter in other:
+        hits = row & places[letter]
+        row = ((row + hits) | (row - hits)) & full
+    return len(one) - row.bit_count()

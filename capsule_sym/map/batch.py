@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from operator import attrgetter
+from threading import local
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +18,9 @@ from capsule_sym.map.simulate import RANGES, Run, check_count, check_start
 from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
+_SIDE_BY_SIDE = 8
+_row = attrgetter(*_NAMES)
+_kept = local()
 _EVENTS = 4096  # room for so many switches at a time
 
 
@@ -87,11 +92,13 @@ def final_states(
             rows[low:high], records[low:high], periods, stops[low:high], marks, positions
         )
 
-    # Four parts a thread, so that none is left with all the long runs.
-    if threads == 1:
+    # Two parts a thread, so that none is left with all the long runs; but enough runs in each to
+    # be taken side by side.
+    parts = min(2 * threads, max(1, count // _SIDE_BY_SIDE))
+    if threads == 1 or parts == 1:
         part(0, count)
     else:
-        edges = np.linspace(0, count, 4 * threads + 1, dtype=int)
+        edges = np.linspace(0, count, parts + 1, dtype=int)
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
@@ -101,6 +108,17 @@ def final_states(
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
     return Finals(reached, where, records["turn"] < periods)
+
+
+def _map_of(parameters: Parameters) -> Any:
+    """This thread's map, made anew: its tables stay where the next run has the same flows."""
+    values = _row(parameters)
+    native = getattr(_kept, "map", None)
+    if native is None:
+        _kept.map = native = core().Map(np.array(values))
+    else:
+        native.remake(*values)
+    return native
 
 
 def final_state(
@@ -113,11 +131,10 @@ def final_state(
 
     Raises InvalidInput for a value that is not allowed.
     """
-    check_start(parameters, state, phase, periods)
-    native = core().Map(np.array([*parameters.to_dict().values()]))
-    found = native.final(*state, phase * parameters.omega, periods)
+    values = check_start(parameters, state, phase, periods)
+    found = _map_of(parameters).final(*values, phase * parameters.omega, periods)
     if found is None:
-        rows = np.array([list(parameters.to_dict().values())])
+        rows = np.array([_row(parameters)])
         x_r, v_r, v_c = final_states(rows, state, phase, periods).states[0].tolist()
         return x_r, v_r, v_c
     return found  # type: ignore[no-any-return]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from operator import attrgetter
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -68,6 +69,7 @@ RANGES = {
     "gamma": (1e-8, 1e8),
     "f_b": (1e-10, 1e10),
 }
+_scales = attrgetter(*RANGES)
 _backend = backend  # the parameter of `simulate` has the same name
 
 
@@ -93,8 +95,7 @@ def _checked_seconds(value: float) -> float:
 
 def _check_scales(parameters: Parameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
-    for field, (low, high) in RANGES.items():
-        value = getattr(parameters, field)
+    for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
         if not low <= value <= high:
             raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
 

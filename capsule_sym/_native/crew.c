@@ -1,0 +1,260 @@
+/* Many runs side by side: as many lanes of vectors as the processor has take one step of as many
+   runs at a time.
+
+   Runs wait in queues, one for each of the four linear flows and each length of expansion, so that
+   the lanes of a step share their table. Where a step proves nothing, or what follows is not
+   plain (a corner, a tangency, a line), a shorter expansion is tried, and at last the run's
+   present segment is taken again from its start by the scalar code. */
+#include <math.h>
+#include <string.h>
+
+#include "crew.h"
+
+/* What a guess belongs to, of each field: a segment's first expansion, off the impact surface or
+   on it, or its second, third or a later one. A negative guess is that no switch comes. */
+enum { KEYS = 5 };
+
+enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
+
+static const double HALF[CAPSULE_LEVELS] = {1.0, 0.5, 0.25, 0.125};
+
+static void enqueue(capsule_crew *crew, int slot, int level)
+{
+    const int queue =
+        level < 0 ? CLEAR_QUEUE + crew->flow[slot] : CAPSULE_LEVELS * crew->flow[slot] + level;
+    crew->queue[queue][crew->waiting[queue]++] = (int16_t)slot;
+}
+
+/* Puts a run where its next expansion is made, of about the length that the last one like it
+   took. `key` is that of its guess. */
+static void send(capsule_crew *crew, int slot, int field, int key)
+{
+    const int flow = 2 * (field > 3) + (field % 3 != 2);
+    const double guess = crew->guess[slot][KEYS * (field - 1) + key];
+    int level = 0;
+    for (int i = 1; i < CAPSULE_LEVELS; i++)
+        level += 1.1 * guess < crew->reach[flow] * HALF[i];
+    level = guess > 0.0 ? level : guess < 0.0 ? -1 : 0;
+    crew->flow[slot] = (int8_t)flow;
+    crew->key[slot] = (int8_t)(KEYS * (field - 1) + key);
+    crew->number[slot][LASTED] = guess;
+    enqueue(crew, slot, level);
+}
+
+typedef struct {
+    capsule_crew *crew;
+    const capsule_many *many;
+    int64_t periods;
+    capsule_step *step;
+    int lanes;
+    size_t next; /* row */
+} work;
+
+static void leave(work *w, int slot, capsule_stop stop, const capsule_state *state)
+{
+    capsule_crew *crew = w->crew;
+    w->many->states[crew->row[slot]] = *state;
+    w->many->stops[crew->row[slot]] = (int8_t)stop;
+    crew->idle[crew->idlers++] = (int16_t)slot;
+}
+
+/* The wish of the row's run alone. */
+static capsule_wish wish_of(const work *w, size_t row)
+{
+    const capsule_many *many = w->many;
+    return (capsule_wish){
+        .strobe = many->strobe ? many->strobe + row * (size_t)(w->periods + 1) : NULL,
+        .position = many->position};
+}
+
+/* Runs the next row by the scalar code. */
+static void alone(work *w)
+{
+    const capsule_wish wish = wish_of(w, w->next);
+    capsule_outcome open;
+    size_t written;
+    capsule_map_remake(&w->many->parameters[w->next], &w->crew->map);
+    w->many->stops[w->next] = (int8_t)capsule_run(&w->crew->map, &w->many->states[w->next],
+                                                  w->periods, &wish, &written, &open);
+}
+
+/* Takes a run on from a state by the scalar code, segment by segment until one is plain, or only
+   puts it into its queue if its next one is. */
+static void begin(work *w, int slot, capsule_state state, int help)
+{
+    capsule_crew *crew = w->crew;
+    const capsule_many *many = w->many;
+    const size_t row = crew->row[slot];
+    capsule_map_remake(&many->parameters[row], &crew->map);
+    for (;; help = 1) {
+        departure d;
+        capsule_stop stop = CAPSULE_FULL;
+        capsule_outcome open;
+        size_t written;
+        if (help || crew->map.may_rest) {
+            capsule_event event;
+            capsule_wish wish = wish_of(w, row);
+            wish.events = crew->map.may_rest ? NULL : &event;
+            wish.room = 1;
+            stop = capsule_run(&crew->map, &state, w->periods, &wish, &written, &open);
+        } else if (state.turn >= w->periods) {
+            stop = CAPSULE_DONE;
+        }
+        const double cosine = cos(state.angle), sine = sin(state.angle);
+        if (stop == CAPSULE_FULL && !depart(&crew->map, &state, cosine, sine, &d))
+            stop = CAPSULE_OPEN;
+        if (stop != CAPSULE_FULL) {
+            leave(w, slot, stop, &state);
+            return;
+        }
+        if (d.zeros[GAP] > 1)
+            continue;
+        const double way = d.field % 3 == 1 ? 1.0 : d.field % 3 == 0 ? -1.0 : 0.0;
+        const double second =
+            way != 0.0 ? d.zeros[DRIFT] : (double)(d.zeros[UPPER] - d.zeros[LOWER]);
+        const double numbers[CAPSULE_CREW_NUMBERS] = {
+            [X_R] = d.x_r, [FAR] = d.gap, [V_R] = d.v_r, [V_C] = d.v_c, [MARGIN] = d.margin,
+            [ANGLE] = d.angle, [COSINE] = cosine, [SINE] = sine, [POSITION] = state.position,
+            [WAY] = way, [GAP_ZEROS] = d.zeros[GAP], [SECOND_ZEROS] = second,
+            [ALPHA] = many->parameters[row].alpha, [DELTA] = many->parameters[row].delta,
+            [BOUND] = many->parameters[row].f_b};
+        memcpy(crew->number[slot], numbers, sizeof numbers);
+        crew->turn[slot] = state.turn;
+        crew->start[slot] = state;
+        send(crew, slot, d.field, d.zeros[GAP]);
+        return;
+    }
+}
+
+/* What follows from a step for one of its lanes. */
+static void settle(work *w, int slot, int level, const capsule_outcomes *out, int l)
+{
+    capsule_crew *crew = w->crew;
+    const double *number = crew->number[slot];
+    double *guess = &crew->guess[slot][crew->key[slot]];
+    const int crossing = out->crossing >> l & 1, open = out->open >> l & 1;
+    if (out->unplain >> l & 1 || (open && level + 1 == CAPSULE_LEVELS)) {
+        begin(w, slot, crew->start[slot], 1);
+        return;
+    }
+    if (open) {
+        enqueue(crew, slot, level + 1);
+        return;
+    }
+    if (out->passed >> l & 1) {
+        const double *end = out->end[l];
+        const int64_t turn = ++crew->turn[slot];
+        if (w->many->strobe) {
+            const size_t row = crew->row[slot] * (size_t)(w->periods + 1) + (size_t)turn;
+            double *mark = w->many->strobe[row];
+            mark[0] = end[0];
+            mark[1] = end[2];
+            mark[2] = end[3];
+        }
+        if (turn == w->periods) {
+            const capsule_state last = {end[0], end[1], end[2], end[3], 0.0, end[4], turn, 0, 0};
+            leave(w, slot, CAPSULE_DONE, &last);
+            return;
+        }
+    }
+    int field = crew->key[slot] / KEYS + 1, key = crew->key[slot] % KEYS;
+    if (crossing) {
+        const int way = (int)number[WAY];
+        *guess = number[LASTED];
+        key = number[GAP_ZEROS] > 0.0;
+        field = (out->contact >> l & 1 ? 5 : 2) - way;
+        crew->start[slot] = (capsule_state){
+            number[X_R],      number[FAR],      number[V_R],
+            number[V_C],      number[ANGLE],    number[POSITION],
+            crew->turn[slot], number[SECOND_ZEROS] == 2.0 ? way : 0, 0};
+    } else {
+        *guess = level ? 0.0 : -1.0;
+        key = key < 2 ? 2 : key < KEYS - 1 ? key + 1 : key;
+    }
+    send(crew, slot, field, key);
+}
+
+static void work_through(work *w, size_t end)
+{
+    capsule_crew *crew = w->crew;
+    for (;;) {
+        while (crew->idlers && w->next < end) {
+            const int slot = crew->idle[--crew->idlers];
+            crew->row[slot] = w->next++;
+            memset(crew->guess[slot], 0, sizeof crew->guess[slot]);
+            begin(w, slot, w->many->states[crew->row[slot]], 0);
+        }
+        int fullest = 0, slot[8];
+        for (int i = 1; i < CLEAR_QUEUE + 4; i++)
+            if (crew->waiting[i] > crew->waiting[fullest])
+                fullest = i;
+        const int16_t *queue = crew->queue[fullest];
+        const int waiting = crew->waiting[fullest];
+        const int count = waiting < w->lanes ? waiting : w->lanes;
+        if (!waiting)
+            return;
+        int ends = w->many->strobe != NULL;
+        double *runs[8];
+        for (int l = 0; l < w->lanes; l++) { /* lanes without a run repeat the first */
+            slot[l] = queue[waiting - 1 - (l < count ? l : 0)];
+            runs[l] = crew->number[slot[l]];
+            ends |= crew->turn[slot[l]] + 1 == w->periods;
+        }
+        crew->waiting[fullest] -= count;
+        const int clear = fullest >= CLEAR_QUEUE;
+        const int flow = clear ? fullest - CLEAR_QUEUE : fullest / CAPSULE_LEVELS;
+        const int level = clear ? 0 : fullest % CAPSULE_LEVELS;
+        capsule_outcomes out;
+        w->step(&crew->map.field[3 * (flow / 2) + !(flow % 2)], &crew->table[CAPSULE_LEVELS * flow + level],
+                w->many->position, ends, runs, &out);
+        for (int l = 0; l < count; l++)
+            settle(w, slot[l], level, &out, l);
+    }
+}
+
+static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
+{
+    return p->omega == q->omega && p->zeta == q->zeta && p->beta == q->beta &&
+           p->gamma == q->gamma;
+}
+
+/* How many lanes this processor has instructions for. */
+static int lanes_here(void)
+{
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl"))
+        return 8;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        return 4;
+#endif
+    return 1;
+}
+
+void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew)
+{
+    work w = {crew, many, periods, NULL, lanes_here(), 0};
+#if defined(__x86_64__) && defined(__GNUC__)
+    w.step = w.lanes == 8 ? capsule_step_8 : capsule_step_4;
+#endif
+    while (w.next < count) {
+        const capsule_parameters *p = &many->parameters[w.next];
+        size_t end = w.next + 1;
+        while (end < count && same_flows(p, &many->parameters[end]))
+            end++;
+        capsule_map_make(p, &crew->map);
+        crew->idlers = 0;
+        for (int slot = 0; slot < CAPSULE_CREW; slot++)
+            crew->idle[crew->idlers++] = (int16_t)slot;
+        memset(crew->waiting, 0, sizeof crew->waiting);
+        if (end - w.next == 1 || w.lanes == 1) {
+            for (; w.next < end; w.next++)
+                alone(&w);
+            continue;
+        }
+        capsule_tables_make(&crew->map, CAPSULE_LEVELS, crew->table);
+        for (int flow = 0; flow < 4; flow++)
+            crew->reach[flow] = crew->table[CAPSULE_LEVELS * flow].reach;
+        work_through(&w, end);
+    }
+}

@@ -1,0 +1,34 @@
+/* What the runs of a crew are told by, and the step that lanes of them take together. */
+#ifndef CAPSULE_CREW_H
+#define CAPSULE_CREW_H
+
+#include "internal.h"
+
+/* Numbers of a run: where its next expansion stands and what is known of its start there. */
+enum {
+    X_R, FAR, V_R, V_C, MARGIN, ANGLE, COSINE, SINE,
+    WAY,          /* of the drift: 1, -1, or 0 at rest */
+    GAP_ZEROS,    /* derivatives that vanish at the start, of the gap */
+    SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
+    ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
+    LASTED,       /* what the last segment like this took; after a step, what this one did */
+    ALPHA, DELTA, BOUND /* fixed */
+};
+
+/* What became of the lanes of a step: bits by lane. */
+typedef struct {
+    int open;     /* this expansion proves nothing; a shorter one may */
+    int unplain;  /* what follows the switch is not plain */
+    int crossing; /* a switch ends the segment */
+    int contact;  /* of the segment to come */
+    int passed;   /* an excitation period ended within the expansion */
+    double end[8][8]; /* there, if asked for: x_r, gap, v_r, v_c, x_c by lane */
+} capsule_outcomes;
+
+/* Takes one expansion's step of as many runs as there are lanes, all in the same linear flow. */
+typedef void capsule_step(const capsule_constants *c, const capsule_table *t, int position,
+                          int ends, double *const *runs, capsule_outcomes *out);
+
+capsule_step capsule_step_4, capsule_step_8;
+
+#endif

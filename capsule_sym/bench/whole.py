@@ -1,0 +1,117 @@
+"""The whole study, part by part, and its record."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import capsule_sym
+from capsule_sym._native import core
+from capsule_sym.bench import machine, truth
+from capsule_sym.bench.growth import Growth, growth, plan
+from capsule_sym.bench.peers import own
+from capsule_sym.bench.ratios import Ratio, ratios
+from capsule_sym.bench.study import Row, compare, strided
+from capsule_sym.bench.tools import MPMATH, OURS, Tool, for_sweeps, one_at_a_time, skipped
+from capsule_sym.bench.truth import Case
+from capsule_sym.errors import InvalidInput
+from capsule_sym.records import dumps
+
+_QUICK = 4  # the quick study makes every fourth run
+_MOST = {False: 10**6, True: 100}  # periods and runs of the growth, by `quick`
+
+
+class Study:
+    """The parts that were run so far, and `record`, all of them ready for JSON."""
+
+    def __init__(self, repeats: int, only: str, quick: bool) -> None:
+        """Chooses the peers with `only` in their name; raises InvalidInput if there are none."""
+        self.repeats, self.quick = repeats, quick
+        self.single, self.many = (
+            [tool for tool in tools if tool.name == OURS or only in tool.name]
+            for tools in (one_at_a_time(), for_sweeps())
+        )
+        if not any(only in tool.name for tool in (*self.single, *self.many)):
+            names = sorted({tool.name for tool in one_at_a_time() + for_sweeps()})
+            raise InvalidInput("only", only, f"part of one of {', '.join(names)}")
+        self.trajectory: list[Row] = []
+        self.tangencies: list[Row] = []
+        self.sweep: list[Row] = []
+        self.growth: list[Growth] = []
+
+    @property
+    def ratios(self) -> list[Ratio]:
+        """Ratios of the times so far."""
+        return ratios(self.trajectory, self.sweep, self.growth)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """Provenance and all rows, ready for JSON."""
+        return {
+            "version": capsule_sym.__version__,
+            "machine": machine.machine(),
+            "versions": machine.versions(),
+            "repeats": self.repeats,
+            "quick": self.quick,
+            "skipped": skipped(),
+            "trajectory": [row._asdict() for row in self.trajectory],
+            "tangencies": [row._asdict() for row in self.tangencies],
+            "sweep": [row._asdict() for row in self.sweep],
+            "ratios": [ratio._asdict() for ratio in self.ratios],
+            "growth": [row._asdict() for row in self.growth],
+        }
+
+    def turns(self) -> dict[str, int]:
+        """The parts in order, each with how often `run` calls `advance` in it."""
+        rounds = self.repeats + 1
+        return {
+            "trajectory": len(self.single) * rounds,
+            "tangencies": len(self._near()) * 2,
+            "sweep": len(self.many) * rounds,
+            "growth": len(list(plan(_MOST[self.quick]))) if core else 0,
+        }
+
+    def run(self, part: str, advance: Callable[[], None]) -> None:
+        """Runs a part."""
+        if part == "trajectory":
+            cases = self._some(truth.cases("case study"))
+            self.trajectory = compare(self.single, lambda _: cases, self.repeats, advance)
+        elif part == "tangencies":
+            cases = self._some(truth.cases("tangencies"))
+            self.tangencies = compare(self._near(), strided(cases), 1, advance)
+        elif part == "sweep":
+            self.sweep = compare(self.many, self._sweep_cases(), self.repeats, advance)
+        elif core:
+            self.growth = growth(self.repeats, _MOST[self.quick], advance)
+
+    def write(self, path: Path) -> None:
+        """Writes the record; the file appears whole or not at all."""
+        part = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            part.write_text(dumps(self.record) + "\n", encoding="utf-8")
+            part.replace(path)
+        except OSError as error:
+            raise InvalidInput("file", str(path), f"writable ({error.strerror})") from error
+        finally:
+            part.unlink(missing_ok=True)
+
+    def _near(self) -> list[Tool]:
+        """Tools for the tangencies: the 50-digit map is itself their truth."""
+        return [tool for tool in self.single if tool.name != MPMATH]
+
+    def _some(self, cases: list[Case]) -> list[Case]:
+        return cases[::_QUICK] if self.quick else cases
+
+    def _sweep_cases(self) -> Callable[[Tool], Sequence[Case]]:
+        sample = truth.cases("sweep")
+        if self.quick or core is None:
+            return lambda _: sample
+        every = truth.sweep()
+        unknown = [case.start for case in every if not case.truth]
+        ours = iter(own.simulated("c")(unknown))
+        judged = [case if case.truth else Case(case.start, next(ours)) for case in every]
+        # What our own words are compared with is known of the sample alone.
+        return lambda tool: sample if tool.slow else every if tool.name == OURS else judged

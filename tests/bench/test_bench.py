@@ -1,0 +1,200 @@
+"""`capsule-sym bench` as a process: its JSON, its columns, its ratios, and bad input."""
+
+import json
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from capsule_sym._native import core
+from capsule_sym.bench import tools
+from capsule_sym.bench.growth import Growth
+from capsule_sym.bench.peers import compiled
+from capsule_sym.bench.ratios import Ratio
+from capsule_sym.bench.study import Row
+from capsule_sym.bench.tools import OURS
+from capsule_sym.bench.whole import Study
+
+PARTS = ("trajectory", "tangencies", "sweep")
+
+needs_cc = pytest.mark.skipif(compiled.compiler() is None, reason="there is no C compiler cc")
+needs_core = pytest.mark.skipif(core is None, reason="the C core was not compiled")
+
+
+def bench(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "capsule_sym", "bench", *arguments],
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        cwd=cwd,
+    )
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    only = "SciPy RK45" if compiled.compiler() is None else " in C"
+    process = bench("--quick", "--repeats", "1", "--only", only, "--json", cwd=folder)
+    assert process.returncode == 0, process.stderr
+    return folder, process
+
+
+@pytest.fixture(scope="module")
+def record(done):
+    return json.loads(done[1].stdout)
+
+
+def rows(record, part, tool):
+    return {row["setting"]: row for row in record[part] if row["tool"] == tool}
+
+
+def test_json_is_the_file_and_has_the_documented_keys(done, record) -> None:
+    folder, process = done
+    assert json.loads((folder / "results/bench/part.json").read_text("utf-8")) == record
+    assert "wrote results/bench/part.json" in process.stderr
+    assert list(record) == [
+        "version",
+        "machine",
+        "versions",
+        "repeats",
+        "quick",
+        "skipped",
+        *PARTS,
+        "ratios",
+        "growth",
+    ]
+    assert record["quick"] is True
+    assert record["repeats"] == 1
+    for part in PARTS:
+        assert record[part]
+        assert all(list(row) == list(Row._fields) for row in record[part])
+        assert all(row["us_per_period"] > 0 for row in record[part])
+    assert all(list(ratio) == list(Ratio._fields) for ratio in record["ratios"])
+    assert all(list(row) == list(Growth._fields) for row in record["growth"])
+    assert record["versions"]["numpy"]
+    assert record["machine"]["processor"]
+
+
+def test_peers_that_are_absent_are_named(record, done) -> None:
+    absent = [name for name in ("heyoka", "sksundae") if find_spec(name) is None]
+    for name in absent:
+        assert any(f"{name} is not installed" in line for line in record["skipped"])
+    assert [line for line in record["skipped"] if "not installed" in line] == [
+        line for line in done[1].stderr.splitlines() if "not installed" in line
+    ]
+    assert sum("not installed" in line for line in record["skipped"]) == len(absent)
+
+
+def test_a_compiler_that_fails_is_named(monkeypatch) -> None:
+    def fail() -> None:
+        raise OSError("cc: no such option")
+
+    monkeypatch.setattr(compiled, "_library", fail)
+    monkeypatch.setattr(compiled, "compiler", lambda: "cc")
+    assert "DOP853 and RK4 in C is skipped: cc: no such option" in tools.skipped()
+
+
+def test_a_peer_that_is_absent_has_no_rows_but_a_line(monkeypatch) -> None:
+    monkeypatch.setattr(tools, "_is_there", lambda package: False)
+    monkeypatch.setattr(compiled, "compiler", lambda: None)
+    names = {tool.name for tool in tools.one_at_a_time() + tools.for_sweeps()}
+    assert not [n for n in names if n.startswith(("heyoka", "CVODE")) or n.endswith(" in C")]
+    assert "SciPy DOP853" in names
+    lines = tools.skipped()
+    assert "CVODE is skipped: sksundae is not installed (pip install 'capsule-sym[peers]')" in lines
+    assert "DOP853 and RK4 in C is skipped: there is no C compiler cc" in lines
+
+
+@needs_core
+@pytest.mark.parametrize("part", PARTS)
+def test_this_map_has_no_wrong_switch_and_full_accuracy(record, part) -> None:
+    (row,) = rows(record, part, OURS).values()
+    assert (row["missed"], row["invented"], row["locked"]) == (0, 0, 0)
+    assert row["max_error"] < 1e-12
+    assert row["judged"] == row["runs"] > 0
+
+
+@needs_cc
+def test_a_loose_tool_shows_its_errors_and_wrong_switches(record) -> None:
+    found = rows(record, "tangencies", "RK4 in C")
+    assert found["100 steps a period"]["missed"] > 0
+    assert found["100 steps a period"]["max_error"] > 1e-3
+    sharp = rows(record, "tangencies", "DOP853 in C")
+    assert sharp["1e-06, ends of steps"]["missed"] > sharp["1e-13, inside steps"]["missed"]
+
+
+@needs_cc
+def test_an_independent_integrator_confirms_the_truth(record) -> None:
+    for part in ("trajectory", "sweep"):
+        row = rows(record, part, "DOP853 in C")["1e-13, inside steps"]
+        assert (row["missed"], row["invented"], row["locked"]) == (0, 0, 0)
+        assert row["max_error"] < 1e-11
+
+
+@needs_core
+@needs_cc
+def test_ratios_follow_from_the_rows(record) -> None:
+    by_part = {part: [r for r in record["ratios"] if r["part"] == part] for part in PARTS}
+    assert not by_part["tangencies"]
+    for part in ("trajectory", "sweep"):
+        ours = rows(record, part, OURS)["double"]["us_per_period"]
+        for ratio in by_part[part]:
+            of_tool = rows(record, part, ratio["tool"])
+            assert ratio["ratio"] == of_tool[ratio["setting"]]["us_per_period"] / ours
+            if ratio["max_error"] is not None:
+                kept = [r for r in of_tool.values() if r["max_error"] <= ratio["max_error"]]
+                fastest = min(kept, key=lambda r: r["us_per_period"])
+                assert ratio["setting"] == fastest["setting"]
+                assert ratio["wanted"] is None
+    named = [(r["tool"], r["setting"], r["wanted"]) for r in record["ratios"] if r["wanted"]]
+    assert ("DOP853 in C", "1e-13, inside steps", 10.0) in named
+    threads = {
+        g["value"]: g["us_per_period"] for g in record["growth"] if g["against"] == "threads"
+    }
+    (two,) = (r for r in record["ratios"] if r["part"] == "threads")
+    assert (two["ratio"], two["wanted"]) == (threads[1] / threads[2], 1.8)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [(("--repeats", "0"), "--repeats"), (("--only", "nothing"), "nothing"), (("--bad",), "--bad")],
+)
+def test_bad_input_exits_with_2(tmp_path, arguments, named) -> None:
+    process = bench(*arguments, cwd=tmp_path)
+    assert process.returncode == 2
+    assert named in process.stderr
+    assert "Traceback" not in process.stderr
+    assert process.stdout == ""
+
+
+@needs_core
+def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
+    study = Study(repeats=1, only=OURS, quick=True)
+    turns = []
+    study.run("trajectory", lambda: turns.append(1))
+    assert len(turns) == study.turns()["trajectory"]
+    study.write(tmp_path / "bench.json")
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        study.run("tangencies", interrupt)
+    kept = json.loads((tmp_path / "bench.json").read_text("utf-8"))
+    assert [row["tool"] for row in kept["trajectory"]] == [OURS]
+    assert kept["tangencies"] == kept["sweep"] == kept["growth"] == []
+
+
+@needs_cc
+def test_tables_show_the_rows(tmp_path) -> None:
+    process = bench("--quick", "--repeats", "1", "--only", "RK4 in C", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    record = json.loads((tmp_path / "results/bench/part.json").read_text("utf-8"))
+    for row in (*record["trajectory"], *record["tangencies"], *record["sweep"]):
+        shown = [line.split() for line in process.stdout.splitlines() if row["tool"] in line]
+        wanted = [str(row[name]) for name in ("missed", "invented", "locked", "runs", "judged")]
+        us = f"{row['us_per_period']:.3g}"
+        assert any(us in cells and cells[-6:-1] == wanted for cells in shown)

@@ -1,0 +1,125 @@
+"""The C library by itself: a user's program, compilers, sanitizers, and weakened certificates."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from capsule_sym import Parameters, simulate
+
+ROOT = Path(__file__).parents[2]
+LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
+SOURCES = ("tables", "search", "depart", "expansion", "run", "crew", "lanes_4", "lanes_8")
+
+pytestmark = pytest.mark.skipif(
+    shutil.which("make") is None or shutil.which("cc") is None, reason="no C compiler here"
+)
+
+
+def make(target: str, build: Path) -> str:
+    command = ["make", "-C", str(LIBRARY), f"BUILD={build}", target]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_a_users_program_builds_and_runs(tmp_path: Path) -> None:
+    printed = re.search(r"progression per period (\S+)", make("example", tmp_path))
+    motion = simulate(Parameters(), periods=120, backend="numpy").steady()
+    assert printed
+    assert motion
+    assert float(printed[1]) == pytest.approx(motion.progression, abs=1e-9)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(shutil.which("clang") is None or shutil.which("gcc") is None, reason="no clang")
+def test_the_test_set_is_clean_under_compilers_and_sanitizers(tmp_path: Path) -> None:
+    assert make("check", tmp_path).count("left open") == 3
+
+
+PROGRAM = """
+#include <stdio.h>
+#include "capsule.h"
+int main(void)
+{
+    enum { RUNS = 120, PERIODS = 30 };
+    static capsule_map map;
+    static capsule_crew crew;
+    static capsule_parameters rows[RUNS];
+    static capsule_state states[RUNS];
+    static int8_t stops[RUNS];
+    for (int i = 0; i < RUNS; i++) {
+        rows[i] = (capsule_parameters){0.016 * (i + 1), 0.8, 0.02, 0.05, 1.5, 3.3, 1};
+        capsule_map_remake(&rows[i], &map);
+        states[i] = capsule_state_at(&map, 0, 0, 0, 0);
+        capsule_state alone = states[i];
+        static capsule_event events[1000];
+        const capsule_wish wish = {.events = events, .room = 1000};
+        capsule_outcome open;
+        size_t count = 0;
+        capsule_run(&map, &alone, PERIODS, &wish, &count, &open);
+        printf("%zu %.9f %.9f ", count, alone.x_r, alone.v_c);
+    }
+    const capsule_many many = {rows, states, stops, NULL, 0};
+    capsule_run_many(&many, RUNS, PERIODS, &crew);
+    printf("|");
+    for (int i = 0; i < RUNS; i++)
+        printf(" %.9f %.9f", states[i].x_r, states[i].v_c);
+    return 0;
+}
+"""
+
+
+def output(directory: Path, mutation: tuple[str, str, str] | None) -> tuple[str, str]:
+    """What runs one by one and side by side print, from sources one line of which is changed."""
+    shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
+    if mutation:
+        name, old, new = mutation
+        text = (directory / name).read_text()
+        assert old in text
+        (directory / name).write_text(text.replace(old, new))
+    (directory / "program.c").write_text(PROGRAM)
+    command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-I.", f"-I{KERNELS}", "program.c"]
+    command += [*(f"{source}.c" for source in SOURCES), str(KERNELS / "capsule_kernels.c"), "-lm"]
+    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    ran = subprocess.run(
+        [directory / "a.out"], capture_output=True, text=True, check=False, timeout=60
+    )
+    alone, _, beside = ran.stdout.partition("|")
+    return alone, beside
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
+    return output(tmp_path_factory.mktemp("sound") / "c", None)
+
+
+def test_the_sound_program_counts_the_switches_of_the_reference(sound: tuple[str, str]) -> None:
+    counts = [int(count) for count in sound[0].split()[::3]]
+    for i in (20, 60, 90, 110):
+        run = simulate(Parameters(alpha=0.016 * (i + 1)), periods=30, backend="numpy")
+        assert counts[i] == sum(bool(s.target) for s in run.segments)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("file", "old", "new", "where"),
+    [
+        # An interval is called clear although some coefficients are not positive.
+        ("search.c", "positive == DEGREE - skipped", "positive >= DEGREE - skipped - 5", 0),
+        ("search.c", "if (positive == count)", "if (positive > 2)", 0),
+        ("lanes.h", "return (verdict){proved & ~seen,", "return (verdict){~negative(least),", 1),
+        # A rival guard is not asked whether it crossed first.
+        ("lanes.h", "open = open | (both & ~above(", "open = open | (no_lanes() & ~above(", 1),
+        # The bounds are those of another motion.
+        ("tables.c", "second_form[k][j - 1] += ", "second_form[k][j - 1] += n == 2 ? 0 : ", 0),
+        ("tables.c", "t->x_form[k][j - 1] += ", "t->x_form[k][j - 1] += n == 2 ? 0 : ", 1),
+    ],
+)
+def test_a_weakened_certificate_is_noticed(
+    tmp_path: Path, sound: tuple[str, str], file: str, old: str, new: str, where: int
+) -> None:
+    assert output(tmp_path / "c", (file, old, new))[where] != sound[where]
