@@ -183,6 +183,7 @@ def _finish(
 ) -> None:
     """Takes a run on by the reference map wherever the core leaves a switch open."""
     native = core().Map(np.array(list(run.parameters.to_dict().values())))
+    run.marks = periods
     while record["turn"] < periods:
         run.segments.clear()
         run.stroboscopic.clear()

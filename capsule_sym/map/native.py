@@ -45,7 +45,7 @@ class NativeRun:
             raise InvalidInput("periods", periods, f"at most {LONGEST_NATIVE_RUN} by backend c")
         angle = phase * self.parameters.omega
         record = self.map.state_at(*values, angle)
-        strobe = np.empty((periods + 1, 3))
+        strobe = np.full((periods + 1, 3), np.nan)
         strobe[0] = values
         buffer = np.empty(min(_ROOM, most), core().SEGMENT)
         stopped = ""
@@ -65,11 +65,13 @@ class NativeRun:
                 self.segments += run.segments
                 self.settled += run.settled
                 passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
-                strobe[int(record["turn"]) + 1 :][: len(passed)] = passed
+                strobe[journey.turns - len(passed) + 1 : journey.turns + 1] = passed
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
-        marks = strobe[: int(record["turn"]) + 1] if phase == 0.0 else strobe[1:][: record["turn"]]
+        marks = strobe[0 if phase == 0.0 else 1 : int(record["turn"]) + 1]
+        # Of a segment over very many periods the reference map records the last marks only.
+        marks = marks[~np.isnan(marks[:, 0])]
         return Trajectory(
             self.parameters,
             "c",

@@ -155,6 +155,8 @@ class Run:
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
+        self.marks = 2 * LONGEST
+        """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
         self.settled = 0
         self.begun = False
         self.exact: State | None = None
@@ -322,8 +324,7 @@ class Run:
 
     def _strobe(self, flow: Flow, angle: Number, passed: int, switch: Switch) -> None:
         """Record the states at the ends of the excitation periods that a segment passes."""
-        # A segment that spans many periods is recorded at its last ones, which `steady` reads.
-        for turn in range(max(1, passed + 1 - 2 * LONGEST), passed + 1):
+        for turn in range(max(1, passed + 1 - self.marks), passed + 1):
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
             point = flow.at_mark(h) if h > 0 else flow.origin
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))

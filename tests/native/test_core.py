@@ -256,3 +256,20 @@ def test_runs_side_by_side_are_those_of_the_reference(seed: int) -> None:
         np.testing.assert_allclose(finals.positions[i], run.advance, rtol=0, atol=1e-10)
         np.testing.assert_allclose(strobe[i, 1:], run.stroboscopic, rtol=0, atol=1e-11)
     assert (growth < 1e3).sum() > count / 2
+
+
+def test_a_rest_that_is_settled_behind_the_core_is_recorded_at_every_end_of_a_period() -> None:
+    # A graze so close that the core leaves it open; no field drives the capsule after it.
+    parameters = Parameters(alpha=0.00737463)
+    start, phase, periods = (0.02, 7e-19, 0.0), 0.2733361823424281, 400
+    run = simulate(parameters, start, phase, periods, backend="c")
+    reference = simulate(parameters, start, phase, periods, backend="numpy")
+    assert len(run.stroboscopic) == len(reference.stroboscopic) < periods
+    marks = np.array(run.stroboscopic)
+    expected = np.array(reference.stroboscopic)
+    assert np.abs(marks[-len(expected) :] - expected).max() < 1e-15
+    rows = parameter_rows(parameters)
+    strobe = np.full((1, periods + 1, 3), np.nan)
+    final_states(rows, start, phase, periods, strobe=strobe)
+    assert np.abs(strobe[0, -len(expected) :] - expected).max() < 1e-15
+    assert np.isfinite(strobe).all()
