@@ -164,7 +164,12 @@ class _Cells:
         stops[ahead] = core.OPEN
         core.steady_many(rows, records, strobe, self.part.tolerance, stops, motions, switches)
         back = np.argsort(order)
-        records, motions, stops, switches = records[back], motions[back], stops[back], switches[back]
+        records, motions, stops, switches = (
+            records[back],
+            motions[back],
+            stops[back],
+            switches[back],
+        )
         columns = self.columns
         columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
         multiple = columns["multiple"][:] = motions["multiple"]
