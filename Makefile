@@ -12,8 +12,17 @@ SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
 
-paper: $(READY)  ## the main job: the paper's case study by the exact map
+paper: $(READY)  ## the main job: the paper's case study, and results/report.html
 	$(BIN)/capsule-sym paper
+	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
+	$(BIN)/capsule-sym report
+
+results/verify.json: $(READY) $(wildcard capsule_sym/symbolic/*.py)
+results/hardcases.json: $(READY) $(wildcard capsule_sym/hardcases/*.py capsule_sym/map/*.py)
+results/%.json:
+	@mkdir -p results
+	$(BIN)/capsule-sym $* --json > $@.part
+	@mv $@.part $@
 
 test: $(READY)  ## run the tests
 	$(BIN)/python -m pytest -n 2 -q

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +13,8 @@ from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import SteadyMotion, simulate
 from capsule_sym.map.backend import default_backend
 from capsule_sym.parameters import Parameters
-from capsule_sym.records import dumps, motion_record, segment_record
+from capsule_sym.records import dumps, motion_record, segment_record, table
+from capsule_sym.records import write as write_texts
 
 PANELS = {
     "a": 0.0074,
@@ -191,33 +189,10 @@ def write(result: dict[str, Any], directory: Path) -> list[Path]:
     """
     texts = {
         "casestudy.json": dumps(result) + "\n",
-        "cases.csv": _csv(_case_rows(result)),
-        "segments.csv": _csv(_segment_rows(result)),
+        "cases.csv": table(_case_rows(result)),
+        "segments.csv": table(_segment_rows(result)),
     }
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            _replace(directory / name, text)
-    except OSError as error:
-        raise InvalidInput("directory", str(directory), f"writable ({error.strerror})") from error
-    return [directory / name for name in texts]
-
-
-def _replace(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-
-
-def _csv(rows: list[dict[str, Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, rows[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+    return write_texts(texts, directory)
 
 
 def _case_rows(result: dict[str, Any]) -> list[dict[str, Any]]:

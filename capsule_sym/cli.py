@@ -12,21 +12,22 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TypeVar
 
 import click
 
 from capsule_sym.errors import InvalidInput
+from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from capsule_sym.casestudy import Case
     from capsule_sym.map import Segment, SteadyMotion, Trajectory
-    from capsule_sym.parameters import Parameters, PhysicalParameters
+    from capsule_sym.parameters import PhysicalParameters
+    from capsule_sym.thresholds import Threshold
 
 _RESULTS = Path("results/paper")
-_PIPED_WIDTH = 110  # columns, where no terminal says how many there are
 _INTERRUPTED = 130  # the exit status of shells for it
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
@@ -46,7 +47,7 @@ class _Group(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name, command, rest = super().resolve_command(ctx, args)
         if isinstance(command, _Elsewhere):
-            command = getattr(import_module(command.module), command.name or "")
+            command = getattr(import_module(command.module), (command.name or "").replace("-", "_"))
         return name, command, rest
 
 
@@ -61,41 +62,20 @@ for _name, _module, _text in (
     ("hardcases", "capsule_sym.hardcases.command", "Judge the switches of hard cases."),
     ("adversarial", "capsule_sym.hardcases.command", "Judge random starts near tangencies."),
     ("bench", "capsule_sym.bench.command", "Measure speed against error, beside peers."),
+    ("sweep", "capsule_sym.sweeps.command", "Run a grid of parameters or starts, resumably."),
+    ("basin", "capsule_sym.sweeps.command", "Run a basin of attraction; tell its attractors."),
+    ("sweep-info", "capsule_sym.sweeps.command", "Show what the results of a sweep hold."),
+    ("orbit", "capsule_sym.orbits.command", "Close the periodic orbit exactly."),
+    ("branch", "capsule_sym.orbits.command", "Follow an orbit in a parameter, with bifurcations."),
+    ("curve", "capsule_sym.orbits.command", "Follow bifurcations in two parameters."),
+    ("figure", "capsule_sym.figures.command", "Draw a figure of the case study."),
+    ("report", "capsule_sym.figures.command", "Write the case study as one page of HTML."),
 ):
     group.add_command(_Elsewhere(_name, _module, _text))
 
-_json_option = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
-)
-
-
-def _parameter_options(command: _Command) -> _Command:
-    # The defaults shown are those of `Parameters`, whose import would cost NumPy's.
-    options = (
-        ("alpha", "0.7", "Excitation amplitude."),
-        ("omega", "0.8", "Excitation frequency."),
-        ("delta", "0.02", "Gap."),
-        ("zeta", "0.05", "Damping ratio."),
-        ("beta", "1.5", "Stiffness ratio."),
-        ("gamma", "3.3", "Mass ratio."),
-        ("fb", "1", "Friction bound."),
-    )
-    for flag, default, text in reversed(options):
-        name = "f_b" if flag == "fb" else flag
-        text = f"{text}  [default: {default}]"
-        command = click.option(f"--{flag}", name, type=float, help=text)(command)
-    return command
-
 
 @group.command()
-@_parameter_options
-@click.option(
-    "--params",
-    "file",
-    metavar="FILE.toml",
-    help="Parameters from a file, dimensionless (options above override it) or physical in SI "
-    "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
-)
+@parameter_options
 @click.option(
     "--state",
     type=float,
@@ -119,7 +99,7 @@ def _parameter_options(command: _Command) -> _Command:
     show_default="c where it was compiled, else numpy",
     help="Double precision (c, numpy), or 50 digits.",
 )
-@_json_option
+@json_option
 def run(
     file: str | None,
     state: tuple[float, float, float],
@@ -142,8 +122,7 @@ def run(
     from capsule_sym.map import simulate
     from capsule_sym.records import dumps, physical_record, run_record
 
-    given = {name: value for name, value in dimensionless.items() if value is not None}
-    parameters, physical = _parameters(file, given)
+    parameters, physical = chosen_parameters(file, dimensionless)
     trajectory = simulate(parameters, state, phase, periods, backend=backend)
     motion = None if trajectory.stopped else trajectory.steady()
     if as_json:
@@ -155,25 +134,10 @@ def run(
         _print_run(trajectory, motion, physical)
 
 
-def _parameters(
-    file: str | None, given: dict[str, float]
-) -> tuple[Parameters, PhysicalParameters | None]:
-    from capsule_sym.parameters import Parameters, load_parameters
-
-    if file is None:
-        return Parameters(**given), None
-    loaded = load_parameters(file)
-    if isinstance(loaded, Parameters):
-        return loaded.replace(**given), None
-    for name, value in given.items():
-        raise InvalidInput(name, value, f"absent where {file} is in SI units")
-    return loaded.dimensionless(), loaded
-
-
 def _print_run(
     trajectory: Trajectory, motion: SteadyMotion | None, physical: PhysicalParameters | None
 ) -> None:
-    console = _console()
+    console = make_console()
     values = trajectory.parameters.to_dict().items()
     console.print("   ".join(f"{name} = {value:.6g}" for name, value in values))
     console.print()
@@ -226,40 +190,63 @@ def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | N
 
 
 @group.command()
-@_json_option
+@json_option
 def paper(as_json: bool) -> None:
     """Compute the case study of Section 4 and compare it with what the paper prints.
 
     Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and
     at γ = 3.0, and shows each exact global map beside the printed one. Two maps agree if they are
-    the same cyclic sequence of local maps. Writes results/paper/casestudy.json (what --json
-    prints), cases.csv and segments.csv.
+    the same cyclic sequence of local maps. Then follows the orbit from α = 0.005 to 2 at both γ
+    and shows each exact bifurcation value beside the printed one. Writes
+    results/paper/casestudy.json (what --json prints), cases.csv, segments.csv, thresholds.csv, and
+    curves.csv with the bifurcations' curves in the plane of α and γ.
     """
-    from rich.progress import track
+    from rich.progress import Progress
 
-    from capsule_sym import casestudy
+    from capsule_sym import casestudy, thresholds
     from capsule_sym.records import dumps
 
-    progress = _console(stderr=True)
+    console = make_console(stderr=True)
     total = len(casestudy.GAMMAS) * len(casestudy.PANELS)
-    cases = list(
-        track(
-            casestudy.run(),
-            "Running the case study",
-            total,
-            console=progress,
-            disable=not progress.is_terminal,
-            transient=True,
-        )
-    )
-    record = casestudy.record(cases)
-    paths = casestudy.write(record, _RESULTS)
+    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+        task = progress.add_task("Running the case study", total=total)
+        cases = []
+        for case in casestudy.run():
+            cases.append(case)
+            progress.advance(task)
+        total = len(casestudy.GAMMAS) * len(thresholds.PRINTED)
+        task = progress.add_task("Locating the bifurcations", total=total)
+        found = thresholds.compute(lambda: progress.advance(task))
+    record = casestudy.record(cases) | {"bifurcations": thresholds.record(found)}
+    paths = casestudy.write(record, _RESULTS) + thresholds.save(found, _RESULTS)
     if as_json:
         click.echo(dumps(record))
     else:
         for gamma in casestudy.GAMMAS:
             _print_cases([case for case in cases if case.parameters.gamma == gamma], gamma)
+        _print_thresholds(found)
     click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+
+
+def _print_thresholds(found: list[Threshold]) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from capsule_sym.thresholds import conclusion
+
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
+    for name in ("γ", "event", "line"):
+        table.add_column(name)
+    for name in ("exact α", "printed α", "place"):
+        table.add_column(name, justify="right")
+    for one in found:
+        printed = f"{one.printed.alpha}" if one.printed else "none"
+        event, value = one.bifurcation, f"{float(one.value):.12f}"
+        row = (f"{one.gamma}", event.type, event.line, value, printed, f"{one.place or ''}")
+        table.add_row(*row)
+    console = make_console()
+    console.print(table)
+    console.print(f"\n{conclusion(found)}\n", soft_wrap=False)
 
 
 def _print_cases(cases: list[Case], gamma: float) -> None:
@@ -282,7 +269,7 @@ def _print_cases(cases: list[Case], gamma: float) -> None:
         mark = "*" if alpha in THRESHOLDS else ""
         verdict = "[green]agree" if case.agrees else "[red]differ"
         table.add_row(case.panel, f"{alpha}{mark}", exact, _folded(case.printed), verdict)
-    console = _console()
+    console = make_console()
     console.print(f"γ = {gamma}\n")
     console.print(table)
     inside = [case for case in cases if case.parameters.alpha not in THRESHOLDS]
@@ -297,14 +284,6 @@ def _folded(global_map: str) -> str:
     """The global map with two local maps to a line, so that the table fits 80 columns."""
     maps = global_map.split(" ∘ ")
     return " ∘\n".join(" ∘ ".join(maps[i : i + 2]) for i in range(0, len(maps), 2))
-
-
-def _console(stderr: bool = False) -> Any:
-    from rich.console import Console
-
-    file = sys.stderr if stderr else sys.stdout
-    width = None if file.isatty() else _PIPED_WIDTH
-    return Console(file=file, width=width, highlight=False)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

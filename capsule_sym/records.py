@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
+import os
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from capsule_sym.errors import InvalidInput
 
 if TYPE_CHECKING:
     from capsule_sym.map import Instant, Segment, SteadyMotion, Trajectory
@@ -88,6 +95,38 @@ def dumps(record: dict[str, Any]) -> str:
     """
     text = json.dumps(record, allow_nan=False, default=_marked, ensure_ascii=False, indent=2)
     return _MARKED.sub(r"\1", text)
+
+
+def table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> str:
+    """Rows as CSV text, with the columns of the first row, or those given where there is none."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]) if rows else columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def write(texts: Mapping[str, str], directory: Path) -> list[Path]:
+    """Write files by name; each appears whole or not at all. Returns their paths.
+
+    Raises InvalidInput where they cannot be written.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            _replace(directory / name, text)
+    except OSError as error:
+        raise InvalidInput("directory", str(directory), f"writable ({error.strerror})") from error
+    return [directory / name for name in texts]
+
+
+def _replace(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _point(instant: Instant, state: tuple[Any, ...]) -> dict[str, Any]:

@@ -43,7 +43,7 @@ cdef extern from "capsule.h" nogil:
     capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
     capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
                              size_t *, capsule_outcome *)
-    capsule_stop capsule_steady(const capsule_map *, capsule_state *, int64_t, double,
+    capsule_stop capsule_steady(const capsule_map *, const capsule_state *, void *, int, double,
                                 capsule_event *, size_t, capsule_motion *, capsule_outcome *)
     ctypedef struct capsule_many:
         const capsule_parameters *parameters
@@ -287,20 +287,23 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     free(crew)
 
 
-def steady_many(const double[:, ::1] parameters, states, int64_t periods, double tolerance,
-                int8_t[::1] stops, motions, uint8_t[:, ::1] switches):
-    """Runs every row to the end of period `periods`, and finds the motion it is in there.
+def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strobe,
+                double tolerance, int8_t[::1] stops, motions, uint8_t[:, ::1] switches):
+    """Finds the motion that every finished row is in, one whose stop is DONE.
 
-    `states` holds where runs start and where they came to, `stops` why they stopped, `motions`
-    (of MOTION) what was found. Row i of `switches` receives one byte 16 field + plane for every
-    switch of a period of the motion, from the end of the run on; a motion with more switches
-    than half the row holds stops at FULL.
+    `states` holds where runs came to, at the end of a period, and row i of `strobe` the state
+    before the last periods and those at their ends, as `run_many` writes them. `stops` receives
+    why the search stopped, `motions` (of MOTION) what was found. Row i of `switches` receives one
+    byte 16 field + plane for every switch of a period of the motion, from the end of the run on;
+    a motion with more switches than half the row holds stops at FULL.
     """
     cdef char[::1] at = states.view("i1")
     cdef char[::1] to = motions.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
     cdef capsule_motion *found = <capsule_motion *> &to[0]
     cdef Py_ssize_t i, k, count = len(states)
+    cdef bint made = False
+    cdef int periods = strobe.shape[1] - 1
     cdef size_t room = switches.shape[1]
     cdef capsule_outcome open_
     cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
@@ -311,12 +314,15 @@ def steady_many(const double[:, ::1] parameters, states, int64_t periods, double
         raise MemoryError()
     with nogil:
         for i in range(count):
-            if i == 0:
+            if stops[i] != 0:
+                continue
+            if not made:
+                made = True
                 capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
             else:
                 capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
-            stops[i] = <int8_t> capsule_steady(work, &records[i], periods, tolerance, events, room,
-                                               &found[i], &open_)
+            stops[i] = <int8_t> capsule_steady(work, &records[i], &strobe[i, 1, 0], periods,
+                                               tolerance, events, room, &found[i], &open_)
             for k in range(found[i].switches):
                 switches[i, k] = <uint8_t> (16 * events[k].field + events[k].plane)
     free(work)

@@ -15,7 +15,6 @@
 
 #define CAPSULE_TERMS 18 /* coefficients that a state is evaluated from */
 #define CAPSULE_DEGREE 8 /* of the polynomials that bound a guard from below and above */
-#define CAPSULE_LONGEST 16 /* excitation periods of the longest periodic motion looked for */
 #define CAPSULE_REACH 2.0 /* length of an expansion, over the fastest rate of the segment */
 
 typedef struct {
@@ -145,6 +144,7 @@ typedef struct {
 /* Takes `count` runs to the end of period `periods`, as `capsule_run` does one; fastest where
    neighbouring runs share omega, zeta, beta and gamma. */
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew);
+
 /* The motion that a run has come to. */
 typedef struct {
     double advance;   /* of x_c over one period of the motion */
@@ -154,14 +154,16 @@ typedef struct {
     int32_t never;    /* whether it is proved that this field is never left */
 } capsule_motion;
 
-/* Goes on as `capsule_run` and finds the periodic motion that the run is in at the end of period
-   `periods`: the least multiple after which the last stroboscopic states repeat within
-   `tolerance`, and the next switches exactly in field and plane. `events` holds those of one
-   period of the motion, from the end of the run on; there must be room for those of two.
-   CAPSULE_FULL says that there is not, CAPSULE_OPEN that a switch stayed open on the way. */
-capsule_stop capsule_steady(const capsule_map *map, capsule_state *state, int64_t periods,
-                            double tolerance, capsule_event *events, size_t room,
-                            capsule_motion *motion, capsule_outcome *open);
+/* Finds the periodic motion that a run is in at the end of a period, from its states at the ends
+   of the last `count` periods: the least multiple, of at most count/2 periods, after which the
+   last of them repeat within `tolerance`, and the next switches exactly in field and plane.
+   `events` holds those of one period of the motion, from the end of the run on; there must be
+   room for those of two. CAPSULE_FULL says that there is not, CAPSULE_OPEN that a switch stayed
+   open on the way. */
+capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
+                            double (*states)[3], int count, double tolerance,
+                            capsule_event *events, size_t room, capsule_motion *motion,
+                            capsule_outcome *open);
 
 /* Digest of the generator's inputs that the kernels were made from. */
 const char *capsule_digest(void);

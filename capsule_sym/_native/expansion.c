@@ -209,7 +209,12 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     const departure *d = &from->at;
     const double h = s * t->reach;
     double value, slope;
-    out->angle = d->angle + c->omega * h;
+    /* What rounding takes from a sum of angles goes into the next one: a segment may take hundreds
+       of expansions of the same length, whose roundings would all be alike. */
+    const double turned = c->omega * h + from->angle_rest;
+    out->angle = d->angle + turned;
+    const double added = out->angle - d->angle;
+    out->angle_rest = (d->angle - (out->angle - added)) + (turned - added);
     out->passed = 0;
     if (out->angle >= TWO_PI) { /* an expansion is shorter than two units of angle */
         out->angle = greater((out->angle - TWO_PI) - TWO_PI_REST, 0.0);
@@ -243,7 +248,9 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
         polynomial(terms, s, &value, &slope);
         out->v_c = d->v_c + (d->margin * h / c->gamma + s * value);
     } else {
-        const double pushed = c->alpha / c->omega * (out->sine - d->sine) - c->friction * h;
+        /* As a product: the difference of the sines would cancel where the forcing is slow. */
+        const double half = 0.5 * c->omega * h, swept = 2.0 * cos(d->angle + half) * sin(half);
+        const double pushed = c->alpha / c->omega * swept - c->friction * h;
         out->v_c = d->v_c + (pushed - (v_r - d->v_r)) / (c->gamma + 1.0);
     }
     if (!advance)
@@ -279,4 +286,5 @@ void carry(const capsule_constants *c, const capsule_table *t, const stand *from
     to->at = (departure){from->at.field, at->x_r,  at->gap,    at->v_r, at->v_c, at->margin,
                          at->angle,      at->cosine, at->sine, {0}};
     to->later = 1;
+    to->angle_rest = at->angle_rest;
 }

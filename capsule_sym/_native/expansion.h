@@ -10,6 +10,7 @@ typedef struct {
     double energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     double v_c_error, angle_error;
     int later; /* whether there is any such error */
+    double angle_rest; /* by how much the angle is more than its rounded sum */
 } stand;
 
 typedef struct {
@@ -20,7 +21,7 @@ typedef struct {
 } expansion;
 
 typedef struct {
-    double x_r, gap, v_r, v_c, margin, cosine, sine, angle, advance;
+    double x_r, gap, v_r, v_c, margin, cosine, sine, angle, angle_rest, advance;
     int passed; /* ends of an excitation period passed */
 } point;
 

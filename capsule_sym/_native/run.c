@@ -172,11 +172,12 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     const guard_name *guards = c->drift != 0.0 ? DRIFTING : STICKING;
     const int count = c->drift != 0.0 ? 2 : 3;
     const double omega = c->omega;
-    stand here = {*start, 0.0, 0.0, 0.0, 0};
+    stand here = {*start, 0.0, 0.0, 0.0, 0, 0.0};
     double *guess = &r->guess[start->field][plane];
     end->guard = NONE;
     end->turn = turn;
     end->duration = end->advance = 0.0;
+    double lost = 0.0; /* by how much the duration is too long, from rounding its sum */
     end->evaluations = 0;
     for (;;) {
         if (end->evaluations == MOST_EXPANSIONS) {
@@ -249,7 +250,9 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
             }
             end->turn++;
         }
-        end->duration += horizon * t->reach;
+        const double spent = horizon * t->reach - lost, before = end->duration;
+        end->duration = before + spent;
+        lost = (end->duration - before) - spent;
         end->advance += end->at.advance;
         if (first.guard != NONE) {
             end->guard = first.guard;

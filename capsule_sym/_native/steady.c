@@ -3,8 +3,6 @@
 
 #include "capsule.h"
 
-#define SPAN (2 * CAPSULE_LONGEST)
-
 /* Largest change of the last `multiple` states from those `after` periods before. */
 static double change(double (*states)[3], int count, int after, int multiple)
 {
@@ -58,36 +56,24 @@ static capsule_stop motion_of(const capsule_map *map, capsule_state state, int m
     return CAPSULE_DONE;
 }
 
-capsule_stop capsule_steady(const capsule_map *map, capsule_state *state, int64_t periods,
-                            double tolerance, capsule_event *events, size_t room,
-                            capsule_motion *motion, capsule_outcome *open)
+capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
+                            double (*states)[3], int count, double tolerance,
+                            capsule_event *events, size_t room, capsule_motion *motion,
+                            capsule_outcome *open)
 {
-    double marks[SPAN + 1][3];
     capsule_segment next;
-    capsule_wish wish = {0};
     size_t written;
-    const int count = periods < SPAN ? (int)periods : SPAN;
-    *motion = (capsule_motion){0};
-    capsule_stop stop = capsule_run(map, state, periods - count, &wish, &written, open);
-    if (stop != CAPSULE_DONE)
-        return stop;
-    wish.strobe = marks;
-    state->turn = 0;
-    stop = capsule_run(map, state, count, &wish, &written, open);
-    state->turn += periods - count;
-    if (stop != CAPSULE_DONE)
-        return stop;
-
     capsule_state probe = *state;
+    *motion = (capsule_motion){0};
     probe.turn = 0;
-    stop = capsule_run(map, &probe, 1, &(capsule_wish){.segments = &next, .room = 1}, &written,
-                       open);
+    capsule_stop stop = capsule_run(
+        map, &probe, 1, &(capsule_wish){.segments = &next, .room = 1}, &written, open);
     if (stop == CAPSULE_OPEN)
         return stop;
     motion->field = next.field;
     motion->never = next.outcome == CAPSULE_NEVER;
     for (int multiple = 1; multiple <= count / 2 && !motion->multiple; multiple++) {
-        if (!repeats(marks + 1, count, multiple, tolerance))
+        if (!repeats(states, count, multiple, tolerance))
             continue;
         stop = motion_of(map, *state, multiple, events, room, motion, open);
         if (stop != CAPSULE_DONE)

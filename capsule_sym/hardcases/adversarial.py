@@ -1,13 +1,17 @@
-"""The randomised adversarial run: single segments in double precision beside 50 digits."""
+"""The randomised adversarial run: first switches in double precision beside 50 digits."""
 
 from __future__ import annotations
 
+import ast
 import json
+import math
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, field
+from functools import cache
+from hashlib import sha256
 from multiprocessing import get_context
 from pathlib import Path
 from random import Random
@@ -17,25 +21,36 @@ from typing import Any
 from capsule_sym.errors import Outcome
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.hardcases.judge import CONTRACT, Start, error, names
-from capsule_sym.hardcases.starts import random_start
-from capsule_sym.map.backend import NumpyBackend, backend
-from capsule_sym.map.location import Departure
-from capsule_sym.map.simulate import _Run
-from capsule_sym.map.transitions import State
+from capsule_sym.hardcases.starts import RandomStart, random_start
+from capsule_sym.map import Segment, simulate
+from capsule_sym.map.backend import Backend, default_backend
+from capsule_sym.map.digits import fifty_digits
+from capsule_sym.map.expansion import Guard
+from capsule_sym.map.location import Departure, Switch
+from capsule_sym.map.simulate import Run
+from capsule_sym.map.transitions import FIELDS, State
 
 CHUNK = 200
 """Starts in one line of the log."""
 
 _PROCESSES = 2
+_REFERENCE = 8  # of so many starts one is judged by the reference map as well
+_SMALL = 2.0  # errors below, in units of the contract, are not told apart
+_MODES = {field: mode for mode, field in FIELDS.items()}
 
 
 @dataclass
 class Tally:
-    """Counts over some starts: by kind and outcome, and every disagreement with its start.
+    """Counts over some starts: by kind, outcome and distance, and every disagreement.
 
+    `disagreements` are starts where another field takes over or another guard fires than in 50
+    digits, `inaccurate` those whose switching time is outside the accuracy contract.
+
+    `backends` counts the starts that each backend was judged on; the default backend takes all.
     `settled` are starts that double precision left open and 50 digits decided, `undecided` those
-    that stay open (a tangency or corner to 50 digits). `worst` is the largest error of a
-    switching time in units of u (t* + M/|g'(t*)|).
+    that stay open (a tangency or corner to 50 digits); `distances` gives starts, settled and
+    undecided by the decade of the start's distance from a degenerate one. `worst` is the largest
+    error of a switching time in units of u (t* + M/|g'(t*)|), those below 2 not told apart.
     """
 
     starts: int = 0
@@ -43,9 +58,12 @@ class Tally:
     undecided: int = 0
     worst: float = 0.0
     seconds: float = 0.0
+    backends: dict[str, int] = field(default_factory=dict)
     kinds: dict[str, int] = field(default_factory=dict)
     outcomes: dict[str, int] = field(default_factory=dict)
+    distances: dict[str, list[int]] = field(default_factory=dict)
     disagreements: list[dict[str, Any]] = field(default_factory=list)
+    inaccurate: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, other: Tally) -> None:
         """Add the counts of another tally."""
@@ -54,19 +72,24 @@ class Tally:
         self.undecided += other.undecided
         self.seconds += other.seconds
         self.worst = max(self.worst, other.worst)
-        self.kinds = dict(Counter(self.kinds) + Counter(other.kinds))
-        self.outcomes = dict(Counter(self.outcomes) + Counter(other.outcomes))
+        for name in ("backends", "kinds", "outcomes"):
+            setattr(self, name, dict(Counter(getattr(self, name)) + Counter(getattr(other, name))))
+        for decade, counts in other.distances.items():
+            before = self.distances.get(decade, [0, 0, 0])
+            self.distances[decade] = [a + b for a, b in zip(before, counts, strict=True)]
         self.disagreements += other.disagreements
+        self.inaccurate += other.inaccurate
 
 
 def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
     """Tallies of chunks, `count` starts in all (rounded up to whole chunks), as they are done.
 
-    Chunks already in the log come first and are not run again; the log belongs to one seed and
-    one set of generated kernels, another's lines are left alone and not counted.
+    Chunks already in the log come first and are not run again. A line belongs to one seed and one
+    state of the code; another's lines are left alone and not counted.
     """
     wanted = range(-(-count // CHUNK))
-    done = _logged(log, seed)
+    key = {"seed": seed, "code": code()}
+    done = _logged(log, key)
     yield from (done[number] for number in wanted if number in done)
     log.parent.mkdir(parents=True, exist_ok=True)
     with (
@@ -78,7 +101,7 @@ def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
         try:
             for future in as_completed(running):
                 tally = future.result()
-                line = {"seed": seed, "digest": DIGEST, "chunk": running[future], **asdict(tally)}
+                line = {**key, "chunk": running[future], **asdict(tally)}
                 # One write of one line: a run that is killed leaves at most a torn last line.
                 file.write(json.dumps(line) + "\n")
                 file.flush()
@@ -88,7 +111,35 @@ def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _logged(log: Path, seed: int) -> dict[int, Tally]:
+@cache
+def code() -> str:
+    """Digest of all that a verdict depends on: the kernels, the map, its C core, and the judge."""
+    from capsule_sym._native import core
+
+    here = Path(__file__).parent
+    files = sorted(here.parent.glob("map/*.py"))
+    files += [here / f"{name}.py" for name in ("adversarial", "judge", "starts")]
+    parts = [DIGEST.encode(), *map(_meaning, files)]
+    if core is not None:
+        parts.append(Path(str(core.__file__)).read_bytes())
+    return sha256(b"".join(parts)).hexdigest()[:16]
+
+
+def _meaning(file: Path) -> bytes:
+    """A module without its comments and docstrings."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [  # type: ignore[attr-defined]
+                part
+                for part in body
+                if not (isinstance(part, ast.Expr) and isinstance(part.value, ast.Constant))
+            ]
+    return ast.dump(tree).encode()
+
+
+def _logged(log: Path, key: dict[str, Any]) -> dict[int, Tally]:
     """Tallies in a log by chunk; a torn last line is cut off."""
     if not log.exists():
         return {}
@@ -98,8 +149,8 @@ def _logged(log: Path, seed: int) -> dict[int, Tally]:
     tallies = {}
     for line in whole.splitlines():
         record = json.loads(line)
-        number, key = record.pop("chunk"), (record.pop("seed"), record.pop("digest"))
-        if key == (seed, DIGEST):
+        number = record.pop("chunk")
+        if {name: record.pop(name, None) for name in key} == key:
             tallies[number] = Tally(**record)
     return tallies
 
@@ -108,52 +159,106 @@ def chunk(seed: int, number: int) -> Tally:
     """The tally of one chunk; seed and number determine its starts."""
     random = Random(f"{seed} {number}")
     tally, began = Tally(), perf_counter()
-    for _ in range(CHUNK):
-        kind, start = random_start(random)
-        tally.add(compare(kind, start))
+    for index in range(CHUNK):
+        start = random_start(random)
+        reference = ["numpy"] if index % _REFERENCE == 0 else []
+        tally.add(compare(start, [default_backend(), *reference]))
     tally.seconds = perf_counter() - began
     return tally
 
 
-def compare(kind: str, start: Start) -> Tally:
+def compare(random: RandomStart, backends: Iterable[str]) -> Tally:
     """One start: the field that takes over and its first switch, in double and in 50 digits."""
-    parameters, length = start.parameters, start.periods * start.parameters.period
-    x_r, v_r, v_c = start.state
-    state = State(x_r, x_r - parameters.delta, v_r, v_c, start.phase * parameters.omega)
-    run = _Run(NumpyBackend(), parameters, start.phase, settle=True)
-    departure = run._depart(state)
-    tally = Tally(starts=1, kinds={kind: 1})
-    with backend("mpmath") as numbers:
-        exact = _Run(numbers, parameters, start.phase, settle=False)
-        given = run._exactly(numbers, state)
-        truth = exact._depart(given)
-        problem, outcome = "", Outcome.UNDECIDED
-        if departure is None or truth is None:
-            tally.undecided = 1
-            if departure or truth:
-                problem = f"{_field(departure)} takes over, not {_field(truth)}"
-        elif departure.field != truth.field:
-            problem = f"{_field(departure)} takes over, not {_field(truth)}"
-        else:
-            _, switch = run._locate(state, departure, length)
-            _, true = exact._locate(given, truth, numbers.number(length))
-            outcome = switch.outcome
-            tally.undecided = int(outcome is Outcome.UNDECIDED or not true.certain)
-            if set(switch.guards) != set(true.guards):
-                problem = f"{_field(truth)}: {names(switch)}, not {names(true)}"
-            elif true.guards:
-                tally.worst = error(numbers, parameters, departure, switch, true)
-                if tally.worst > CONTRACT:
-                    problem = f"{_field(truth)}: {names(true)} off by {tally.worst:.1f}"
-    tally.settled = int(run.settled > 0)
-    tally.outcomes = {str(outcome): 1}
-    if problem:
-        tally.disagreements = [
-            {"kind": kind, "problem": problem, "parameters": parameters.to_dict()}
-            | {"state": list(start.state), "phase": start.phase}
-        ]
+    start = random.start
+    with fifty_digits() as numbers:
+        true = _first_switch(numbers, start)
+        tally = Tally(starts=1, kinds={random.kind: 1})
+        for name in dict.fromkeys(backends):
+            found = simulate(
+                start.parameters,
+                start.state,
+                start.phase,
+                start.periods,
+                backend=name,
+                max_segments=1,
+            )
+            tally.backends[name] = 1
+            tally.settled = int(tally.settled or found.settled > 0)
+            segment = found.segments[0] if found.segments else None
+            problem, off = _problem(numbers, start, segment, *true)
+            tally.worst = max(tally.worst, off)
+            record = {
+                "backend": name,
+                "kind": random.kind,
+                "problem": problem or f"F{segment.field if segment else 0} off by {off:.1f}",
+                "parameters": start.parameters.to_dict(),
+                "state": list(start.state),
+                "phase": start.phase,
+            }
+            if problem:
+                tally.disagreements.append(record)
+            elif off > CONTRACT:
+                tally.inaccurate.append(record)
+        outcome = segment.outcome if segment else Outcome.UNDECIDED
+        tally.undecided = int(true[1] is None or not true[1].certain)
+        tally.outcomes = {str(outcome): 1}
+        tally.distances = {_decade(random.distance): [1, tally.settled, tally.undecided]}
     return tally
 
 
-def _field(departure: Departure | None) -> str:
-    return f"F{departure.field}" if departure else "no field"
+def _first_switch(numbers: Backend, start: Start) -> tuple[Departure | None, Switch | None]:
+    """What takes over at a start, and the first switch before the run's end."""
+    number, parameters = numbers.number, start.parameters
+    run = Run(numbers, parameters, start.phase, settle=False)
+    x_r, v_r, v_c = (number(value) for value in start.state)
+    angle = number(start.phase) * number(parameters.omega)
+    state = State(x_r, x_r - number(parameters.delta), v_r, v_c, angle)
+    departure = run.take_over(state)
+    if departure is None:
+        return None, None
+    limit = (start.periods * numbers.full_turn - angle) / number(parameters.omega)
+    return departure, run.first_switch(state, departure, limit)[1]
+
+
+def _problem(
+    numbers: Backend,
+    start: Start,
+    segment: Segment | None,
+    departure: Departure | None,
+    true: Switch | None,
+) -> tuple[str, float]:
+    """What is wrong with a segment, empty if nothing is, and the error of its duration."""
+    found = f"F{segment.field}" if segment else "no field"
+    expected = f"F{departure.field}" if departure else "no field"
+    if segment is None or departure is None or true is None or found != expected:
+        return ("" if found == expected else f"{found} takes over, not {expected}"), 0.0
+    fired = _fired(segment)
+    if fired not in (true.guards or (None,)):
+        return f"{found}: {fired.value if fired else 'none'}, not {names(true)}", 0.0
+    if not true.guards:
+        return "", 0.0
+    # With M = 0 the error is larger than it is: mostly that is little enough already.
+    off = float(abs(segment.duration / true.duration - 1)) * 2**53 if true.duration else math.inf
+    if off > _SMALL:
+        off = error(numbers, start.parameters, departure, segment.duration, true).amplitude
+    return "", off
+
+
+def _fired(segment: Segment) -> Guard | None:
+    """The guard that ended a segment, by its planes; None if none did."""
+    if not segment.target:
+        return None
+    plane, (contact, drift) = int(segment.target[1:]), _MODES[segment.field]
+    if drift:
+        return Guard.GAP if plane > 6 else Guard.DRIFT
+    after, towards = _MODES[plane]
+    if after != contact:
+        return Guard.GAP
+    return Guard.UPPER if towards > 0 else Guard.LOWER
+
+
+def _decade(distance: float) -> str:
+    """The decade of a distance, such as "1e-13" from that on to 1e-12; "0" below 1e-17."""
+    if math.isinf(distance):
+        return "anywhere"
+    return "0" if distance < 1e-17 else f"1e{math.floor(math.log10(distance))}"

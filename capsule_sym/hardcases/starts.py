@@ -1,15 +1,15 @@
 """Random starts that lead close to a tangency or a corner, or begin close to one.
 
-The state to be met is chosen first, at a distance between 1e-1 and 1e-17 from the degenerate one;
-the start is where a field comes from to meet it. Rounding moves it by a few units more: what
-really happens is for the judge to say.
+The state to be met is chosen first, at a distance between 1e-1 and 1e-17 from the degenerate one
+or on it; the start is where a field comes from to meet it. Rounding moves it by a few units more:
+what really happens is for the judge to say.
 """
 
 from __future__ import annotations
 
 import math
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,25 @@ KINDS = ("graze", "sliding", "corner", "impact start", "slip start", "anywhere")
 _LONGEST = 4.0  # duration before the state to be met, over the segment's rate
 
 
-def random_start(random: Random) -> tuple[str, Start]:
-    """A start of one of the kinds, and its kind; `random` decides everything."""
+class RandomStart(NamedTuple):
+    """A start, of which kind it is, and how far from degenerate.
+
+    The distance is that of the state to be met, as chosen: the larger one if two conditions are
+    to hold, where a rate counts squared, as it moves a minimum by that; infinite if none is.
+    """
+
+    kind: str
+    distance: float
+    start: Start
+
+
+class _Target(NamedTuple):
+    state: tuple[float, float, float]
+    distance: float
+
+
+def random_start(random: Random) -> RandomStart:
+    """A start of one of the kinds; `random` decides everything."""
     numbers = NumpyBackend()
     while True:
         parameters = _parameters(random)
@@ -32,14 +49,15 @@ def random_start(random: Random) -> tuple[str, Start]:
         target = _target(random, kind, c, angle)
         if target is None:
             continue
-        state = target
+        state = target.state
         if kind in KINDS[:3]:
             h = random.uniform(0.01, 1.0) * _LONGEST / c.rate
             angle = (angle - c.omega * h) % (2 * math.pi)
-            state = _before(numbers, c, angle, h, target)
+            state = _before(numbers, c, angle, h, state)
         phase = angle / parameters.omega
         if _inside(c, state) and phase < parameters.period:
-            return kind, Start(parameters, state, phase, periods=2, max_segments=1)
+            start = Start(parameters, state, phase, periods=2, max_segments=1)
+            return RandomStart(kind, target.distance, start)
 
 
 def _parameters(random: Random) -> Parameters:
@@ -57,37 +75,47 @@ def _parameters(random: Random) -> Parameters:
     )
 
 
-def _near(random: Random, value: float) -> float:
-    """A value off by a random sign and 1e-1 to 1e-17, relative or absolute; or the value itself."""
+def _offset(random: Random) -> float:
+    """1e-1 to 1e-17 with a random sign; or 0."""
     if random.random() < 0.1:
-        return value
+        return 0.0
     distance: float = 10.0 ** random.uniform(-17.0, -1.0) * random.choice((-1.0, 1.0))
-    return value + distance * max(1.0, abs(value))
+    return distance
 
 
-def _target(random: Random, kind: str, c: Any, angle: float) -> tuple[float, float, float] | None:
+def _moved(value: float, offset: float) -> float:
+    """A value off by so much, relative if it is larger than 1."""
+    return value + offset * max(1.0, abs(value))
+
+
+def _target(random: Random, kind: str, c: Any, angle: float) -> _Target | None:
     """The state to be met (or to start from), None where the kind does not fit the field."""
     delta: float = c.delta
     speed = random.gauss(0.0, 1.0)
     v_c = float(c.drift) * abs(random.gauss(0.0, 1.0))
+    first, second = _offset(random), _offset(random)
+    touching, meeting = max(abs(first), second * second), max(abs(first), abs(second))
     if kind == "graze":
-        return _near(random, delta), _near(random, 0.0), v_c
+        return _Target((_moved(delta, first), second, v_c), touching)
     if kind == "corner" and c.drift:
-        return _near(random, delta), speed, _near(random, 0.0)
+        return _Target((_moved(delta, first), speed, second), meeting)
     if kind == "impact start":
-        return _near(random, delta), random.choice((speed, _near(random, 0.0))), v_c
-    force = random.choice((-1.0, 1.0)) * _near(random, c.f_b)
+        if random.random() < 0.5:
+            return _Target((_moved(delta, first), speed, v_c), abs(first))
+        return _Target((_moved(delta, first), second, v_c), touching)
+    force = random.choice((-1.0, 1.0)) * _moved(c.f_b, first)
     if kind == "sliding" and not c.drift:
         # P' = 0 there: (1 + kappa) v_r = -2 zeta x_r''
         rate = c.alpha * math.cos(angle) - force
         v_r = -2 * c.zeta * rate / (1 + c.kappa)
-        return _position(c, force, v_r), _near(random, v_r), 0.0
+        return _Target((_position(c, force, v_r), _moved(v_r, second), 0.0), touching)
     if kind == "corner" and c.zeta:
-        return _near(random, delta), float((force - delta) / (2 * c.zeta)), 0.0
+        v_r = float((force - delta) / (2 * c.zeta))
+        return _Target((_moved(delta, second), v_r, 0.0), meeting)
     if kind == "slip start":
-        return _position(c, force, speed), speed, 0.0
+        return _Target((_position(c, force, speed), speed, 0.0), abs(first))
     if kind == "anywhere":
-        return delta + random.gauss(0.0, 1.0), speed, v_c
+        return _Target((delta + random.gauss(0.0, 1.0), speed, v_c), math.inf)
     return None
 
 

@@ -26,7 +26,8 @@ class Row:
     """A hard case judged: events of the map and of 50 digits, error, outcome, and plain ways.
 
     `error_ulp` is the largest error of a switching time in units of u (t* + M/|g'(t*)|), allowed
-    up to 8. `plain` says how each plain approach did: "all", or what went wrong.
+    up to 8; `error_ulp_at_phase` is the same with the smaller of the two readings of M (`Error`).
+    `plain` says how each plain approach did: "all", or what went wrong.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Row:
     events_found: int
     events_true: int
     error_ulp: float
+    error_ulp_at_phase: float
     outcome: str
     settled: int
     verdict: str
@@ -64,7 +66,7 @@ def row(case: Case) -> Row:
         case.hard,
         len(judged.found),
         len(judged.true),
-        judged.error,
+        *judged.error,
         _outcome(judged.run),
         judged.run.settled,
         _verdict(judged),

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.native import core, step, write
-from capsule_sym.map.simulate import RANGES, _Run, check_count, check_start
+from capsule_sym.map.simulate import RANGES, Run, check_count, check_start
 from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
@@ -103,7 +103,7 @@ def final_states(
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
-        run = _Run(NumpyBackend(), Parameters(*rows[i].tolist()), float(times[i]), settle=True)
+        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), float(times[i]), settle=True)
         _finish(run, records[i : i + 1].reshape(()), periods, marks, positions)
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
@@ -134,7 +134,7 @@ def final_state(
     values = check_start(parameters, state, phase, periods)
     found = _map_of(parameters).final(*values, phase * parameters.omega, periods)
     if found is None:
-        run = _Run(NumpyBackend(), parameters, phase, settle=True)
+        run = Run(NumpyBackend(), parameters, phase, settle=True)
         record = core().Map(np.array(_row(parameters))).state_at(*values, phase * parameters.omega)
         _finish(run, record, periods, None, False)
         if record["turn"] < periods:
@@ -165,19 +165,22 @@ def switches(
         stop, count, _ = native.run(record, periods, events=room)
         found.append(room[:count])
         if stop == core().OPEN:
-            run = _Run(NumpyBackend(), parameters, phase, settle=True)
+            run = Run(NumpyBackend(), parameters, phase, settle=True)
             journey = step(run, record, periods)
             if journey.departure is None and journey.turns < periods:
                 raise Stopped(journey.turns, periods)
-            left = run.segments[0].field
             write(record, journey)
-            event = (record["turn"], record["angle"], left, record["plane"])
-            found.append(np.array([event] if run.segments[0].target else [], core().EVENT))
+            events = [
+                (s.end.period, s.end.phase * parameters.omega, s.field, int(s.target[1:]))
+                for s in run.segments
+                if s.target
+            ]
+            found.append(np.array(events, core().EVENT))
     return np.concatenate(found)
 
 
 def _finish(
-    run: _Run,
+    run: Run,
     record: NDArray[np.void],
     periods: int,
     strobe: NDArray[np.float64] | None,
@@ -185,6 +188,7 @@ def _finish(
 ) -> None:
     """Takes a run on by the reference map wherever the core leaves a switch open."""
     native = core().Map(np.array(list(run.parameters.to_dict().values())))
+    run.marks = periods
     while record["turn"] < periods:
         run.segments.clear()
         run.stroboscopic.clear()

@@ -3,21 +3,31 @@
 Everything is decided on polynomials that bound the function from below and above, by the signs of
 their Bernstein coefficients: where all are positive on an interval, so is the polynomial. Nothing
 is sampled.
+
+The polynomials are doubles whatever the number system of the expansion. More digits would tell no
+more: where a sign is hidden by rounding beside larger coefficients, a shorter interval shows it.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 from math import comb
+from typing import Any
+
+import numpy as np
 
 from capsule_sym.map.backend import Number
 from capsule_sym.map.expansion import Expansion, factorials
 
 _DEPTH = 6  # an interval is halved this often before its end is left to a new expansion
-_NARROW = 2.0**-20  # relative width of a bracket handed to Brent's method
+_NARROW = 2.0**-20  # relative width of a bracket
 _TINY = 1e-290
+# Roundings counted for an expansion that has more digits: far more than its own conversion takes,
+# so that its signs rest on no close count of roundings.
+_COARSE = 2.0**-40
+_SMALL = 1e-250  # below this, underflow might count
 
 
 @dataclass(frozen=True)
@@ -29,63 +39,46 @@ class Search:
     """
 
     clear: Number
-    bracket: tuple[Number, Number] | None = None
+    bracket: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class _Bounds:
     """Coefficients of bounds from below and above, and of one from above on the derivative."""
 
-    lower: list[Number]
-    upper: list[Number]
-    slope: list[Number]
+    lower: list[float]
+    upper: list[float]
+    slope: list[float]
+    unit: float
 
 
 def _bounds(e: Expansion, zeros: int, unit: Number) -> _Bounds:
     """Bounds on g(d)/d^zeros, where the first `zeros` derivatives of g vanish at the start."""
+    unit = unit if isinstance(unit, float) else _COARSE
     n = len(e.values)
-    inverse = [1 / _like(factorial, unit) for factorial in factorials(n + 1)]
+    inverse = [1 / factorial for factorial in factorials(n + 1)]
     # The roundings made from here on (scaling, Bernstein form) are covered by a few units more.
     slack = 8 * n * unit
-    value = [e.values[i] * inverse[i] for i in range(zeros, n)]
-    error = [(e.errors[i] + slack * abs(e.values[i])) * inverse[i] for i in range(zeros, n)]
-    rest, growth = e.rest * inverse[n] * (1 + slack), e.growth * inverse[n] * (1 + slack)
+    value = [float(e.values[i]) * inverse[i] for i in range(zeros, n)]
+    error = [
+        float(e.errors[i]) * (1 + slack) * inverse[i] + slack * abs(a)
+        for i, a in enumerate(value, zeros)
+    ]
+    rest, growth = (float(size) * inverse[n] * (1 + slack) for size in (e.rest, e.growth))
     lower = [a - b for a, b in zip(value, error, strict=True)] + [-rest, -growth]
     upper = [a + b for a, b in zip(value, error, strict=True)] + [rest, growth]
     # |(R/d^m)'| <= |R'|/d^m + m |R|/d^(m+1), with R' bounded like R by one power less.
     slope = [(i + 1) * upper[i + 1] for i in range(n - zeros - 1)]
     slope += [(n + zeros) * rest, (n + zeros) * growth]
-    return _Bounds(lower, upper, slope)
-
-
-def _like(value: int, unit: Number) -> Number:
-    return type(unit)(value)
+    return _Bounds(lower, upper, slope, unit)
 
 
 @lru_cache(maxsize=16)
-def _binomials(degree: int) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(comb(j, i) for i in range(j + 1)) for j in range(degree + 1))
-
-
-def _bernstein(coefficients: list[Number], width: Number) -> list[Number]:
-    """Bernstein coefficients on [0, width] of a polynomial given by its powers."""
-    degree = len(coefficients) - 1
-    rows = _binomials(degree)
-    scaled, power = [], width * 0 + 1
-    for i, a in enumerate(coefficients):
-        scaled.append(a * power / rows[degree][i])
-        power = power * width
-    return [sum(c * s for c, s in zip(row, scaled, strict=False)) for row in rows]
-
-
-def _halves(b: list[Number]) -> tuple[list[Number], list[Number]]:
-    """Bernstein coefficients on the two halves of the interval (de Casteljau)."""
-    left, right = [b[0]], [b[-1]]
-    while len(b) > 1:
-        b = [(p + q) / 2 for p, q in pairwise(b)]
-        left.append(b[0])
-        right.append(b[-1])
-    return left, right[::-1]
+def _matrices(size: int) -> tuple[Any, Any, Any, Any]:
+    """What takes coefficients of powers to Bernstein form, and that to the halves' forms."""
+    pascal = np.array([[comb(j, i) for j in range(size)] for i in range(size)], dtype=float)
+    left = pascal / 2.0 ** np.arange(size)
+    return pascal[:, -1], pascal, left, left[::-1, ::-1]
 
 
 def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Search:
@@ -94,28 +87,37 @@ def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Sea
     `zeros` derivatives of the guard, from the guard itself on, vanish at the start; that root is
     divided out.
     """
-    bounds = _bounds(expansion, zeros, unit)
-    forms = [_bernstein(p, reach) for p in (bounds.lower, bounds.upper, bounds.slope)]
-    zero = reach * 0
-    pending = [(forms, zero, reach, 0)]
+    bounds, end = _bounds(expansion, zeros, unit), float(reach)
+    if end < reach:
+        end = math.nextafter(end, math.inf)
+    binomials, pascal, to_left, to_right = _matrices(len(bounds.lower))
+    scaled = np.array([bounds.lower, bounds.upper, [*bounds.slope, 0.0]])
+    scaled *= end ** np.arange(len(binomials))
+    if not _SMALL < np.abs(scaled).max() < math.inf:
+        return Search(reach * 0)
+    pending = [((scaled / binomials) @ pascal, 0.0, end, 0)]
     while pending:
-        (lower, upper, slope), start, end, depth = pending.pop()
-        if min(lower) > _doubt(lower, unit):
+        forms, start, end, depth = pending.pop()
+        low, high = forms.min(axis=1), forms.max(axis=1)
+        # Rounding errors of Bernstein coefficients, the few subdivisions included.
+        doubt = 16 * bounds.unit * np.maximum(high, -low)
+        if low[0] > doubt[0]:
             continue
-        if max(slope) < -_doubt(slope, unit) and upper[-1] < -_doubt(upper, unit):
-            return _narrowed(bounds, start, end)
+        if forms[1, -1] < -doubt[1] and high[2] < -doubt[2]:
+            bracket = _narrowed(bounds, start, end)
+            # With more digits than a double the root may be just past the reach.
+            return Search(reach * 0 + bracket[0], bracket if bracket[1] <= reach else None)
         if depth == _DEPTH:
-            return Search(start)
+            return Search(reach * 0 + start)
         middle = (start + end) / 2
-        parts = [_halves(form) for form in (lower, upper, slope)]
-        pending.append(([part[1] for part in parts], middle, end, depth + 1))
-        pending.append(([part[0] for part in parts], start, middle, depth + 1))
+        pending.append((forms @ to_right, middle, end, depth + 1))
+        pending.append((forms @ to_left, start, middle, depth + 1))
     return Search(reach)
 
 
-def _doubt(form: list[Number], unit: Number) -> Number:
-    """Bound on the rounding errors of Bernstein coefficients, the few subdivisions included."""
-    return 16 * unit * max(max(form), -min(form))
+def positive_at(expansion: Expansion, d: Number, unit: Number) -> bool:
+    """Whether the guard is certainly positive a duration d after the expansion's instant."""
+    return bool(_value(_bounds(expansion, 0, unit).lower, float(d)) > 0)
 
 
 def _value(coefficients: list[Number], d: Number) -> Number:
@@ -125,14 +127,14 @@ def _value(coefficients: list[Number], d: Number) -> Number:
     return total
 
 
-def _narrowed(bounds: _Bounds, start: Number, end: Number) -> Search:
+def _narrowed(bounds: _Bounds, start: float, end: float) -> tuple[float, float]:
     """The same bracket as small as the bounds allow; the guard decreases all over it."""
     low, _ = _bisect(bounds.lower, start, end)
     _, high = _bisect(bounds.upper, low, end)
-    return Search(low, (low, high))
+    return low, high
 
 
-def _bisect(coefficients: list[Number], low: Number, high: Number) -> tuple[Number, Number]:
+def _bisect(coefficients: list[float], low: float, high: float) -> tuple[float, float]:
     """Ends of a small interval at which a polynomial is positive (or the start) and negative."""
     while high - low > high * _NARROW:
         middle = (low + high) / 2
@@ -145,6 +147,23 @@ def _bisect(coefficients: list[Number], low: Number, high: Number) -> tuple[Numb
     return low, high
 
 
-def positive_at(expansion: Expansion, d: Number, unit: Number) -> bool:
-    """Whether the guard is certainly positive a duration d after the expansion's instant."""
-    return bool(_value(_bounds(expansion, 0, unit).lower, d) > 0)
+def descending_root(
+    derivatives: list[Number], low: Number, high: Number, tolerance: Number
+) -> Number:
+    """The root of a polynomial, given by its derivatives at 0, that decreases from low to high.
+
+    Newton's method, held to the bracket; an end of it where the polynomial does not change sign.
+    """
+    inverse = factorials(len(derivatives))
+    values = [a / b for a, b in zip(derivatives, inverse, strict=True)]
+    slopes = [(i + 1) * a for i, a in enumerate(values[1:])]
+    d, step = low * 0, high - low
+    while abs(step) > tolerance:
+        value = _value(values, d)
+        low, high = (d, high) if value > 0 else (low, d)
+        slope = _value(slopes, d)
+        new = d - value / slope if slope < 0 else high
+        if not low < new < high:
+            new = (low + high) / 2
+        step, d = new - d, new
+    return d

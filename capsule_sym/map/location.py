@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import Any, NamedTuple
 
 from capsule_sym.errors import Outcome
 from capsule_sym.map import quasistatic
 from capsule_sym.map.backend import Backend, Number
-from capsule_sym.map.expansion import Expansion, Guard, Point, expand, watched
-from capsule_sym.map.isolation import Search, positive_at, search
+from capsule_sym.map.expansion import Expansion, Guard, Point, expand, factorials, watched
+from capsule_sym.map.isolation import Search, descending_root, positive_at, search
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
+_SHORTEST = 1e-250  # start of the durations that are looked at, over the fastest rate
 _MOST_EVALUATIONS = 200_000
 _ERROR_UNITS = 8  # rounding of the kernels, in units of their largest terms; measured: below 4
 
@@ -125,6 +128,38 @@ class Flow:
         error_angle = 2 * self.backend.unit * (start.angle + turned)
         return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
 
+    def at_mark(self, h: Number) -> Point:
+        """The point at a duration h > 0 after which the forcing's angle is 0, however long it is.
+
+        The closed form takes the forcing's phase from h, with an error in proportion to h. Here
+        the forced response is that at the two angles, both known, and the duration is left to the
+        free part; where forcing is so near to resonance that this would lose more, it is not done.
+        """
+        c, start = self.c, self.start
+        if c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
+            return self(h)
+        real, imaginary, size = c.K - c.omega * c.omega, 2 * c.sigma * c.omega, c.alpha / c.Z2
+        cosine, sine = self.closed.cos_theta, self.closed.sin_theta
+        before = size * (real * cosine + imaginary * sine)
+        rate_before = size * c.omega * (imaginary * cosine - real * sine)
+        after, rate_after = size * real, size * c.omega * imaginary
+        free = self.closed._replace(
+            x_r=start.x_r - before, gap=start.gap - before, v_r=start.v_r - rate_before
+        )
+        unforced = c._replace(alpha=c.alpha * 0, resonant=False)
+        values = self.backend.kernels.flow(unforced, free, h)
+        self.evaluations += 1
+        number = self.backend.number
+        position, v_r = number(values[0]) + (after - before), number(values[1]) + rate_after
+        x_r, gap, v_c = start.x_r + position, start.gap + position, start.v_c
+        if c.drift:
+            forced = rate_before - rate_after - c.alpha * sine / c.omega
+            v_c = v_c + number(values[2]) + forced / (c.gamma + 1)
+        margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
+        zero = h * 0
+        errors = self._errors(h, x_r, v_r, v_c)
+        return Point(x_r, gap, v_r, v_c, margin, zero + 1, zero, *errors, zero)
+
     def _errors(
         self, h: Number, x_r: Number, v_r: Number, v_c: Number
     ) -> tuple[Number, Number, Number]:
@@ -167,13 +202,13 @@ class Flow:
         return c.f_b - point.margin if guard is Guard.UPPER else c.f_b + point.margin
 
 
-def locate(flow: Flow, limit: Number) -> Switch:
+def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
     """The first switch of the segment within (0, limit].
 
     The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
     GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
     NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit), or
-    UNDECIDED (given up after very many evaluations).
+    UNDECIDED (given up after very many evaluations, or at the deadline of the process's clock).
     """
     backend, c = flow.backend, flow.c
     unit = backend.unit
@@ -184,15 +219,15 @@ def locate(flow: Flow, limit: Number) -> Switch:
     # A guard that vanishes with all its derivatives stays zero: rest on the impact surface.
     guards = [g for g in watched(c) if zeros.get(g, 0) < backend.kernels.JET_ORDER]
     while True:
-        if flow.evaluations > _MOST_EVALUATIONS:
+        if flow.evaluations > _MOST_EVALUATIONS or perf_counter() > deadline:
             return Switch(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
         if at_rest_forever(backend, c, at):
             return Switch(
                 Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies)
             )
         expansions = expand(backend, c, at)
-        ahead = min(reach, limit - now)
-        smallest = 4 * unit * (now + 1 / c.rate)
+        smallest = 4 * unit * max(now, _SHORTEST / c.rate)
+        ahead = min(max(reach, smallest), limit - now)
         searches: dict[Guard, Search] = {}
         blocked = guards
         while True:
@@ -205,13 +240,10 @@ def locate(flow: Flow, limit: Number) -> Switch:
             if (
                 horizon > 0
                 or ahead <= smallest
-                or any(
-                    not zeros.get(g, 0) and expansions[g].values[0] <= expansions[g].errors[0]
-                    for g in blocked
-                )
+                or any(_hidden(expansions[g], zeros.get(g, 0)) for g in blocked)
             ):
                 break
-            ahead = ahead / _SHRINK
+            ahead = max(ahead / _SHRINK, smallest)
         if found:
             switch = _first(flow, now, searches, found)
             if switch is not None:
@@ -221,9 +253,13 @@ def locate(flow: Flow, limit: Number) -> Switch:
             further = _further(flow, guards, at, horizon, limit - now)
         if further > horizon:
             horizon = further
-        elif horizon <= 4 * unit * now:
-            stuck = [guard for guard in blocked if searches[guard].clear <= 4 * unit * now]
-            turned = _turning(expansions, stuck, min(1 / c.rate, limit - now), unit)
+        elif horizon < ahead and horizon <= 4 * unit * now:
+            stuck = [guard for guard in guards if searches[guard].clear < ahead]
+            turned = None
+            if not found.keys() & stuck:
+                stuck = [guard for guard in stuck if searches[guard].clear <= 4 * unit * now]
+                most = min(1 / c.rate, limit - now)
+                turned = _turning(expansions, stuck, smallest, most, unit)
             if turned is None:
                 outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
                 return Switch(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
@@ -238,6 +274,11 @@ def locate(flow: Flow, limit: Number) -> Switch:
         reach = 2 * ahead if horizon >= ahead else 2 * horizon
         now, zeros = now + horizon, {}
         at = flow(now)
+
+
+def _hidden(expansion: Expansion, zeros: int) -> bool:
+    """Whether what is left after dividing out the zeros is not above its error at the start."""
+    return bool(expansion.values[zeros] <= expansion.errors[zeros])
 
 
 def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Number) -> Number:
@@ -261,7 +302,11 @@ def _tangency(guard: Guard) -> Outcome:
 
 
 def _turning(
-    expansions: Mapping[Guard, Expansion], stuck: list[Guard], reach: Number, unit: Number
+    expansions: Mapping[Guard, Expansion],
+    stuck: list[Guard],
+    least: Number,
+    most: Number,
+    unit: Number,
 ) -> Number | None:
     """How far to go until guards that are zero within their error are certainly positive again.
 
@@ -272,13 +317,13 @@ def _turning(
     for guard in stuck:
         e = expansions[guard]
         lifted[guard] = replace(e, values=[e.values[0] + 4 * e.errors[0], *e.values[1:]])
-    step = reach
-    while step > 8 * unit * reach:
+    step = most
+    while step > least:
         if all(positive_at(expansions[guard], step, unit) for guard in stuck) and all(
             search(e, 0, step, unit).clear >= step for e in lifted.values()
         ):
             return step
-        step = step / 2
+        step = step / _SHRINK
     return None
 
 
@@ -305,24 +350,28 @@ def _first(
         if guard is first or roots[guard] - roots[first] <= errors[guard] + errors[first]
     )
     outcome = Outcome.CORNER if len(together) > 1 else Outcome.REGULAR
+    if outcome is Outcome.REGULAR and now + brackets[first][0] == 0:
+        # At the very start the guard is within its error of a zero more than is divided out.
+        outcome = _tangency(first)
     return Switch(outcome, together, roots[first], point, flow.evaluations)
 
 
 def _polish(flow: Flow, guard: Guard, low: Number, high: Number) -> Number:
-    """The root in a bracket that holds exactly one, by Brent's method on the closed form."""
-    known: dict[Number, Number] = {}
+    """The root in a bracket that holds exactly one, from the closed form within the bracket.
 
-    def value(h: Number) -> Number:
-        if h not in known:
-            known[h] = flow.guard(guard, flow(h) if h > 0 else flow.origin)
-        return known[h]
-
-    # Rounding may hide the sign at an end of a bracket as narrow as the error: then it is the root.
-    if value(low) <= 0:
-        return low
-    if value(high) >= 0:
-        return high
-    return flow.backend.polish(value, low, high)
+    It is the root of the expansion there, made anew until all of its error but that of the guard
+    itself is below rounding; so near to the root, once or twice is enough.
+    """
+    unit, h, last = flow.backend.unit, (low + high) / 2, 4 * (high - low)
+    while True:
+        e = expand(flow.backend, flow.c, flow(h))[guard]
+        step = descending_root(e.values, low - h, high - h, unit * h)
+        h, size = h + step, abs(step)
+        terms = [*e.errors[1:], e.rest + e.growth * size]
+        added = sum(a * size**i / factorials(len(terms) + 1)[i] for i, a in enumerate(terms, 1))
+        if added <= unit * h * abs(e.values[1]) or 2 * size > last or h in (low, high):
+            return h
+        last = size
 
 
 def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:

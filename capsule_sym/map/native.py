@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from capsule_sym._native import core as _core
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map.backend import LONGEST_NATIVE_RUN, NumpyBackend
-from capsule_sym.map.simulate import Journey, _Run
+from capsule_sym.map.simulate import TIME_IS_UP, Journey, Run
 from capsule_sym.map.trajectory import Segment, Trajectory, instant
 from capsule_sym.map.transitions import State
 from capsule_sym.parameters import Parameters
@@ -28,8 +30,8 @@ def core() -> Any:
 class NativeRun:
     """One run by the core, and the reference map for what it leaves open."""
 
-    def __init__(self, parameters: Parameters, settle: bool) -> None:
-        self.parameters, self.settle = parameters, settle
+    def __init__(self, parameters: Parameters, settle: bool, deadline: float = math.inf) -> None:
+        self.parameters, self.settle, self.deadline = parameters, settle, deadline
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
@@ -43,7 +45,7 @@ class NativeRun:
             raise InvalidInput("periods", periods, f"at most {LONGEST_NATIVE_RUN} by backend c")
         angle = phase * self.parameters.omega
         record = self.map.state_at(*values, angle)
-        strobe = np.empty((periods + 1, 3))
+        strobe = np.full((periods + 1, 3), np.nan)
         strobe[0] = values
         buffer = np.empty(min(_ROOM, most), core().SEGMENT)
         stopped = ""
@@ -51,20 +53,25 @@ class NativeRun:
             if len(self.segments) == most:
                 stopped = f"after {most} segments"
                 break
+            if perf_counter() > self.deadline:
+                stopped = TIME_IS_UP
+                break
             room = buffer[: most - len(self.segments)]
             stop, count, _ = self.map.run(record, periods, segments=room, strobe=strobe)
             self.segments += [self._segment(s) for s in buffer[:count].tolist()]
             if stop == core().OPEN and len(self.segments) < most:
-                run = _Run(NumpyBackend(), self.parameters, phase, self.settle)
-                journey = step(run, record, periods)
+                run = Run(NumpyBackend(), self.parameters, phase, self.settle, self.deadline)
+                journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
                 self.settled += run.settled
                 passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
-                strobe[int(record["turn"]) + 1 :][: len(passed)] = passed
+                strobe[journey.turns - len(passed) + 1 : journey.turns + 1] = passed
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
-        marks = strobe[: int(record["turn"]) + 1] if phase == 0.0 else strobe[1:][: record["turn"]]
+        marks = strobe[0 if phase == 0.0 else 1 : int(record["turn"]) + 1]
+        # Of a segment over very many periods the reference map records the last marks only.
+        marks = marks[~np.isnan(marks[:, 0])]
         return Trajectory(
             self.parameters,
             "c",
@@ -104,8 +111,11 @@ class NativeRun:
 _OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else []
 
 
-def step(run: _Run, record: NDArray[np.void], periods: int) -> Journey:
-    """One segment of the reference map from a state record of the core."""
+def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> Journey:
+    """One segment of the reference map from a state record of the core.
+
+    More, up to `most`, as long as 50 digits have to settle them: a record has none to go on from.
+    """
     x_r, gap, v_r, v_c, angle, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
     state = State(x_r, gap, v_r, v_c, angle, bound)
@@ -113,7 +123,11 @@ def step(run: _Run, record: NDArray[np.void], periods: int) -> Journey:
     journey = run.depart(state, source, turn, position)
     if journey.departure is not None and not source and v_c == 0:
         journey = journey._replace(source=f"Σ{journey.departure.field}")
-    return run.follow(journey, periods, 1)
+    journey, taken = run.follow(journey, periods, 1), 1
+    while run.exact is not None and taken < most and journey.departure and journey.turns < periods:
+        taken += 1
+        journey = run.follow(journey, periods, taken)
+    return journey
 
 
 def write(record: NDArray[np.void], journey: Journey) -> None:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import attrgetter
-from typing import NamedTuple
+from time import perf_counter
+from typing import Any, NamedTuple
 
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map.backend import Backend, Number, backend, default_backend
+from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard, Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.trajectory import LONGEST, Segment, Trajectory, Triple, instant
@@ -26,6 +29,7 @@ def simulate(
     backend: str | None = None,
     settle: bool = True,
     max_segments: int = 1_000_000,
+    max_seconds: float = math.inf,
 ) -> Trajectory:
     """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
 
@@ -36,21 +40,25 @@ def simulate(
     counts how often. What stays open is typed in the segments' outcomes, and taken as the exact
     tangency or corner that it is within the error bound.
 
-    The run stops early after `max_segments` segments, or at a point that no field leaves with
-    certainty; the trajectory's `stopped` says so. Raises InvalidInput for a value that is not
-    allowed.
+    The run stops early after `max_segments` segments, after `max_seconds` of the clock, or at a
+    point that no field leaves with certainty; the trajectory has what was found until then, and
+    its `stopped` says why. Raises InvalidInput for a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
     check_count("max_segments", max_segments)
+    deadline = perf_counter() + _checked_seconds(max_seconds)
     chosen = backend or default_backend(periods)
     if chosen == "c":
         from capsule_sym.map.native import NativeRun
 
-        return NativeRun(parameters, settle).go(values, phase, periods, max_segments)
+        native = NativeRun(parameters, settle, deadline)
+        return native.go(values, phase, periods, max_segments)
     with _backend(chosen) as numbers:
-        return _Run(numbers, parameters, phase, settle).go(values, periods, max_segments)
+        run = Run(numbers, parameters, phase, settle, deadline)
+        return run.go(values, periods, max_segments)
 
 
+TIME_IS_UP = "at its time limit"
 _LARGEST_COUNT = 10**12
 _LARGEST_STATE = 1e20
 RANGES = {
@@ -82,6 +90,12 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
     raise InvalidInput("state", state, allowed)
 
 
+def _checked_seconds(value: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+        raise InvalidInput("max_seconds", value, "a number > 0")
+    return value
+
+
 @lru_cache
 def _check_scales(parameters: Parameters) -> None:
     """Refuse parameters whose powers and quotients double precision cannot carry."""
@@ -94,6 +108,8 @@ def check_start(
     parameters: Parameters, state: Sequence[float], phase: float, periods: int
 ) -> tuple[float, float, float]:
     """The state as three floats; raises InvalidInput for any argument that is not allowed."""
+    if not isinstance(parameters, Parameters):
+        raise InvalidInput("parameters", parameters, "Parameters")
     values = _checked_state(state)
     _check_scales(parameters)
     _check_phase(phase, parameters)
@@ -124,20 +140,30 @@ class Journey(NamedTuple):
     position: Number
 
 
-class _Run:
+class Run:
     """One run: the constants of all segments, and what has been passed so far."""
 
     def __init__(
-        self, numbers: Backend, parameters: Parameters, phase: float, settle: bool
+        self,
+        numbers: Backend,
+        parameters: Parameters,
+        phase: float,
+        settle: bool,
+        deadline: float = math.inf,
     ) -> None:
         self.numbers, self.parameters, self.phase = numbers, parameters, phase
+        self.deadline = deadline
         self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
+        self.marks = 2 * LONGEST
+        """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
         self.settled = 0
         self.begun = False
+        self.exact: State | None = None
+        """The present state in 50 digits, where these settled the switch that led to it."""
 
     def go(self, values: tuple[float, float, float], periods: int, most: int) -> Trajectory:
         """The trajectory from a state and the run's phase."""
@@ -146,7 +172,7 @@ class _Run:
         state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
-        departure = self._depart(state)
+        departure = self.take_over(state)
         source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
         journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
         return Trajectory(
@@ -163,6 +189,8 @@ class _Run:
         """Why the run came to no end, empty if it did."""
         if journey.turns >= periods:
             return ""
+        if perf_counter() > self.deadline:
+            return TIME_IS_UP
         if journey.departure is not None:
             return f"after {most} segments"
         if self.segments and self.segments[-1].outcome is Outcome.UNDECIDED:
@@ -171,18 +199,21 @@ class _Run:
 
     def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
         """A run that goes on from a state it came to otherwise."""
-        return Journey(state, self._depart(state), source, turns, position)
+        return Journey(state, self.take_over(state), source, turns, position)
 
     def follow(self, journey: Journey, periods: int, most: int) -> Journey:
         """Goes on until the periods are over, for at most so many segments in all."""
         state, departure, source, turns, position = journey
         while departure and turns < periods and len(self.segments) < most:
+            if perf_counter() > self.deadline:
+                break
             limit = self._remaining(periods - turns, state.angle)
-            flow, switch = self._locate(state, departure, limit)
+            flow, switch = self.first_switch(state, departure, limit)
             self.begun = True
             passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
+                switch = replace(switch, point=flow.at_mark(switch.duration))
             self._strobe(flow, state.angle, passed, switch)
             end_state, departure, target = self._arrive(departure, switch, angle)
             advance = self._advance(flow, switch.duration)
@@ -211,8 +242,8 @@ class _Run:
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
 
-    def _depart(self, state: State, source: int | None = None) -> Departure | None:
-        """The field that takes over; None where that stays open."""
+    def take_over(self, state: State, source: int | None = None) -> Departure | None:
+        """The field that takes over, after a segment of F`source`; None where that stays open."""
         try:
             return depart(self.numbers, self.constants, state, source)
         except Undetermined:
@@ -223,15 +254,24 @@ class _Run:
         except Undetermined:
             return None
 
-    def _locate(self, state: State, departure: Departure, limit: Number) -> tuple[Flow, Switch]:
+    def first_switch(
+        self, state: State, departure: Departure, limit: Number
+    ) -> tuple[Flow, Switch]:
+        """The closed form of the segment from a state, and its first switch up to a duration."""
         flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
-        switch = locate(flow, limit)
+        switch = locate(flow, limit, self.deadline)
         if self.settle and not (switch.certain or switch.outcome is Outcome.UNDECIDED):
             switch = self._settle_switch(state, departure, limit)
+        else:
+            self.exact = None
         return flow, switch
 
-    # Fifty digits look at the same doubles; what they decide comes back rounded once.
-    def _exactly(self, numbers: Backend, state: State) -> State:
+    # Fifty digits look at the same doubles, or go on from where they came to themselves; what
+    # they decide comes back rounded once.
+    def exactly(self, numbers: Backend, state: State) -> State:
+        """The present state in a wider number system."""
+        if self.exact is not None:
+            return self.exact
         exact = state.exactly(numbers.number, self.parameters.delta)
         if self.begun:
             return exact
@@ -240,10 +280,10 @@ class _Run:
         return exact._replace(angle=angle)
 
     def _settle_departure(self, state: State, source: int | None) -> Departure | None:
-        self.settled += 1
-        with _backend("mpmath") as numbers:
-            exact = self._exactly(numbers, state)
-            settled = _Run(numbers, self.parameters, self.phase, False)._depart(exact, source)
+        self.settled += self.exact is None
+        with fifty_digits() as numbers:
+            exact = self.exactly(numbers, state)
+            settled = Run(numbers, self.parameters, self.phase, False).take_over(exact, source)
             if settled is None:
                 return None
             start = start_at(self.constants[settled.field - 1], state)
@@ -251,11 +291,14 @@ class _Run:
 
     def _settle_switch(self, state: State, departure: Departure, limit: Number) -> Switch:
         self.settled += 1
-        with _backend("mpmath") as numbers:
+        with fifty_digits() as numbers:
             c = numbers.constants(departure.field, self.parameters)
-            start = start_at(c, self._exactly(numbers, state))
-            exact = replace(departure, start=start._replace(zeros=departure.start.zeros))
-            switch = locate(Flow(numbers, c, exact), numbers.number(limit))
+            given = self.exactly(numbers, state)
+            start = start_at(c, given)._replace(zeros=departure.start.zeros)
+            flow = Flow(numbers, c, replace(departure, start=start))
+            switch = locate(flow, numbers.number(limit), self.deadline)
+            _, angle = numbers.turns(given.angle + c.omega * switch.duration)
+            self.exact = _reached(c, switch, angle)
             return replace(
                 switch,
                 duration=float(switch.duration),
@@ -267,20 +310,13 @@ class _Run:
         self, departure: Departure, switch: Switch, angle: Number
     ) -> tuple[State, Departure | None, str]:
         """State at a switch with what is known exactly there, what follows, and its plane."""
-        c, point, zero = self.constants[departure.field - 1], switch.point, angle * 0
-        state = State(point.x_r, point.gap, point.v_r, point.v_c, angle)
+        state = _reached(self.constants[departure.field - 1], switch, angle)
         if not switch.guards:
             return state, None, ""
-        for guard in switch.guards:
-            if guard is Guard.GAP:
-                state = state._replace(x_r=self.delta, gap=zero)
-            elif guard is Guard.DRIFT:
-                state = state._replace(v_c=zero)
-            else:
-                state = state._replace(bound=1 if guard is Guard.UPPER else -1)
-        if c.drift == 0:
-            state = state._replace(v_c=zero)
-        following = self._depart(state, departure.field)
+        if self.exact is None:
+            following = self.take_over(state, departure.field)
+        else:
+            following = self._settle_departure(state, departure.field)
         return state, following, _plane(state, following)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:
@@ -291,11 +327,24 @@ class _Run:
 
     def _strobe(self, flow: Flow, angle: Number, passed: int, switch: Switch) -> None:
         """Record the states at the ends of the excitation periods that a segment passes."""
-        # A segment that spans many periods is recorded at its last ones, which `steady` reads.
-        for turn in range(max(1, passed + 1 - 2 * LONGEST), passed + 1):
+        for turn in range(max(1, passed + 1 - self.marks), passed + 1):
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
-            point = flow(h) if h > 0 else flow.origin
+            point = flow.at_mark(h) if h > 0 else flow.origin
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
+
+
+def _reached(c: Any, switch: Switch, angle: Number) -> State:
+    """The state at the switch that ends a segment with constants `c`."""
+    point, zero = switch.point, angle * 0
+    state = State(point.x_r, point.gap, point.v_r, point.v_c if c.drift else zero, angle)
+    for guard in switch.guards:
+        if guard is Guard.GAP:
+            state = state._replace(x_r=c.delta, gap=zero)
+        elif guard is Guard.DRIFT:
+            state = state._replace(v_c=zero)
+        else:
+            state = state._replace(bound=1 if guard is Guard.UPPER else -1)
+    return state
 
 
 def _plane(state: State, following: Departure | None) -> str:

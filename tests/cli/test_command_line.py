@@ -112,8 +112,9 @@ def test_help_and_version_succeed(command) -> None:
 
 def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
     code = (
-        "from capsule_sym import casestudy, cli\n"
+        "from capsule_sym import casestudy, cli, thresholds\n"
         "casestudy.PANELS = {'f': 0.7}\n"
+        "thresholds.GAMMAS, thresholds.LAST = (3.0,), 0.05\n"
         "cli.main(['paper', '--json'])"
     )
     done = subprocess.run(
@@ -121,7 +122,7 @@ def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
     )
     assert done.returncode == 0
     record = json.loads(done.stdout)
-    assert list(record) == ["version", "generated", "backend", "start", "cases"]
+    assert list(record) == ["version", "generated", "backend", "start", "cases", "bifurcations"]
     assert [case["parameters"]["gamma"] for case in record["cases"]] == [3.3, 3.0]
     assert (tmp_path / "results/paper/casestudy.json").read_text(encoding="utf-8") == done.stdout
 

@@ -12,6 +12,7 @@ import pytest
 import capsule_sym
 from capsule_sym import casestudy
 from capsule_sym.generated.py import DIGEST
+from capsule_sym.map import simulate
 from capsule_sym.parameters import Parameters
 from tests.cli.readme import MAIN_JOB, assert_shown
 
@@ -43,16 +44,51 @@ def test_the_case_study(command, tmp_path: Path) -> None:
         "casestudy.json",
         "cases.csv",
         "segments.csv",
+        "thresholds.csv",
+        "curves.csv",
     }
+    assert_thresholds_are_true(result["bifurcations"], results, done.stdout)
     for gamma, truth in ((3.3, "truth_gamma33.json"), (3.0, "truth_gamma30.json")):
         assert_words_are_those_of_independent_integration(cases, gamma, JUDGES / truth)
+
+
+def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str) -> None:
+    thresholds = found["thresholds"]
+    assert [one["gamma"] for one in thresholds] == 8 * [3.3] + 8 * [3.0]
+    for one in thresholds:
+        assert abs(one["exact"] - one["value"]) <= one["uncertainty"]
+        assert f"{one['exact']:.12f}" in output
+        # A run of the map on either side settles on the words of the two sides.
+        for side, word in ((-1e-4, one["word_before"]), (1e-4, one["word_after"])):
+            run = simulate(Parameters(alpha=one["exact"] + side, gamma=one["gamma"]), periods=1500)
+            fields = [segment.name for segment in run.segments[-2 * len(word) - 1 : -1]]
+            assert len(word) == 1 or fields == (3 * word)[_offset(fields, word) :][: len(fields)]
+    # The printed order is that of gamma = 3.0; at 3.3 the last three come in another one.
+    assert [one["printed_place"] for one in thresholds] == [*range(1, 6), 7, 8, 6, *range(1, 9)]
+    crossing, grazing = (one["gamma"] for one in found["order_changes"])
+    assert 3.0 < crossing < grazing < 3.3
+    assert f"change their order at γ = {crossing:.10g}" in " ".join(output.split())
+    with (results / "thresholds.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["exact"]) for row in rows] == [round(one["exact"], 12) for one in thresholds]
+    with (results / "curves.csv").open(encoding="utf-8", newline="") as file:
+        assert {row["type"] for row in csv.DictReader(file)} == {one["type"] for one in thresholds}
+
+
+def _offset(fields: list[str], word: list[str]) -> int:
+    """Where in the word, repeated, the fields begin; 0 if they are not in it."""
+    places = [i for i in range(len(word)) if (3 * word)[i:][: len(fields)] == fields]
+    return places[0] if places else 0
 
 
 def assert_every_panel_is_shown(output: str) -> None:
     for panel, alpha in casestudy.PANELS.items():
         rows = re.findall(rf"^{panel} +{alpha}\*? .*(?:agree|differ) *$", output, re.M)
         assert len(rows) == 2
-    assert [line for line in output.splitlines() if line.startswith("γ")] == ["γ = 3.3", "γ = 3.0"]
+    assert [line for line in output.splitlines() if line.startswith("γ =")] == [
+        "γ = 3.3",
+        "γ = 3.0",
+    ]
 
 
 def assert_is_a_steady_motion(case: dict[str, Any]) -> None:

@@ -14,8 +14,8 @@ def test_the_two_commands_open_it() -> None:
     assert README.index("```") < 40
 
 
-def test_its_python_prints_what_it_says() -> None:
-    [block] = blocks("python")
+@pytest.mark.parametrize("block", blocks("python"))
+def test_its_python_prints_what_it_says(block: str) -> None:
     shown = [line.removeprefix("# ") for line in block.splitlines() if line.startswith("# ")]
     done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True)
     assert done.stderr == ""

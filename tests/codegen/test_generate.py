@@ -70,6 +70,7 @@ def test_check_passes_on_the_tree(run: Run) -> None:
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.long
 def test_text_does_not_depend_on_the_hash_seed(rendered: dict[str, str], tmp_path: Path) -> None:
     assert written_under(12345, tmp_path / "out") == rendered
 

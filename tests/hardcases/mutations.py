@@ -80,6 +80,38 @@ def no_free_part(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(quasistatic._Free, "__init__", weaker)
 
 
+def no_rivals(patch: pytest.MonkeyPatch) -> None:
+    """Take the first bracket for the first switch, whatever another guard may do before."""
+    first = location._first
+
+    def weaker(flow: Any, now: Any, searches: Any, found: Any) -> Any:
+        return first(flow, now, found if flow.backend.name == "numpy" else searches, found)
+
+    patch.setattr(location, "_first", weaker)
+
+
+def no_doubt_about_order(patch: pytest.MonkeyPatch) -> None:
+    """Take the order of two switches to be that of their computed times."""
+    error = location._time_error
+
+    def weaker(flow: Any, guard: Any, h: Any) -> Any:
+        return 0.0 if flow.backend.name == "numpy" else error(flow, guard, h)
+
+    patch.setattr(location, "_time_error", weaker)
+
+
+def no_others_at_a_tangency(patch: pytest.MonkeyPatch) -> None:
+    """Step over a tangency without a look at the other guards."""
+    turning = location._turning
+
+    def weaker(expansions: Any, stuck: Any, *rest: Any) -> Any:
+        if isinstance(rest[-1], float):
+            expansions = {guard: expansions[guard] for guard in stuck}
+        return turning(expansions, stuck, *rest)
+
+    patch.setattr(location, "_turning", weaker)
+
+
 def _never(change: Callable[[Any, Any], tuple[Any, Any]]) -> Mutation:
     """Change the constants and the point that are looked at for a proof of rest."""
 
@@ -108,6 +140,9 @@ MUTATIONS: dict[str, Mutation] = {
     "no errors of the closed form": no_flow_errors,
     "no monotonicity": no_monotonicity,
     "no division of the start's zeros": no_division,
+    "no rivals": no_rivals,
+    "no doubt about the order": no_doubt_about_order,
+    "no others at a tangency": no_others_at_a_tangency,
     "no free part beside the forced response": no_free_part,
     "no energy in the proof of rest": _never(_without_energy),
     "no gap in the proof of rest": _never(lambda c, at: (c._replace(delta=1e9), at)),

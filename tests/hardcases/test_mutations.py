@@ -5,11 +5,13 @@ from __future__ import annotations
 from math import pi
 
 import pytest
+from mpmath import findroot
 
 from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym.errors import Outcome
-from capsule_sym.hardcases.cases import cases
+from capsule_sym.hardcases.cases import cases, flow_from
 from capsule_sym.hardcases.judge import judge
+from capsule_sym.map.backend import backend
 from tests.hardcases.mutations import MUTATIONS
 
 CASES = {case.name: case for case in cases()}
@@ -25,6 +27,9 @@ pytestmark = pytest.mark.long
         ("no rounding errors", "two switches 1.1e-16 apart from F1"),
         ("no errors of the closed form", "two switches 1.1e-16 apart from F1"),
         ("no monotonicity", "graze from F1, 1e-06 past it"),
+        ("no rivals", "sliding tangency on L3, 1e-10 past it"),
+        ("no rivals", "corner on L6 from F1"),
+        ("no doubt about the order", "two switches 1.1e-16 apart from F1"),
     ],
 )
 def test_without_it_a_hard_case_fails(
@@ -111,3 +116,25 @@ def test_without_the_free_part_an_impact_at_the_top_of_a_swing_is_missed(
     assert true.duration < 320  # 0.05 sin(omega tau) = 0.015
     MUTATIONS["no free part beside the forced response"](monkeypatch)
     assert run(p, *start).segments[0].duration > true.duration + 1
+
+
+def test_without_the_other_guards_a_switch_is_stepped_over_with_a_tangency(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # From x_r = -0.3 at this velocity x_r just touches delta, and v_c vanishes 1e-9 later.
+    p, phase, after = Parameters(omega=1.0), 2.5, 1e-9
+    touching = CASES["graze from F1, 1e-15 short of it"].build()
+    v_r = touching.state[1]
+    with backend("mpmath") as numbers:
+        flow = flow_from(numbers, p, 1, -0.3, v_r, 0, phase)
+        touch = findroot(lambda h: flow(h).v_r, 1.48)
+        v_c = -float(flow(touch + numbers.number(after)).v_c)
+    start = (-0.3, v_r, v_c)
+    open_ = run(p, start, phase).segments[0]
+    assert open_.outcome is Outcome.GRAZE
+    settled = simulate(p, start, phase, 1, max_segments=1).segments[0]
+    assert abs(settled.duration - float(touch) - after) < 1e-14
+    MUTATIONS["no others at a tangency"](monkeypatch)
+    wrong = run(p, start, phase).segments[0]
+    assert wrong.outcome is Outcome.REGULAR
+    assert abs(wrong.duration - settled.duration) > 1e-6

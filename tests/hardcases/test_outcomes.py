@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from math import pi
+import sys
+from math import nan, pi
+from random import Random
+from time import perf_counter
 
 import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters, simulate
+from capsule_sym._native import core
 from capsule_sym.errors import InvalidInput, Outcome
-from capsule_sym.hardcases.cases import cases
+from capsule_sym.hardcases.cases import cases, flow_from
 from capsule_sym.map import location
+from capsule_sym.map.digits import fifty_digits
 
 FREE = Parameters(alpha=0.0, zeta=0.0, omega=1.0)
 CASES = {case.name: case for case in cases()}
@@ -105,22 +110,60 @@ def test_parameters_beyond_double_precision_are_refused(change: dict[str, float]
         simulate(Parameters(**change))
 
 
-@pytest.mark.xfail(
-    reason="one segment over very many periods takes the sine of its whole duration", strict=True
+COMPILED = pytest.mark.skipif(core is None, reason="the C core was not compiled")
+BACKENDS = ["numpy", pytest.param("c", marks=COMPILED)]
+
+
+@pytest.mark.parametrize(
+    ("backend", "periods"),
+    [
+        ("numpy", 10**4),
+        ("numpy", 10**6),
+        # The core keeps the state after every period, which takes its time.
+        pytest.param("c", 10**5, marks=COMPILED),
+        pytest.param("c", 10**6, marks=[COMPILED, pytest.mark.long]),
+    ],
 )
-def test_a_million_periods_of_stick_end_as_accurately_as_ten() -> None:
+def test_a_million_periods_of_stick_end_as_accurately_as_a_few(backend: str, periods: int) -> None:
     p = Parameters(alpha=0.005)
-    run = simulate(p, periods=10**6)
+    run = simulate(p, periods=periods, backend=backend)
     assert run.segments[-1].outcome is Outcome.NEVER
     # The transient is long gone; what is left is the forced response at phase 0.
     with mp.workdps(50):
         alpha, omega, zeta = mpf(p.alpha), mpf(p.omega), mpf(p.zeta)
         response = alpha / (1 - omega**2 + 2j * zeta * omega)
         truth = response.real, (1j * omega * response).real
-        _, (x_r, v_r, v_c) = run.final
-        assert abs(x_r - truth[0]) < 4e-16 * abs(response)
-        assert abs(v_r - truth[1]) < 4e-16 * abs(response)
-        assert v_c == 0
+        for x_r, v_r, v_c in (run.final[1], run.stroboscopic[-1], run.stroboscopic[-2]):
+            assert abs(x_r - truth[0]) < 4e-16 * abs(response)
+            assert abs(v_r - truth[1]) < 4e-16 * abs(response)
+            assert v_c == 0
+
+
+def test_a_billion_periods_are_no_worse() -> None:
+    ends = [simulate(Parameters(alpha=0.005), periods=10**n).final[1] for n in (4, 9)]
+    assert ends[0] == ends[1]
+
+
+@pytest.mark.parametrize("field", range(1, 7))
+def test_a_mark_is_the_same_by_its_forcing_angle(field: int) -> None:
+    random = Random(field)
+    for _ in range(6):
+        p = Parameters(
+            alpha=random.uniform(0.1, 3),
+            omega=10 ** random.uniform(-1, 1),
+            delta=random.uniform(0, 1),
+            zeta=10 ** random.uniform(-2, 1),
+            beta=10 ** random.uniform(-1, 2),
+            gamma=10 ** random.uniform(-1, 1),
+        )
+        state = [random.gauss(0, 1) for _ in range(3)]
+        with fifty_digits() as numbers:
+            flow = flow_from(numbers, p, field, *state, random.uniform(0, p.period))
+            h = (100 * numbers.full_turn - flow.start.angle) / flow.c.omega
+            known, plain = flow.at_mark(h), flow(h)
+            assert known.sin_theta == 0 != plain.sin_theta
+            for a, b in zip(known[:5], plain[:5], strict=True):
+                assert abs(a - b) < 1e-52 * (1 + abs(b))
 
 
 def test_a_thousand_periods_of_an_orbit_end_on_the_orbit() -> None:
@@ -131,3 +174,87 @@ def test_a_thousand_periods_of_an_orbit_end_on_the_orbit() -> None:
         moved = [abs(a - mpf(b)) for a, b in zip(once.final[1], state, strict=True)]
     assert max(moved) < 1e-14
     assert {s.outcome for s in run.segments[:-1]} == {Outcome.REGULAR}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "state", "phase", "fields", "slip"),
+    [
+        # The force is above the friction bound by less than double precision sees, and falls.
+        (
+            Parameters(
+                alpha=0.3644261347413191,
+                omega=0.16478809519303977,
+                delta=0.007201636077270911,
+                zeta=0.30651082196100243,
+                beta=8.452112370011369,
+                gamma=1.613378666675064,
+            ),
+            (0.1945693748982153, -1.2694862663393862, 0.0),
+            26.545657479605985,
+            (4, 5, 2),
+            6.493200738112968e-18,
+        ),
+        (Parameters(delta=0.0), (0.0, 0.0, 1e-100), 0.0, (4, 5, 2), 3.3e-100),
+        (Parameters(), (0.02, 0.0, 1e-100), 0.0, (4, 5, 2), 3.3673469387755093e-100),
+    ],
+)
+def test_a_slip_shorter_than_rounding_is_passed(
+    parameters: Parameters,
+    state: tuple[float, float, float],
+    phase: float,
+    fields: tuple[int, ...],
+    slip: float,
+) -> None:
+    run = simulate(parameters, state, phase, 2, max_segments=3)
+    assert tuple(segment.field for segment in run.segments) == fields
+    # v_c / (f_b - P) gamma for the last two, and what 50 digits alone find for the first.
+    assert run.segments[0].duration == pytest.approx(slip, rel=1e-9)
+    assert not run.stopped.startswith("undecided")
+
+
+def test_a_touch_beside_the_end_of_an_interval_is_passed() -> None:
+    # x_r touches delta = 0 with v_r != 0 only after a period: the search once stood still there.
+    p = Parameters(alpha=0.10458567678904376, omega=1.0, delta=0.0, zeta=0.0, beta=0.0, gamma=1.0)
+    run = simulate(p, periods=2, max_seconds=20)
+    assert not run.stopped
+    assert max(segment.evaluations for segment in run.segments) < 200
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_run_that_takes_too_long_stops_with_what_it_has(backend: str) -> None:
+    began = perf_counter()
+    run = simulate(Parameters(), periods=10**7, backend=backend, max_seconds=0.2)
+    assert 0.2 < perf_counter() - began < 10
+    assert run.stopped == "at its time limit"
+    assert run.segments
+    (turns, _), state = run.final
+    assert 0 < turns < 10**7
+    assert state == run.segments[-1].end_state
+
+
+def test_a_search_that_takes_too_long_stops_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(range(10**6))
+    monkeypatch.setattr(location, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(sys.modules[simulate.__module__], "perf_counter", lambda: next(clock))
+    run = simulate(Parameters(omega=1e-3, zeta=1e-3, alpha=0.03), (0.0, 0.005, 0.0), max_seconds=9)
+    assert run.stopped == "at its time limit"
+    assert run.segments[-1].outcome is Outcome.UNDECIDED
+    assert 0 < run.segments[-1].duration < 2 * pi / 1e-3
+
+
+@pytest.mark.parametrize("limit", [0, -1.0, nan, "1", True, None])
+def test_a_bad_time_limit_is_refused(limit: object) -> None:
+    with pytest.raises(InvalidInput, match="max_seconds"):
+        simulate(Parameters(), max_seconds=limit)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("limit", [0, -1, 1.5, "3", True, 10**13])
+def test_a_bad_limit_on_segments_is_refused(limit: object) -> None:
+    with pytest.raises(InvalidInput, match="max_segments"):
+        simulate(Parameters(), max_segments=limit)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("parameters", [None, {"alpha": 1.0}, (0.7,) * 7])
+def test_parameters_of_another_type_are_refused(parameters: object) -> None:
+    with pytest.raises(InvalidInput, match="parameters"):
+        simulate(parameters)  # type: ignore[arg-type]

@@ -1,0 +1,97 @@
+"""The commands `figure` and `report`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+
+from capsule_sym.figures.catalogue import FIGURES, Study
+from capsule_sym.options import make_console
+
+_REPORT = Path("results/report.html")
+_colours_option = click.option(
+    "--colours",
+    type=click.Choice(["safe", "paper"]),
+    default="safe",
+    show_default=True,
+    help="Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
+)
+
+
+def _list() -> str:
+    width = max(map(len, FIGURES))
+    lines = [f"  {name:{width}}  {entry.title}" for name, entry in FIGURES.items()]
+    return "\b\nNames:\n" + "\n".join(lines)
+
+
+@click.command("figure", epilog=_list())
+@click.argument("name", type=click.Choice(list(FIGURES)), metavar="NAME")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    metavar="FILE",
+    help="File to write; its ending .png, .svg or .pdf decides the format.",
+)
+@click.option("--gamma", type=float, default=3.3, show_default=True, help="Mass ratio.")
+@_colours_option
+def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
+    """Draw a figure of the case study: the paper's, or one that it could not draw.
+
+    What is computed for it is kept in results/cache, so that drawing it again takes a second.
+    """
+    from capsule_sym.figures.data import Store
+    from capsule_sym.figures.style import check_ending, save
+    from capsule_sym.parameters import Parameters
+
+    check_ending(out)
+    Parameters(gamma=gamma)
+    with _needs_plotting():
+        save(FIGURES[name].make(Study(Store(track), gamma, colours)), out)
+    click.echo(f"wrote {out}", err=True)
+
+
+@click.command("report")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=_REPORT,
+    show_default=True,
+    metavar="FILE",
+    help="HTML file to write.",
+)
+@_colours_option
+def report(out: Path, colours: Any) -> None:
+    """Write the whole case study as one page of HTML that opens without a network.
+
+    Figures are drawn for it; tables come from the files that `paper`, `verify`, `hardcases` and
+    `bench` leave in results, and a section whose file is missing says how to make it.
+    """
+    from capsule_sym.figures.report import write
+
+    with _needs_plotting():
+        write(out, colours, track)
+    click.echo(f"wrote {out}", err=True)
+
+
+@contextmanager
+def _needs_plotting() -> Iterator[None]:
+    from capsule_sym.figures.style import NotInstalled
+
+    try:
+        yield
+    except NotInstalled as missing:
+        raise click.ClickException(str(missing)) from missing
+
+
+def track(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
+    """The items, with a progress bar on stderr where that is a terminal."""
+    from rich.progress import track as bar
+
+    console = make_console(stderr=True)
+    hidden = not console.is_terminal
+    return bar(items, text, total, console=console, disable=hidden, transient=True)

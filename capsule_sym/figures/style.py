@@ -1,0 +1,104 @@
+"""One look for all figures: widths of a two-column page, colours, axis labels, and saving."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from capsule_sym.errors import CapsuleError, InvalidInput
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Colours = Literal["safe", "paper"]
+COLUMN, PAGE = 3.54, 7.48
+"""Widths of a column and of a page of print, in inches."""
+
+FORMATS = (".png", ".svg", ".pdf")
+
+_FIELDS: dict[str, tuple[str, ...]] = {
+    # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart.
+    "safe": ("#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"),
+    "paper": ("blue", "red", "magenta", "green", "black", "orange"),
+}
+
+LABELS = {
+    "x_r": "relative displacement $x_r$",
+    "v_r": "relative velocity $v_r$",
+    "v_c": "capsule velocity $v_c$",
+    "x": r"displacements $x_m$, $x_c$",
+    "time": r"time $\omega\tau/2\pi$ (periods)",
+    "alpha": r"excitation amplitude $\alpha$",
+    "omega": r"excitation frequency $\omega$",
+    "delta": r"gap $\delta$",
+    "zeta": r"damping ratio $\zeta$",
+    "beta": r"stiffness ratio $\beta$",
+    "gamma": r"mass ratio $\gamma$",
+    "f_b": "friction bound $f_b$",
+    "velocity": r"average velocity $\langle v_c\rangle$",
+}
+"""Axis labels: what a quantity means, and its symbol."""
+
+
+class NotInstalled(CapsuleError, ImportError):
+    """A library that figures need is missing; the message says how to install it."""
+
+    def __init__(self, missing: ModuleNotFoundError, extra: str = "plot") -> None:
+        super().__init__(f"{missing.name} is missing: pip install 'capsule-sym[{extra}]'")
+
+
+def field_colour(field: int, colours: Colours = "safe") -> str:
+    """Colour of the segments of field F1 to F6 (1 to 6).
+
+    "paper" are those of Fig. 7; raises InvalidInput for a set that does not exist.
+    """
+    if colours not in _FIELDS:
+        raise InvalidInput("colours", colours, f"one of {', '.join(_FIELDS)}")
+    return _FIELDS[colours][field - 1]
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """The style file in force, for making, drawing and saving a figure."""
+    try:
+        import matplotlib
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing) from missing
+    with (
+        as_file(files(__package__) / "capsule.mplstyle") as path,
+        matplotlib.rc_context(fname=path),
+    ):
+        yield
+
+
+def new_figure(width: float, height: float, **options: Any) -> Figure:
+    """An empty figure, sizes in inches, that no global list of figures keeps."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), **options)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
+
+    Raises InvalidInput for another ending and for a path that cannot be written.
+    """
+    kind = check_ending(path)
+    dated = {".svg": "Date", ".pdf": "CreationDate"}
+    metadata = {dated[kind]: None} if kind in dated else None
+    with styled():
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, metadata=metadata)
+        except OSError as error:
+            raise InvalidInput("out", str(path), f"writable ({error.strerror})") from error
+
+
+def check_ending(path: Path) -> str:
+    """The ending of a picture's path, in lower case; raises InvalidInput unless in FORMATS."""
+    if path.suffix.lower() not in FORMATS:
+        raise InvalidInput("out", str(path), f"a file name that ends in {', '.join(FORMATS)}")
+    return path.suffix.lower()

@@ -1,0 +1,127 @@
+"""Bifurcations of periodic orbits: what a record says, and where a smooth one is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym.map.backend import backend
+from capsule_sym.orbits.events import Located, locate
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.stability import monodromy, multipliers
+from capsule_sym.orbits.word import Word
+
+FOLD = "fold"
+PERIOD_DOUBLING = "period doubling"
+NEIMARK_SACKER = "Neimark-Sacker"
+SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
+
+_UNIT = 2.0**-53
+_ROUNDINGS = 64  # of a test function, in units of its largest terms
+_STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """A bifurcation on a branch of periodic orbits, located exactly; dimensionless.
+
+    `value` is that of the parameter `parameter`, `uncertainty` a bound on its rounding error, and
+    `residual` the largest entry of the equations there. `line` and `surfaces` are those that the
+    orbit meets (empty for a smooth bifurcation), `leg` the leg of `orbit` that has the duration 0
+    (None for a smooth one), `interval` the values between which the branch stepped over it,
+    `failed` the inequality that failed. The multipliers are those of orbits on the branch a little
+    before and after. `word_after` is None where the branch ends.
+    """
+
+    type: str
+    parameter: str
+    value: float
+    uncertainty: float
+    residual: float
+    line: str
+    surfaces: tuple[str, ...]
+    leg: int | None
+    interval: tuple[float, float]
+    failed: str
+    word_before: Word
+    word_after: Word | None
+    multipliers_before: tuple[complex, ...]
+    multipliers_after: tuple[complex, ...]
+    orbit: Orbit
+
+
+def refined(one: Bifurcation) -> Located:
+    """A bifurcation at which a leg has the duration 0, in 50 digits; the other parameters exact.
+
+    Raises ValueError for a smooth bifurcation, and ArithmeticError where Newton's method fails.
+    """
+    if one.leg is None:
+        raise ValueError(f"a {one.type} has no leg of duration 0")
+    orbit = one.orbit
+    with backend("mpmath") as numbers:
+        values = [numbers.number(value) for value in orbit.values]
+        z = np.array([numbers.number(value) for value in orbit.z])
+        found = locate(numbers, values, (one.parameter,), orbit.word, z, (one.leg,))
+    if found is None:
+        raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
+    return found
+
+
+def moduli(orbit: Orbit) -> tuple[complex, ...]:
+    """The multipliers of an orbit as plain numbers, the largest modulus first."""
+    return tuple(complex(value) for value in multipliers(orbit))
+
+
+def tests(orbit: Orbit) -> dict[str, float]:
+    """The functions that vanish at a smooth bifurcation, from the monodromy matrix M.
+
+    det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j,
+    i < j, at a Neimark-Sacker bifurcation.
+    """
+    matrix = monodromy(orbit)
+    first, third = np.trace(matrix), np.linalg.det(matrix)
+    second = (first * first - np.trace(matrix @ matrix)) / 2
+    return {
+        FOLD: float(third - second + first - 1),
+        PERIOD_DOUBLING: float(1 + first + second + third),
+        NEIMARK_SACKER: float(1 - second + first * third - third * third),
+    }
+
+
+class Root(NamedTuple):
+    """Where a test function vanishes between two points of a path: share, orbit, doubt."""
+
+    share: float
+    orbit: Orbit
+    doubt: float
+    """Error of the share, estimated from the rounding of the test function and its slope."""
+
+
+def root(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+    """The orbit of a smooth bifurcation between two orbits where the test's signs differ.
+
+    `between` gives the path's orbit at a share in [0, 1] of the way. None where the path cannot
+    be followed, and where the multipliers are not those of the bifurcation: a real pair mu, 1/mu
+    for that of Neimark-Sacker.
+    """
+    from scipy.optimize import brentq
+
+    def test(share: float) -> float:
+        orbit = between(share)
+        return tests(orbit)[name] if orbit else float("nan")
+
+    if not test(0.0) * test(1.0) < 0:
+        return None
+    share = float(brentq(test, 0.0, 1.0, xtol=1e-15, rtol=4 * 2.0**-52))
+    orbit = between(share)
+    if orbit is None:
+        return None
+    values = moduli(orbit)
+    if name == NEIMARK_SACKER and not any(abs(value.imag) > 1e-6 for value in values):
+        return None
+    slope = abs(test(share + _STEP) - test(share - _STEP)) / (2 * _STEP)
+    noise = _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy(orbit))))) ** 3
+    return Root(share, orbit, noise / slope)

@@ -1,0 +1,194 @@
+"""Branches of periodic orbits in one parameter, through folds and through changes of word."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.map.backend import Backend, backend
+from capsule_sym.orbits.admissibility import Inequality, realised
+from capsule_sym.orbits.bifurcations import Bifurcation, Root, moduli
+from capsule_sym.orbits.equations import PARAMETERS
+from capsule_sym.orbits.events import place
+from capsule_sym.orbits.following import LEAST, LONGEST, Follower
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
+
+_FIRST = 0.01  # step at the begin and after an event
+_MOST_POINTS = 20_000
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """An orbit of a branch, with the tightest of its word's inequalities."""
+
+    value: float
+    orbit: Orbit
+    admissibility: Inequality
+
+    @cached_property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of the orbit, the largest modulus first."""
+        return moduli(self.orbit)
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Orbits along a branch and its bifurcations, both in order, and why it ends."""
+
+    parameter: str
+    points: tuple[BranchPoint, ...]
+    bifurcations: tuple[Bifurcation, ...]
+    ending: Ending
+    detail: str
+
+
+def follow(orbit: Orbit, parameter: str, to: float, *, points: int = 100) -> Branch:
+    """The branch through an orbit, from its value of a parameter to another one.
+
+    At least `points` steps are taken, more where the branch bends or a word begins. The branch is
+    followed through folds, whether stable or not, and from word to word, until the parameter
+    leaves the range between the two values; an end before that says why. Raises InvalidInput for
+    a name that is no parameter, a value that the parameter cannot have, and equal values.
+    """
+    if parameter not in PARAMETERS:
+        raise InvalidInput("parameter", parameter, f"one of {', '.join(PARAMETERS)}")
+    to = orbit.parameters.replace(**{parameter: to}).to_dict()[parameter]
+    begin = float(orbit.values[PARAMETERS.index(parameter)])
+    if to == begin:
+        raise InvalidInput("to", to, f"other than {begin}, where the branch begins")
+    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
+        raise InvalidInput("points", points, "a whole number >= 1")
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        return _Branch(numbers, orbit, Axis(parameter, begin, to), points).go()
+
+
+class _Branch:
+    """One run along a branch."""
+
+    def __init__(self, numbers: Backend, orbit: Orbit, axis: Axis, points: int) -> None:
+        self.follower = Follower(numbers, orbit, (axis,))
+        self.start = self.follower.unknowns(orbit.z, orbit.values)
+        self.axis, self.largest = axis, 1 / points
+        self.points: list[BranchPoint] = []
+        self.bifurcations: list[Bifurcation] = []
+
+    def go(self) -> Branch:
+        ending, detail = Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
+        try:
+            along = np.zeros(len(self.start))
+            along[-1] = 1.0
+            state = self.follower.state(self.start, along)
+            self._add(state)
+            step = _FIRST
+            while len(self.points) < _MOST_POINTS:
+                state, step = self._step(state, step)
+        except Stop as stop:
+            ending, detail = stop.ending, stop.detail
+        points, found = tuple(self.points), tuple(self.bifurcations)
+        return Branch(self.axis.name, points, found, ending, detail)
+
+    def _value(self, orbit: Orbit) -> float:
+        return float(orbit.values[self.axis.column])
+
+    def _add(self, state: State) -> None:
+        tightest = min(state.held, key=lambda one: float(one.value))
+        if tightest.value <= 0:
+            detail = (
+                f"{tightest.named(state.orbit.word)} fails at {where(state.orbit, (self.axis,))}"
+            )
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        self.points.append(BranchPoint(self._value(state.orbit), state.orbit, tightest))
+
+    def _step(self, state: State, step: float) -> tuple[State, float]:
+        while step >= LEAST:
+            step = min(step, LONGEST, self.largest / max(abs(state.tangent[-1]), 1e-9))
+            done = self.follower.advance(state, step)
+            if done is not None:
+                break
+            step /= 2
+        else:
+            raise self.follower.stuck(state)
+        new, event, border, factor = done
+        for name, one in self.follower.smooth(state, new, event.share if event else 1.0):
+            self._record_smooth(name, one, state, new)
+        if event is not None:
+            return self._cross(state, new, event), _FIRST
+        self._add(new)
+        if border:
+            ending = Ending.REACHED if new.u[-1] > 0.5 else Ending.RETURNED
+            raise Stop(ending, where(new.orbit, (self.axis,)))
+        return new, step * factor
+
+    def _record_smooth(self, name: str, one: Root, old: State, new: State) -> None:
+        orbit, interval = one.orbit, (self._value(old.orbit), self._value(new.orbit))
+        rounding = 8 * 2.0**-53 * max(map(abs, interval))
+        self.bifurcations.append(
+            Bifurcation(
+                type=name,
+                parameter=self.axis.name,
+                value=self._value(orbit),
+                uncertainty=abs(interval[1] - interval[0]) * one.doubt + rounding,
+                residual=float(orbit.residual),
+                line="",
+                surfaces=(),
+                leg=None,
+                interval=interval,
+                failed="",
+                word_before=orbit.word,
+                word_after=orbit.word,
+                multipliers_before=moduli(old.orbit),
+                multipliers_after=moduli(new.orbit),
+                orbit=orbit,
+            )
+        )
+
+    def _cross(self, old: State, new: State, event: Event) -> State:
+        """Record an event, and give the state beyond it."""
+        located, beside, failure = event.located, None, "there is no orbit"
+        try:
+            beside = self.follower.cross(event)
+        except InvalidInput as error:
+            failure = str(error)
+        if beside is not None:
+            failure = _failure(beside)
+            beside = None if failure else beside
+        what = place(located.word, located.shot, event.leg)
+        at = Orbit(located.values, located.word, located.z, located.shot, "numpy")
+        self.bifurcations.append(
+            Bifurcation(
+                type=what.type if what else "corner of higher codimension",
+                parameter=self.axis.name,
+                value=self._value(at),
+                uncertainty=float(located.uncertainties[0]),
+                residual=float(located.residual),
+                line=what.line if what else "",
+                surfaces=what.surfaces if what else (),
+                leg=event.leg,
+                interval=(self._value(old.orbit), self._value(new.orbit)),
+                failed=event.failed.named(old.orbit.word),
+                word_before=old.orbit.word,
+                word_after=beside.orbit.word if beside else None,
+                multipliers_before=moduli(old.orbit),
+                multipliers_after=moduli(beside.orbit) if beside else (),
+                orbit=at,
+            )
+        )
+        if beside is None:
+            failed, spot = event.failed.named(old.orbit.word), where(at, (self.axis,))
+            detail = f"{failed} fails at {spot}; beyond, {failure}"
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        self._add(beside)
+        return beside
+
+
+def _failure(state: State) -> str:
+    """Why a state beyond an event is no motion; empty if it is one."""
+    word = state.orbit.word
+    failed = [one.named(word) for one in state.held if one.value <= 0]
+    if failed:
+        return f"{' and '.join(failed)} fails in {word} at once"
+    return "" if realised(state.orbit) else f"the map does not follow {word}"

@@ -1,0 +1,249 @@
+"""Curves of bifurcations in two parameters, and the points where two conditions meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.map.backend import Backend, backend
+from capsule_sym.orbits.admissibility import Inequality
+from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root
+from capsule_sym.orbits.equations import PARAMETERS
+from capsule_sym.orbits.events import Place, place
+from capsule_sym.orbits.following import LEAST, LONGEST, Follower
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.path import Vector
+from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym.orbits.word import Word
+
+_FIRST = 0.01
+_MOST_POINTS = 5_000
+_UNIT = 2.0**-53
+_ROUNDINGS = 8
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
+
+    `leg` is the leg of duration 0, None on the curve of a smooth bifurcation.
+    """
+
+    values: tuple[float, float]
+    line: str
+    orbit: Orbit
+    leg: int | None
+    admissibility: Inequality
+
+
+@dataclass(frozen=True)
+class CodimensionTwo:
+    """A point of a curve where a second condition holds, located exactly; dimensionless.
+
+    `types` and `lines` are those of the curve and of the second condition; `values` the two
+    parameters with bounds on their rounding errors. `word_after` is None where the curve ends.
+    """
+
+    types: tuple[str, str]
+    lines: tuple[str, str]
+    values: tuple[float, float]
+    uncertainties: tuple[float, float]
+    residual: float
+    failed: str
+    word_before: Word
+    word_after: Word | None
+    orbit: Orbit
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve of bifurcations in two parameters: points in order, and why each of its ends is."""
+
+    type: str
+    parameters: tuple[str, str]
+    points: tuple[CurvePoint, ...]
+    codimension_two: tuple[CodimensionTwo, ...]
+    endings: tuple[tuple[Ending, str], tuple[Ending, str]]
+
+
+def trace(
+    bifurcation: Bifurcation,
+    second: str,
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    *,
+    points: int = 50,
+) -> Curve:
+    """The curve through a bifurcation in its parameter and a second one, within two ranges.
+
+    The ranges are those of the bifurcation's parameter and of the second, and hold the
+    bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
+    fails, the point is located exactly and the curve goes on in the word beyond. Raises
+    InvalidInput for a second parameter that is none or is the first, and for ranges that are not
+    ascending, leave the parameters' own, or do not hold the bifurcation.
+    """
+    first = bifurcation.parameter
+    if second not in PARAMETERS or second == first:
+        others = (name for name in PARAMETERS if name != first)
+        raise InvalidInput("second", second, f"one of {', '.join(others)}")
+    orbit, axes = bifurcation.orbit, []
+    for name, (low, high) in zip((first, second), ranges, strict=True):
+        value = orbit.values[PARAMETERS.index(name)]
+        for edge in (low, high):
+            orbit.parameters.replace(**{name: edge})
+        if not low <= value <= high or low == high:
+            raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
+        axes.append(Axis(name, float(low), float(high)))
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        one, other = (
+            _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)
+        )
+        back, ahead = one.go(), (Ending.RETURNED, "")
+        if back[0] is not Ending.RETURNED:
+            ahead = other.go()
+    return Curve(
+        bifurcation.type,
+        (first, second),
+        (*one.points[::-1], *other.points[1:]),
+        (*one.meetings[::-1], *other.meetings),
+        (back, ahead),
+    )
+
+
+class _Curve:
+    """One half of a curve, from the bifurcation on."""
+
+    def __init__(
+        self,
+        numbers: Backend,
+        bifurcation: Bifurcation,
+        axes: tuple[Axis, Axis],
+        side: int,
+        points: int,
+    ) -> None:
+        critical = bifurcation.type if bifurcation.type in SMOOTH else None
+        self.follower = Follower(numbers, bifurcation.orbit, axes, bifurcation.leg, critical)
+        self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
+        self.points: list[CurvePoint] = []
+        self.meetings: list[CodimensionTwo] = []
+
+    def go(self) -> tuple[Ending, str]:
+        """Follow the curve to its end, and say why it ends."""
+        orbit = self.bifurcation.orbit
+        u = self.follower.unknowns(orbit.z, orbit.values)
+        try:
+            state = self.follower.state(u, self._outwards(u))
+            self._add(state)
+            step = _FIRST
+            while len(self.points) < _MOST_POINTS:
+                state, step = self._step(state, step)
+                if self._back(state):
+                    raise Stop(Ending.RETURNED, where(state.orbit, self.axes))
+        except Stop as stop:
+            return stop.ending, stop.detail
+        return Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
+
+    def _outwards(self, u: Vector) -> Vector:
+        """The curve's direction, of which the side is that of the second parameter's change."""
+        null = np.linalg.svd(self.follower.equations(u).by)[2][-1]
+        return null * (self.side if null[-1] > 0 else -self.side)  # type: ignore[no-any-return]
+
+    def _back(self, state: State) -> bool:
+        """Whether the curve is closed: one step away from its first point, in the same word."""
+        begin = self.bifurcation.orbit
+        if state.orbit.word != begin.word or len(self.points) < 10:
+            return False
+        u = self.follower.unknowns(begin.z, begin.values)
+        return bool(np.linalg.norm(state.u - u) < self.largest / 2)
+
+    def _place(self, orbit: Orbit, leg: int | None) -> Place:
+        if leg is None:
+            return Place(self.bifurcation.type, "", ())
+        found = place(orbit.word, orbit.shot, leg)
+        return found or Place("corner of higher codimension", "", ())
+
+    def _values(self, orbit: Orbit) -> tuple[float, float]:
+        first, second = (float(orbit.values[axis.column]) for axis in self.axes)
+        return first, second
+
+    def _add(self, state: State) -> None:
+        tightest = min(state.held, key=lambda one: float(one.value))
+        if tightest.value <= 0:
+            detail = f"{tightest.named(state.orbit.word)} fails at {where(state.orbit, self.axes)}"
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        leg, values = self.follower.born, self._values(state.orbit)
+        line = self._place(state.orbit, leg).line
+        self.points.append(CurvePoint(values, line, state.orbit, leg, tightest))
+
+    def _step(self, state: State, step: float) -> tuple[State, float]:
+        while step >= LEAST:
+            fastest = max(abs(state.tangent[-2:]))
+            step = min(step, LONGEST, self.largest / max(fastest, 1e-9))
+            done = self.follower.advance(state, step)
+            if done is not None:
+                break
+            step /= 2
+        else:
+            raise self.follower.stuck(state)
+        new, event, border, factor = done
+        for name, one in self.follower.smooth(state, new, event.share if event else 1.0):
+            self._meet_smooth(name, one, state, new)
+        if event is not None:
+            return self._cross(state, event), _FIRST
+        self._add(new)
+        if border:
+            raise Stop(Ending.REACHED, where(new.orbit, self.axes))
+        return new, step * factor
+
+    def _meet_smooth(self, name: str, one: Root, old: State, new: State) -> None:
+        here = self._place(one.orbit, self.follower.born)
+        values = np.array(self._values(one.orbit))
+        moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
+        first, second = (abs(moved) * one.doubt + _ROUNDINGS * _UNIT * abs(values)).tolist()
+        self.meetings.append(
+            CodimensionTwo(
+                types=(here.type, name),
+                lines=(here.line, ""),
+                values=self._values(one.orbit),
+                uncertainties=(first, second),
+                residual=float(one.orbit.residual),
+                failed="",
+                word_before=one.orbit.word,
+                word_after=one.orbit.word,
+                orbit=one.orbit,
+            )
+        )
+
+    def _cross(self, old: State, event: Event) -> State:
+        """Record a point where a second leg has the duration 0, and go on in the word beyond."""
+        located = event.located
+        at = Orbit(located.values, located.word, located.z, located.shot, "numpy")
+        born = None if self.follower.born is None else located.legs[0]
+        here, there = self._place(at, born), self._place(at, event.leg)
+        stop, beside = None, None
+        try:
+            beside = self.follower.cross(event)
+        except InvalidInput as error:
+            stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
+        except Stop as error:
+            stop = error
+        first, second = (float(value) for value in located.uncertainties[-2:])
+        self.meetings.append(
+            CodimensionTwo(
+                types=(here.type, there.type),
+                lines=(here.line, there.line),
+                values=self._values(at),
+                uncertainties=(first, second),
+                residual=float(located.residual),
+                failed=event.failed.named(old.orbit.word),
+                word_before=old.orbit.word,
+                word_after=beside.orbit.word if beside else None,
+                orbit=at,
+            )
+        )
+        if beside is None:
+            failed = f"{event.failed.named(old.orbit.word)} fails at {where(at, self.axes)}"
+            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, failed)
+        self._add(beside)
+        return beside

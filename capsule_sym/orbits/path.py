@@ -1,0 +1,64 @@
+"""Following a curve of solutions: m equations in m + 1 unknowns, by pseudo-arclength."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+
+_MOST_STEPS = 8
+_SETTLED = 1e-10  # a Newton step this small leaves an error of its square
+
+
+class Evaluation(NamedTuple):
+    """Equations at a point: residual (m,), derivative (m, m + 1), and what it was made from."""
+
+    residual: Vector
+    by: Matrix
+    made: Any
+
+
+class Solution(NamedTuple):
+    """A point of the curve, the equations there, and the Newton steps it took."""
+
+    u: Vector
+    at: Evaluation
+    steps: int
+
+
+Equations = Callable[[Vector], Evaluation]
+
+
+def tangent(by: Matrix, along: Vector) -> Vector:
+    """The unit tangent of the curve where its equations have the derivative `by`, (m + 1,).
+
+    It makes an acute angle with `along`. Raises numpy.linalg.LinAlgError at a branch point.
+    """
+    right = np.zeros(len(along))
+    right[-1] = 1.0
+    direction = np.linalg.solve(np.vstack([by, along]), right)
+    return direction / np.linalg.norm(direction)
+
+
+def corrected(equations: Equations, guess: Vector, normal: Vector) -> Solution | None:
+    """The point of the curve in the plane through the guess, by Newton's method; None if none."""
+    u = guess
+    for step in range(1, _MOST_STEPS + 1):
+        at = equations(u)
+        if not np.all(np.isfinite(at.residual)):
+            return None
+        try:
+            change = np.linalg.solve(
+                np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
+            )
+        except np.linalg.LinAlgError:
+            return None
+        u = u + change
+        if np.linalg.norm(change) < _SETTLED * (1 + np.linalg.norm(u)):
+            return Solution(u, equations(u), step)
+    return None

@@ -1,0 +1,79 @@
+"""Where a path of orbits stands, what happens on it, and why it ends."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import NamedTuple
+
+from capsule_sym.orbits.admissibility import Inequality
+from capsule_sym.orbits.changes import Change
+from capsule_sym.orbits.equations import PARAMETERS
+from capsule_sym.orbits.events import Located
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.path import Vector
+
+
+class Ending(StrEnum):
+    """Why a branch or a curve ends."""
+
+    #: The parameter has reached the value that was asked for, or the border of its range.
+    REACHED = "reached"
+    #: It came back to where it began.
+    RETURNED = "returned"
+    #: Newton's method finds no further point, however short the step.
+    NOT_CONVERGED = "not-converged"
+    #: An inequality of the word fails, and no orbit that the map follows goes on from there.
+    NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
+    #: As many points as allowed.
+    TOO_MANY_POINTS = "too-many-points"
+
+
+class Stop(Exception):
+    """The path ends, and why."""
+
+    def __init__(self, ending: Ending, detail: str) -> None:
+        super().__init__(detail)
+        self.ending, self.detail = ending, detail
+
+
+class Axis(NamedTuple):
+    """A free parameter, and the range that q from 0 to 1 stands for."""
+
+    name: str
+    begin: float
+    end: float
+
+    @property
+    def column(self) -> int:
+        """Index of the parameter."""
+        return PARAMETERS.index(self.name)
+
+    def share(self, value: float) -> float:
+        """The q of a value."""
+        return float(value - self.begin) / (self.end - self.begin)
+
+
+class State(NamedTuple):
+    """A point of the path: unknowns u, the orbit, its inequalities, tangent and tests."""
+
+    u: Vector
+    orbit: Orbit
+    held: list[Inequality]
+    tangent: Vector
+    tests: dict[str, float]
+
+
+class Event(NamedTuple):
+    """A failed inequality, the orbit with a leg of duration 0 that stands for it, its share."""
+
+    failed: Inequality
+    leg: int
+    change: Change
+    located: Located
+    share: float
+
+
+def where(orbit: Orbit, axes: tuple[Axis, ...]) -> str:
+    """The free parameters' values and the word, for a message."""
+    values = (f"{axis.name} = {float(orbit.values[axis.column])!r}" for axis in axes)
+    return f"{', '.join(values)}, word {orbit.word}"

@@ -1,0 +1,38 @@
+"""Sweeps: many runs of the map as one labelled, resumable result, on one core or a cluster.
+
+The public names are imported on first use: what they need is an extra of its own.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from capsule_sym.sweeps.basin import run_basin
+    from capsule_sym.sweeps.execution import run
+    from capsule_sym.sweeps.refinement import refine
+    from capsule_sym.sweeps.store import open_results
+    from capsule_sym.sweeps.sweep import Axis, Sweep, load_sweep
+
+__all__ = ["Axis", "Sweep", "load_sweep", "open_results", "refine", "run", "run_basin"]
+
+_HOME = {
+    "Axis": "sweep",
+    "Sweep": "sweep",
+    "load_sweep": "sweep",
+    "open_results": "store",
+    "refine": "refinement",
+    "run": "execution",
+    "run_basin": "basin",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

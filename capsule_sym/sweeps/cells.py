@@ -1,0 +1,263 @@
+"""What is computed of the cells of one chunk. A cell that fails says why, and no other one does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import IntEnum
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._native import core
+from capsule_sym.errors import Outcome
+from capsule_sym.generated.py import DIGEST
+from capsule_sym.map import SteadyMotion, simulate
+from capsule_sym.map.backend import default_backend
+from capsule_sym.map.trajectory import LONGEST
+from capsule_sym.orbits.stability import lyapunov, multipliers
+from capsule_sym.orbits.worth import worth
+from capsule_sym.parameters import Parameters
+from capsule_sym.sweeps import words
+from capsule_sym.sweeps.closing import closed
+from capsule_sym.sweeps.sweep import PARAMETERS, Sweep
+
+KERNELS = f"{DIGEST}, {default_backend()}"
+"""What computes the cells: the digest of the generated kernels, and the backend."""
+
+# The precision of mpmath, which may settle a cell, belongs to the whole process.
+_ONE_AT_A_TIME = Lock()
+_ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
+_SHARED = ("gamma", "beta", "zeta", "omega")
+_FURTHER = 1000  # excitation periods, at most, that a Lyapunov exponent of a run is taken over
+_BLOCK = 64  # excitation periods that the slow way takes at a time
+
+
+class CellOutcome(IntEnum):
+    """How the run of a cell ended."""
+
+    #: Not computed yet.
+    PENDING = 0
+    #: The motion is periodic.
+    CONVERGED = 1
+    #: The motion is periodic, and 50 digits decided what double precision left open on the way.
+    SETTLED = 2
+    #: The motion is not periodic within the sweep's periods and tolerance.
+    NOT_PERIODIC = 3
+    #: It is proved that no switch occurs any more.
+    NEVER_SWITCHES = 4
+    #: What was asked for could not be computed; the chunk's record holds the reason.
+    FAILED = 5
+
+
+class Variable(NamedTuple):
+    """A result of each cell: its type, its own dimension if it has one, unit and meaning."""
+
+    dtype: str
+    dimension: tuple[str, int] | None
+    unit: str
+    meaning: str
+
+
+_OUTCOME = Variable("i1", None, "1", "how the run of the cell ended")
+_VARIABLES = {
+    "word": {
+        "word": Variable("i8", None, "1", "fields of one period of the motion, as a 48-bit code"),
+        "multiple": Variable("i2", None, "1", "excitation periods of the motion, 0 if none"),
+    },
+    "progression": {
+        "progression": Variable("f8", None, "1", "advance of x_c per excitation period"),
+    },
+    "final": {
+        "final": Variable("f8", ("component", 3), "1", "x_r, v_r and v_c at the end of the run"),
+    },
+    "multipliers": {
+        "multipliers": Variable(
+            "c16", ("multiplier", 3), "1", "multipliers of the closed orbit, largest first"
+        ),
+    },
+    "energies": {
+        "velocity": Variable("f8", None, "1", "average velocity of the capsule"),
+        "work": Variable("f8", None, "1", "work of the drive per excitation period"),
+        "damper_loss": Variable("f8", None, "1", "energy lost in the damper, likewise"),
+        "friction_loss": Variable("f8", None, "1", "energy lost by friction, likewise"),
+    },
+    "lyapunov": {
+        "lyapunov": Variable("f8", None, "1", "largest Lyapunov exponent, per unit of time"),
+    },
+}
+
+
+def variables(sweep: Sweep) -> dict[str, Variable]:
+    """The results of each cell of a sweep, by name."""
+    asked = {name: v for quantity in sweep.compute for name, v in _VARIABLES[quantity].items()}
+    return {"outcome": _OUTCOME, **asked}
+
+
+class Block(NamedTuple):
+    """Results of a chunk: columns (n, ...) by variable, and what they do not hold.
+
+    `words` has code and number of cells of each word by its text, `reasons` the reason of each
+    failed cell by its place in the chunk; `kernels` names what computed them.
+    """
+
+    columns: dict[str, NDArray[np.generic]]
+    words: dict[str, tuple[int, int]]
+    reasons: dict[str, str]
+    kernels: str
+
+
+def compute(part: Sweep) -> Block:
+    """The results of all cells of a chunk. No exception of a cell leaves this function."""
+    cells = _Cells(part)
+    slow = cells.fast() if core is not None else np.arange(part.size)
+    for i in slow.tolist():
+        cells.guarded(i, cells.slow)
+    if set(part.compute) & {"multipliers", "energies", "lyapunov"}:
+        for i in np.flatnonzero(cells.columns["outcome"] != CellOutcome.FAILED).tolist():
+            cells.guarded(i, cells.close)
+    kept = {name: cells.columns[name] for name in variables(part)}
+    reasons = {str(i): cells.reasons[i] for i in sorted(cells.reasons)}
+    return Block(kept, cells.counted() if "word" in part.compute else {}, reasons, KERNELS)
+
+
+class _Cells:
+    def __init__(self, part: Sweep) -> None:
+        self.part = part
+        self.rows, self.states, self.phases = part.columns()
+        self.columns: dict[str, NDArray[np.generic]] = {}
+        everything = {name: v for group in _VARIABLES.values() for name, v in group.items()}
+        for name, v in {"outcome": _OUTCOME, **everything}.items():
+            shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
+            blank = np.nan if v.dtype[0] in "fc" else 0
+            self.columns[name] = np.full(shape, blank, v.dtype)
+        self.words: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
+
+    def guarded(self, i: int, work: Callable[[int], None]) -> None:
+        try:
+            with _ONE_AT_A_TIME:
+                work(i)
+        except Exception as error:
+            self.fail(i, f"{type(error).__name__}: {error}")
+
+    def fail(self, i: int, reason: str) -> None:
+        self.columns["outcome"][i] = CellOutcome.FAILED
+        self.reasons[i] = reason
+
+    def fast(self) -> NDArray[np.intp]:
+        """All cells by the C core; returns those that it leaves open."""
+        assert core is not None
+        count, last = self.part.size, min(self.part.periods, 2 * LONGEST)
+        # The core takes runs side by side that share these parameters.
+        order = np.lexsort([self.rows[:, PARAMETERS.index(name)] for name in _SHARED])
+        rows = np.ascontiguousarray(self.rows[order])
+        records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
+        stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
+        strobe = np.empty((count, last + 1, 3))
+        core.start_many(rows, self.states[order], self.phases[order] * rows[:, 1], records)
+        core.run_many(rows, records, self.part.periods - last, stops)
+        ahead = stops != core.DONE
+        records["turn"] = 0
+        core.run_many(rows, records, last, stops, strobe)
+        stops[ahead] = core.OPEN
+        core.steady_many(rows, records, strobe, self.part.tolerance, stops, motions, switches)
+        back = np.argsort(order)
+        records, motions, stops, switches = (
+            records[back],
+            motions[back],
+            stops[back],
+            switches[back],
+        )
+        columns = self.columns
+        columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
+        multiple = columns["multiple"][:] = motions["multiple"]
+        periodic = multiple > 0
+        columns["progression"][periodic] = (motions["advance"] / np.maximum(multiple, 1))[periodic]
+        columns["outcome"][:] = np.where(
+            motions["never"] != 0,
+            CellOutcome.NEVER_SWITCHES,
+            np.where(periodic, CellOutcome.CONVERGED, CellOutcome.NOT_PERIODIC),
+        )
+        codes: dict[bytes, int] = {}
+        field = motions["field"].tolist()
+        passed = motions["switches"].tolist()
+        done = (stops == core.DONE) & (periodic | (motions["never"] != 0))
+        for i in np.flatnonzero(done).tolist():
+            key = switches[i, : passed[i]].tobytes() or bytes([16 * field[i]])
+            if key not in codes:
+                codes[key] = self.code([label // 16 for label in key])
+            columns["word"][i] = codes[key]
+        return np.flatnonzero(stops != core.DONE)
+
+    def counted(self) -> dict[str, tuple[int, int]]:
+        """Code and number of cells of each word, by its text."""
+        codes, counts = np.unique(self.columns["word"], return_counts=True)
+        cells = dict(zip(codes.tolist(), counts.tolist(), strict=True))
+        texts = {text: code for code, text in self.words.items() if code in cells}
+        return {text: (texts[text], cells[texts[text]]) for text in sorted(texts)}
+
+    def code(self, fields: list[int]) -> int:
+        """The code of a cyclic word, and its text among the words."""
+        text = words.text(fields)
+        found = words.code(text)
+        self.words[found] = text
+        return found
+
+    def slow(self, i: int) -> None:
+        """One cell by the trajectory, which settles with 50 digits what double leaves open."""
+        parameters, part = Parameters(*self.rows[i].tolist()), self.part
+        state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
+        left, settled = part.periods, 0
+        while True:
+            # The last run is long enough to tell the longest motion.
+            ahead = min(_BLOCK, left - 2 * LONGEST - 1)
+            trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
+            settled += trajectory.settled
+            if trajectory.stopped:
+                return self.fail(i, trajectory.stopped)
+            _, state = trajectory.final
+            if ahead <= 0:
+                break
+            left, phase = left - ahead, 0.0
+        motion = trajectory.steady(part.tolerance)
+        never = trajectory.segments[-1].outcome is Outcome.NEVER
+        self.columns["final"][i] = state
+        if motion is not None:
+            self.columns["multiple"][i] = motion.period_multiple
+            self.columns["progression"][i] = motion.progression
+        if motion is not None or never:
+            self.columns["word"][i] = self.code(_fields(motion) or [trajectory.segments[-1].field])
+        if never:
+            outcome = CellOutcome.NEVER_SWITCHES
+        elif motion is None:
+            outcome = CellOutcome.NOT_PERIODIC
+        else:
+            outcome = CellOutcome.SETTLED if settled else CellOutcome.CONVERGED
+        self.columns["outcome"][i] = outcome
+
+    def close(self, i: int) -> None:
+        """What is asked for of the closed orbit of one cell, or of the run where there is none."""
+        columns, part = self.columns, self.part
+        parameters = Parameters(*self.rows[i].tolist())
+        state = tuple(columns["final"][i].tolist())
+        if not columns["multiple"][i]:
+            if "lyapunov" in part.compute:
+                further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
+                columns["lyapunov"][i] = lyapunov(further)[0]
+            return
+        orbit = closed(parameters, state, int(columns["multiple"][i]), int(columns["word"][i]))
+        found = multipliers(orbit)
+        columns["multipliers"][i] = found
+        with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
+            grown = np.log(abs(found[0]))
+        columns["lyapunov"][i] = grown / (orbit.word.multiple * parameters.period)
+        if "energies" in part.compute:
+            value = worth(orbit)
+            for name in _VARIABLES["energies"]:
+                columns[name][i] = getattr(value, name).value
+
+
+def _fields(motion: SteadyMotion | None) -> list[int]:
+    return [segment.field for segment in motion.segments] if motion else []

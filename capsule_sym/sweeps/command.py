@@ -1,0 +1,324 @@
+"""The commands `sweep`, `basin` and `sweep-info`."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from capsule_sym.errors import CapsuleError, InvalidInput
+from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+
+_Command = TypeVar("_Command", bound=Callable[..., None])
+
+
+def _require_extra() -> None:
+    for name in ("xarray", "zarr"):
+        if find_spec(name) is None:
+            raise click.UsageError(f"{name} is missing: pip install 'capsule-sym[sweep]'")
+
+
+def _running(command: _Command) -> _Command:
+    """The options that say where results go and what runs the cells."""
+    for option in (
+        json_option,
+        click.option("--dask", metavar="ADDRESS", help="Run on a Dask cluster; local starts one."),
+        click.option("--workers", type=int, help="Chunks at a time.  [default: one per core]"),
+        click.option(
+            "--executor",
+            type=click.Choice(["threads", "processes"]),
+            default="threads",
+            show_default=True,
+        ),
+        click.option("--resume", is_flag=True, help="Go on with what the store holds."),
+        click.option("--store", required=True, metavar="DIR", help="Where results go."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.command("sweep")
+@click.argument("file", metavar="FILE.toml")
+@click.option(
+    "--refine",
+    "stride",
+    type=int,
+    metavar="STRIDE",
+    help="Compute every STRIDE-th point of a chart over two axes, and all points only where "
+    "neighbours differ.",
+)
+@_running
+def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) -> None:
+    r"""Run every cell of the sweep in FILE.toml and keep the results in DIR.
+
+    A file for a chart of motion types:
+
+    \b
+        periods = 300
+        compute = ["word", "progression"]
+        [parameters]
+        omega = 0.8
+        [axes]
+        alpha = { from = 0.01, to = 2.0, count = 512 }
+        gamma = { from = 1.0, to = 5.0, count = 512, spacing = "log" }
+
+    An axis is also a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
+    gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
+    `[start]` holds what no axis changes of the start. `compute` names any of word, progression,
+    final, multipliers, energies, lyapunov. Every chunk is written when it is finished: an
+    interrupted sweep goes on with --resume. DIR/results.zarr opens with xarray.
+    """
+    _require_extra()
+    from capsule_sym.sweeps import load_sweep, refine, run
+
+    loaded = load_sweep(file)
+    with _executor(**how) as given:
+        if stride is None:
+            summary = run(loaded, store, **given)
+            record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
+        else:
+            chart = refine(loaded, store, stride=stride, **given)
+            record = {
+                "store": store,
+                "cells": loaded.size,
+                "computed": sum(r.computed for r in chart.rounds),
+                "fraction_computed": chart.fraction,
+                "seconds": sum(r.seconds for r in chart.rounds),
+            }
+    _show(record, as_json)
+
+
+_WINDOW = click.Tuple([float, float, int])
+
+
+@click.command("basin")
+@parameter_options
+@click.option("--x-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along x_r.")
+@click.option("--v-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_r.")
+@click.option("--v-c", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_c.")
+@click.option("--phase", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along the phase.")
+@click.option(
+    "--state",
+    type=float,
+    nargs=3,
+    default=(0.0, 0.0, 0.0),
+    metavar="XR VR VC",
+    help="What no axis changes of the start.  [default: 0 0 0]",
+)
+@click.option("--periods", default=300, show_default=True, help="Excitation periods to run.")
+@click.option("--tolerance", default=1e-9, show_default=True, help="Within which a motion repeats.")
+@_running
+def basin(
+    file: str | None,
+    x_r: tuple[float, float, int] | None,
+    v_r: tuple[float, float, int] | None,
+    v_c: tuple[float, float, int] | None,
+    phase: tuple[float, float, int] | None,
+    state: tuple[float, float, float],
+    periods: int,
+    tolerance: float,
+    as_json: bool,
+    store: str,
+    executor: str,
+    workers: int | None,
+    dask: str | None,
+    resume: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Run a basin of attraction and tell its attractors.
+
+    Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
+    Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
+    """
+    _require_extra()
+    from capsule_sym.sweeps import Axis, Sweep, run_basin
+
+    windows = {"x_r": x_r, "v_r": v_r, "v_c": v_c, "phase": phase}
+    axes = tuple(Axis.linear(name, *window) for name, window in windows.items() if window)
+    parameters, _ = chosen_parameters(file, dimensionless)
+    chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
+    with _executor(executor, workers, dask, resume) as given:
+        summary, found = run_basin(chosen, store, **given)
+    record = {**_summary(summary, periods), **info_record(Path(store))}
+    record["attractors"] = [attractor.record() for attractor in found.attractors]
+    _show(record, as_json)
+
+
+@click.command("sweep-info")
+@json_option
+@click.argument("store", metavar="DIR")
+def sweep_info(store: str, as_json: bool) -> None:
+    """Show the axes, what is done, the outcomes and the provenance of a store."""
+    _require_extra()
+    _show(info_record(Path(store)), as_json)
+
+
+def info_record(path: Path) -> dict[str, Any]:
+    """What a store holds, in plain values; raises InvalidInput where there is none."""
+    from collections import Counter
+
+    from capsule_sym.sweeps.store import finished, head, words
+
+    rounds = sorted(path.glob("round-*"))
+    if rounds:
+        return {"store": str(path), "rounds": [info_record(place) for place in rounds]}
+    there = head(path)
+    outcomes: Counter[str] = Counter()
+    reasons: Counter[str] = Counter()
+    for record in finished(path):
+        outcomes.update(record["outcomes"])
+        reasons.update(record["reasons"].values())
+    total = 1
+    for axis in there["sweep"]["axes"]:
+        total *= axis["count"]
+    return {
+        "store": str(path),
+        "axes": there["sweep"]["axes"],
+        "cells": total,
+        "done": sum(outcomes.values()),
+        "outcomes": dict(outcomes),
+        "words": {text: cells for text, (_, cells) in words(path).items()},
+        "reasons": dict(reasons.most_common(20)),
+        "sweep": {name: v for name, v in there["sweep"].items() if name != "axes"},
+        "provenance": there["provenance"],
+    }
+
+
+def _summary(summary: Any, periods: int) -> dict[str, Any]:
+    return {
+        **summary._asdict(),
+        "periods_per_second_and_core": summary.periods_per_second_and_core(periods),
+    }
+
+
+@contextmanager
+def _executor(
+    executor: str, workers: int | None, dask: str | None, resume: bool
+) -> Iterator[dict[str, Any]]:
+    """The arguments of `run`, with a progress bar; what stops a run ends the command with 1."""
+    given: dict[str, Any] = {
+        "executor": executor,
+        "workers": workers,
+        "resume": resume,
+        "command": shlex.join(["capsule-sym", *sys.argv[1:]]),
+    }
+    try:
+        with _progress() as progress, _dask(dask, workers) as cluster:
+            yield {**given, **cluster, "progress": progress}
+    except InvalidInput:
+        raise
+    except CapsuleError as error:
+        click.echo(f"error: {error}", err=True)
+        raise click.exceptions.Exit(1) from error
+
+
+@contextmanager
+def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
+    if address is None:
+        yield {}
+        return
+    from contextlib import ExitStack
+
+    distributed: Any = import_module("distributed")
+    with ExitStack() as stack:
+        if address == "local":
+            cluster = distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
+            )
+            stack.enter_context(cluster)
+        try:
+            client = stack.enter_context(
+                distributed.Client(cluster if address == "local" else address)
+            )
+        except (OSError, ValueError) as error:
+            raise InvalidInput("dask", address, "the address of a Dask scheduler") from error
+        count = sum(client.nthreads().values())
+        yield {"executor": client.get_executor(), "workers": workers or count}
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    from rich.progress import BarColumn, Progress, Task, TextColumn, TimeRemainingColumn
+
+    class Rate(TextColumn):
+        def render(self, task: Task) -> Any:
+            self.text_format = f"{task.speed or 0:,.0f} cells/s"
+            return super().render(task)
+
+    screen = make_console(stderr=True)
+    bar = Progress(
+        TextColumn("{task.completed:,.0f} of {task.total:,.0f} cells"),
+        BarColumn(),
+        Rate(""),
+        TimeRemainingColumn(),
+        console=screen,
+        disable=not screen.is_terminal,
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=None)
+        total = -1
+
+        def show(done: int, of: int) -> None:
+            nonlocal total
+            if of != total:
+                # What a store held before does not count towards the rate.
+                total = of
+                bar.reset(task, total=of, completed=done)
+            bar.update(task, completed=done)
+
+        yield show
+
+
+def _show(record: dict[str, Any], as_json: bool) -> None:
+    from capsule_sym.records import dumps
+
+    if as_json:
+        click.echo(dumps(record))
+        return
+    screen = make_console()
+    for part in record.get("rounds", ()):
+        _show(part, as_json)
+    for axis in record.get("axes", ()):
+        names = ", ".join(axis["quantities"])
+        screen.print(
+            f"axis {axis['name']:<12} {axis['count']} values of {names} "
+            f"from {_numbers(axis['first'])} to {_numbers(axis['last'])}"
+        )
+    for name in ("cells", "done", "computed", "damaged", "fraction_computed"):
+        if name in record:
+            screen.print(f"{name.replace('_', ' '):<17} {record[name]:,}")
+    if record.get("computed"):
+        screen.print(f"{'seconds':<17} {record['seconds']:.2f}")
+    if record.get("periods_per_second_and_core"):
+        rate = record["periods_per_second_and_core"]
+        screen.print(f"{'speed':<17} {rate:,.0f} excitation periods per second and core")
+    for title in ("outcomes", "words", "reasons"):
+        _print_shares(screen, title, record.get(title, {}))
+    for number, attractor in enumerate(record.get("attractors", ())):
+        screen.print(
+            f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['word']}  "
+            f"period multiple {attractor['multiple']}, progression {attractor['progression']:.9g}, "
+            f"multiplier {attractor['multiplier']:.6g}"
+        )
+    for name, value in record.get("provenance", {}).items():
+        screen.print(f"{name:<17} {value}")
+
+
+def _print_shares(screen: Any, title: str, counts: dict[str, int]) -> None:
+    ranked = sorted(counts.items(), key=lambda item: -item[1])
+    for name, cells in ranked[:12]:
+        screen.print(f"{title.rstrip('s'):<17} {cells:>12,}  {name}")
+    if len(ranked) > 12:
+        screen.print(f"{'':<17} {sum(n for _, n in ranked[12:]):>12,}  in {len(ranked) - 12} more")
+
+
+def _numbers(values: list[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)

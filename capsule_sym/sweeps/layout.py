@@ -1,0 +1,98 @@
+"""How results look to xarray: dimensions, coordinates, attributes."""
+
+from __future__ import annotations
+
+import platform
+from typing import Any
+
+import numpy as np
+import xarray as xr
+import zarr
+
+import capsule_sym
+from capsule_sym.sweeps.cells import KERNELS, CellOutcome, variables
+from capsule_sym.sweeps.sweep import Sweep
+
+
+def provenance(command: str) -> dict[str, Any]:
+    """Where results come from: the command, what computed them, and the versions around it."""
+    return {
+        "command": command,
+        "kernels": KERNELS,
+        "versions": {
+            "capsule-sym": capsule_sym.__version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "xarray": xr.__version__,
+            "zarr": zarr.__version__,
+        },
+    }
+
+
+def coordinates(sweep: Sweep, provenance: dict[str, Any]) -> xr.Dataset:
+    """The axes of a sweep as coordinates; as attributes what is the same for all cells."""
+    columns = {
+        quantity: (axis.name, axis.values[:, i], {"units": "1"})
+        for axis in sweep.axes
+        for i, quantity in enumerate(axis.quantities)
+    }
+    fixed = {
+        **sweep.parameters.to_dict(),
+        **dict(zip(("x_r", "v_r", "v_c"), sweep.state, strict=True)),
+        "phase": sweep.phase,
+    }
+    attributes = {
+        "periods": sweep.periods,
+        "tolerance": sweep.tolerance,
+        **{name: value for name, value in fixed.items() if name not in columns},
+        **{name: provenance[name] for name in ("command", "kernels")},
+        "versions": ", ".join(f"{name} {v}" for name, v in provenance["versions"].items()),
+    }
+    return xr.Dataset(coords=columns, attrs=attributes)
+
+
+def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
+    """Empty arrays for all results of a sweep."""
+    arrays = {}
+    for name, v in variables(sweep).items():
+        attributes: dict[str, Any] = {"units": v.unit, "long_name": v.meaning}
+        if name == "outcome":
+            attributes |= outcome_flags()
+        arrays[name] = array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)
+    return arrays
+
+
+def array(
+    group: zarr.Group,
+    name: str,
+    sweep: Sweep,
+    dtype: np.dtype[np.generic],
+    attributes: dict[str, Any],
+    dimension: tuple[str, int] | None = None,
+) -> Any:
+    """An empty array over the axes of a sweep, and a dimension of its own if it has one."""
+    own = [dimension] if dimension else []
+    return group.create_array(
+        name,
+        shape=(*sweep.shape, *(size for _, size in own)),
+        chunks=(*sweep.chunk, *(size for _, size in own)),
+        dtype=dtype,
+        fill_value=np.nan if dtype.kind in "fc" else 0,
+        dimension_names=[*(axis.name for axis in sweep.axes), *(title for title, _ in own)],
+        attributes=attributes,
+        config={"write_empty_chunks": True},
+    )
+
+
+def outcome_flags() -> dict[str, Any]:
+    """The outcomes and their codes, as CF flags."""
+    return {
+        "flag_values": [int(outcome) for outcome in CellOutcome],
+        "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
+    }
+
+
+def word_flags(table: dict[str, tuple[int, int]]) -> dict[str, Any]:
+    """The words of a table by text, each with its code, as CF flags; _ stands for a blank."""
+    meanings = " ".join(text.replace(" ", "_") for text in table)
+    return {"flag_values": [code for code, _ in table.values()], "flag_meanings": meanings}

@@ -1,0 +1,21 @@
+"""Words as texts and as codes that need no table: the same in every chunk, run and machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from hashlib import blake2b
+
+# The paper begins a global map in contact, at rest if the motion has such a segment.
+_RANK = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
+
+
+def text(fields: Sequence[int]) -> str:
+    """The cyclic word of fields (1 to 6), such as "F5 F2", begun where the paper begins it."""
+    turns = [[*fields[i:], *fields[:i]] for i in range(len(fields))]
+    first = min(turns, key=lambda turn: [_RANK[field] for field in turn])
+    return " ".join(f"F{field}" for field in first)
+
+
+def code(word: str) -> int:
+    """The 48-bit code of a word, exact in double precision too."""
+    return int.from_bytes(blake2b(word.encode(), digest_size=6).digest())

@@ -1,0 +1,154 @@
+"""`capsule-sym orbit`, `branch` and `curve`: what they print, write, and how they fail."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from capsule_sym.cli import main
+
+
+def call(capsys, *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as stopped:
+        main(arguments)
+    out, err = capsys.readouterr()
+    return stopped.value.code, out, err
+
+
+def test_an_orbit_as_json(capsys) -> None:
+    status, out, err = call(capsys, "orbit", "--alpha", "1.2", "--json")
+    assert (status, err) == (0, "")
+    record = json.loads(out)
+    assert record["word"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
+    assert record["stable"] is True
+    assert len(record["multipliers"]) == 3
+    assert record["admissibility"]["value"] > 0
+    assert abs(record["imbalance"]) < 1e-12
+    # The word's own value of `run`, in the README.
+    assert record["progression"]["value"] == pytest.approx(1.339272935, abs=1e-9)
+    assert set(record["velocity"]["gradient"]) == set(record["parameters"])
+    assert sum(record["durations"]) == pytest.approx(2 * 3.141592653589793 / 0.8, abs=1e-12)
+
+
+def test_an_orbit_as_text(capsys) -> None:
+    status, out, _ = call(capsys, "orbit", "--alpha", "1.2")
+    assert status == 0
+    for text in ("F5 F4 F1 F2 F3 F2", "multipliers", "stable", "tightest", "friction loss"):
+        assert text in out
+
+
+def test_several_orbits(capsys) -> None:
+    arguments = ("--alpha", "1.2", "--omega", "1.5", "--delta", "2", "--beta", "50", "--gamma", "5")
+    status, out, _ = call(capsys, "orbit", *arguments, "--starts", "4", "--json")
+    assert status == 0
+    words = {tuple(orbit["word"]) for orbit in json.loads(out)["orbits"]}
+    assert len(words) >= 2
+
+
+def test_a_branch(capsys, tmp_path: Path) -> None:
+    arguments = ("--parameter", "alpha", "--from", "0.9", "--to", "1.0", "--points", "10")
+    status, out, err = call(capsys, "branch", *arguments, "--out", str(tmp_path), "--json")
+    assert status == 0
+    assert err.startswith("wrote ")
+    record = json.loads(out)
+    assert (record["parameter"], record["ending"]) == ("alpha", "reached")
+    values = [point["value"] for point in record["points"]]
+    assert (values[0], values[-1]) == (0.9, 1.0)
+    assert {"word", "multipliers", "progression", "admissibility", "state"} <= set(
+        record["points"][0]
+    )
+    (one,) = record["bifurcations"]
+    assert (one["type"], one["line"], one["parameter"]) == ("adding-sliding", "L2^(2)", "alpha")
+    assert one["value"] == pytest.approx(0.940998003446, abs=1e-12)
+    assert one["uncertainty"] < 1e-12
+    assert one["word_before"] == ["F5", "F4", "F1", "F2"]
+    assert one["word_after"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
+    assert one["orbit"]["durations"][one["segment"] - 1] == 0
+    assert json.loads((tmp_path / "branch.json").read_text()) == record
+    with (tmp_path / "points.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["alpha"]) for row in rows] == values
+    with (tmp_path / "bifurcations.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["value"]) for row in rows] == [one["value"]]
+
+
+def test_a_branch_as_text(capsys) -> None:
+    arguments = ("--parameter", "alpha", "--from", "0.9", "--to", "0.95", "--points", "5")
+    status, out, _ = call(capsys, "branch", *arguments)
+    assert status == 0
+    assert "alpha = 0.940998003446" in out
+    assert "minimum of lower in leg 4, F2" in out
+
+
+def test_a_branch_that_ends_early_says_why(capsys) -> None:
+    arguments = ("--alpha", "0.3", "--delta", "0.3", "--zeta", "0.01", "--beta", "30")
+    arguments += ("--parameter", "omega", "--from", "1.6", "--to", "0.7", "--points", "20")
+    status, out, err = call(capsys, "branch", *arguments, "--json")
+    assert status == 3
+    assert err.startswith("the branch ends (returned): omega = 1.6")
+    assert json.loads(out)["ending"] == "returned"
+
+
+def test_curves(capsys, tmp_path: Path) -> None:
+    arguments = ("--parameters", "alpha", "gamma", "--gamma", "3.2", "--points", "8")
+    arguments += ("--first", "1.5", "1.65", "--second", "3.0", "3.3")
+    arguments += ("--bifurcation", "crossing-sliding", "--out", str(tmp_path), "--json")
+    status, out, _ = call(capsys, "curve", *arguments)
+    assert status == 0
+    (curve,) = json.loads(out)["curves"]
+    assert curve["parameters"] == ["alpha", "gamma"]
+    gammas = [point["gamma"] for point in curve["points"]]
+    assert gammas == sorted(gammas)
+    meetings = [(one["types"][1], one["gamma"]) for one in curve["codimension_two"]]
+    assert [name for name, _ in meetings] == ["switching-sliding", "grazing-sliding"]
+    assert [value for _, value in meetings] == pytest.approx([3.0955278438, 3.1854565282], abs=1e-9)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"curves.json", "points.csv", "codimension_two.csv"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("orbit", "--alpha", "-1"), "alpha = -1.0: must be finite and >= 0"),
+        (("orbit", "--alpha", "x"), "is not a valid float"),
+        (
+            ("branch", "--parameter", "speed", "--from", "0", "--to", "1"),
+            "parameter = 'speed': must be one of",
+        ),
+        (
+            ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "0.5"),
+            "to = 0.5: must be other than 0.5",
+        ),
+        (("branch", "--parameter", "gamma", "--from", "3", "--to", "0"), "gamma = 0.0: must be"),
+        (("branch", "--parameter", "alpha", "--from", "0.5"), "Missing option '--to'"),
+        (
+            (
+                *("curve", "--parameters", "alpha", "gamma", "--first", "0.9", "1"),
+                *("--second", "3", "4", "--bifurcation", "fold"),
+            ),
+            "bifurcation = 'fold': must be in the type of one on the branch: ['adding-sliding']",
+        ),
+    ],
+)
+def test_bad_input_exits_with_2(capsys, arguments: tuple[str, ...], complaint: str) -> None:
+    status, out, err = call(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert complaint in err
+    assert err.count("\n") == 1
+
+
+def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
+    from capsule_sym.orbits import search
+    from capsule_sym.orbits.orbit import NoOrbit, Reason
+
+    nothing = NoOrbit(Reason.NOT_PERIODIC, "it wanders", None, (), 0.0)
+    monkeypatch.setattr(search, "find_orbit", lambda *arguments: nothing)
+    for arguments in (
+        ("orbit",),
+        ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "1"),
+    ):
+        status, out, err = call(capsys, *arguments)
+        assert (status, out) == (3, "")
+        assert err == "no orbit (not-periodic): it wanders\n"

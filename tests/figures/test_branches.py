@@ -1,0 +1,221 @@
+"""Branches, itineraries, energies: values, exact markers, and names."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from capsule_sym.figures.arcs import cycle
+from capsule_sym.figures.branches import bifurcations, spread
+from capsule_sym.figures.data import orbit_of
+from capsule_sym.figures.energy import energies
+from capsule_sym.figures.events import CROSSINGS, SLIDINGS, around, exact, nearest
+from capsule_sym.figures.evolution import draw_itineraries, fig6, itineraries
+from tests.figures import SAFE
+
+PRINTED = (0.0074, 0.3687, 0.5245, 0.939, 1.443, 1.6148, 1.661, 1.7126)
+
+
+def point(value: float, stable: bool, states: list[list[float]], velocity: float) -> dict[str, Any]:
+    return {
+        "value": value,
+        "word": ["F2"],
+        "stable": stable,
+        "stroboscopic": states,
+        "average_velocity": velocity,
+        "energy": {"work": 3 * value, "damper_loss": value, "friction_loss": 2 * value},
+    }
+
+
+SMALL = {
+    "parameter": "omega",
+    "points": [
+        point(1.0, True, [[0.1, 0.2, 0.0]], 0.5),
+        point(1.1, True, [[0.2, 0.3, 0.0]], 0.6),
+        point(1.2, False, [[0.3, 0.4, 0.0], [0.5, 0.6, 0.0]], 0.7),
+        point(1.3, False, [[0.4, 0.5, 0.0], [0.6, 0.7, 0.0]], 0.8),
+    ],
+    "bifurcations": [
+        {
+            "type": "grazing",
+            "line": "L9",
+            "value": 1.15,
+            "stroboscopic": [[0.25, 0.35, 0.0]],
+            "average_velocity": 0.65,
+        },
+        {
+            "type": "fold",
+            "line": None,
+            "value": 1.16,
+            "stroboscopic": [[0.26, 0.36, 0.0]],
+            "average_velocity": 0.66,
+        },
+    ],
+}
+
+
+def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
+    x_r, v_r, velocity = bifurcations(SMALL).axes
+    for axes, first, second, markers in (
+        (x_r, [0.1, 0.2], [0.3, 0.4], [0.25, 0.26]),
+        (v_r, [0.2, 0.3], [0.4, 0.5], [0.35, 0.36]),
+        (velocity, [0.5, 0.6], [0.7, 0.8], [0.65, 0.66]),
+    ):
+        curves = [line for line in axes.lines if "stable" in line.get_label()]
+        stable, unstable = curves[:2]
+        assert (stable.get_label(), unstable.get_label()) == ("stable", "unstable")
+        assert list(stable.get_xdata()) == [1.0, 1.1, 1.2]
+        assert list(stable.get_ydata()) == [*first, second[0]]
+        assert not stable.is_dashed()
+        assert list(unstable.get_xdata()) == [1.2, 1.3]
+        assert list(unstable.get_ydata()) == second
+        assert unstable.is_dashed()
+        (marked,) = [line for line in axes.lines if line.get_marker() == "o"]
+        assert list(marked.get_xdata()) == [1.15, 1.16]
+        assert list(marked.get_ydata()) == markers
+    # The second state of a doubled orbit is a curve of its own.
+    doubled = [line for line in x_r.lines if line.get_label() == "unstable"][1]
+    assert list(doubled.get_ydata()) == [0.5, 0.6]
+    names = [text.get_text() for text in x_r.texts]
+    assert names == ["grazing $L_{9}$  1.150000", "fold  1.160000"]
+    assert x_r.texts[0].xy[0] == pytest.approx(0.5)
+    assert velocity.get_xlabel() == r"excitation frequency $\omega$"
+
+
+def test_the_case_study_has_the_printed_bifurcations(branch) -> None:
+    velocity = bifurcations(branch).axes[2]
+    (marked,) = [line for line in velocity.lines if line.get_marker() == "o"]
+    assert list(marked.get_xdata()) == pytest.approx(PRINTED, rel=0.01)
+    uprights = [line.get_xdata() for line in velocity.lines if list(line.get_ydata()) == [0, 1]]
+    assert [x for x, _ in uprights] == list(marked.get_xdata())
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=12).map(sorted))
+def test_names_do_not_overlap_and_keep_their_order(places: list[float]) -> None:
+    moved = spread(places, 0.03)
+    assert all(after - before >= 0.03 - 1e-6 for before, after in pairwise(moved))
+    assert moved[0] >= 0
+    assert moved[-1] <= 1
+
+
+def test_names_stay_where_there_is_room() -> None:
+    assert spread([0.1, 0.5, 0.9], 0.03) == pytest.approx([0.1, 0.5, 0.9], abs=1e-15)
+
+
+def test_losses_stack_to_the_work(branch) -> None:
+    upper, lower = energies(branch).axes
+    damper, friction = (container.patches for container in upper.containers)
+    (work,) = [line for line in upper.lines if line.get_label() == "work of the drive"]
+    tops = [bar.get_y() + bar.get_height() for bar in friction]
+    assert tops == pytest.approx(work.get_ydata(), abs=1e-12)
+    assert [bar.get_y() for bar in friction] == [bar.get_height() for bar in damper]
+    for bars in (damper, friction):
+        assert all(a.get_x() + a.get_width() == pytest.approx(b.get_x()) for a, b in pairwise(bars))
+    share = lower.lines[0].get_ydata()
+    assert share[0] == 0
+    assert share == pytest.approx(
+        [bar.get_height() for bar in friction] / np.array(work.get_ydata())
+    )
+
+
+def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
+    runs = [settled(alpha) for alpha in (1.2, 1.9, 0.7)]
+    axes = Figure().subplots()
+    draw_itineraries(runs, axes)
+    assert axes.get_xlim() == (0.7, 1.9)
+    columns: dict[float, float] = {}
+    fields: dict[float, set[str]] = {}
+    for collection in axes.collections:
+        for path in collection.get_paths():
+            (left, low), (_, high) = path.vertices.min(axis=0), path.vertices.max(axis=0)
+            columns[left] = columns.get(left, 0.0) + high - low
+            fields.setdefault(left, set()).add(collection.get_label())
+    assert sorted(columns) == pytest.approx([0.7, 0.95, 1.55])
+    assert list(columns.values()) == pytest.approx([1.0] * 3, abs=1e-12)
+    assert [fields[left] for left in sorted(fields)] == [
+        set(run.steady().word) for run in (runs[2], runs[0], runs[1])
+    ]
+    colours = {c.get_label(): to_hex(c.get_facecolor()[0]) for c in axes.collections}
+    assert colours["F4"] == to_hex(SAFE[3])
+
+
+def test_itineraries_name_the_bifurcations(settled, branch) -> None:
+    axes = itineraries([settled(0.7), settled(1.9)], branch).axes[0]
+    assert [line.get_xdata()[0] for line in axes.lines] == [
+        one["value"] for one in branch["bifurcations"]
+    ]
+    assert len(axes.texts) == len(branch["bifurcations"])
+
+
+def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
+    heavy = orbit_of(branch, branch["bifurcations"][3])
+    axes = fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
+    found = {}
+    for line in axes.lines:
+        x_r, alpha, v_r = line.get_data_3d()
+        assert len(set(alpha)) == 1
+        found.setdefault(float(alpha[0]), []).append((line, x_r, v_r))
+    assert set(found) == {0.7, 1.9, branch["bifurcations"][3]["value"]}
+    for alpha, lines in found.items():
+        wide = {line.get_linewidth() > 1 for line, _, _ in lines}
+        assert wide == {alpha == heavy.parameters.alpha}
+    expected = np.concatenate([arc.x_r for arc in cycle(settled(0.7))])
+    assert np.concatenate([x for _, x, _ in found[0.7]]) == pytest.approx(expected)
+
+
+def test_events_move_to_their_exact_values(branch) -> None:
+    for event, (moved, one) in zip(
+        (*CROSSINGS, *SLIDINGS),
+        exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]),
+        strict=True,
+    ):
+        assert one is not None
+        assert moved.middle == one["value"] == pytest.approx(event.middle, rel=0.01)
+        assert moved.middle in moved.alphas
+        assert np.array(moved.alphas) - moved.middle == pytest.approx(
+            np.array(event.alphas) - event.middle, abs=1e-12
+        )
+    absent = exact(CROSSINGS, [])
+    assert absent == [(event, None) for event in CROSSINGS]
+
+
+def test_an_exact_orbit_meets_its_line(branch) -> None:
+    for event, one in exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]):
+        orbit = orbit_of(branch, one)
+        p = orbit.parameters
+        assert p.alpha == one["value"]
+        x_r, v_r, v_c = nearest(cycle(orbit), event, p)
+        force = x_r + 2 * p.zeta * v_r
+        miss = {
+            "L2": force + p.f_b,
+            "L3": force + p.beta * (x_r - p.delta) - p.f_b,
+            "L6": x_r - p.delta,
+            "L7": x_r - p.delta,
+        }[event.line]
+        assert abs(v_c) < 1e-4
+        assert abs(miss) < 1e-3
+        if event.line in ("L6", "L7"):
+            assert (v_r > 0) == (event.line == "L6")
+
+
+def test_fig8_draws_below_at_and_above_in_three_styles(settled) -> None:
+    groups = [[settled(alpha) for alpha in event.alphas] for event in CROSSINGS]
+    axes = around(CROSSINGS, groups).axes
+    assert len(axes) == 4
+    for row, group in zip((axes[0:2], axes[2:4]), groups, strict=True):
+        words = [len(cycle(run)) for run in group]
+        for view in row:
+            arcs = [line for line in view.lines if line.get_label().startswith("F")]
+            assert len(arcs) == sum(words)
+            styles = [line._unscaled_dash_pattern for line in arcs]
+            assert [len({str(style) for style in styles})] == [3]
+    box, close = axes[0], axes[1]
+    wide, narrow = (view.get_xlim3d() for view in (box, close))
+    assert narrow[1] - narrow[0] == pytest.approx(0.22 * (wide[1] - wide[0]))

@@ -1,0 +1,74 @@
+"""`capsule-sym figure` as a process."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from capsule_sym.figures.catalogue import FIGURES
+
+
+def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProcess[str]:
+    program = ["-c", code] if code else ["-m", "capsule_sym"]
+    return subprocess.run(
+        [sys.executable, "-W", "error", *program, *arguments],
+        capture_output=True,
+        encoding="utf-8",
+        cwd=cwd,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        ("fig99 --out x.png", "fig99"),
+        ("fig2 --out x.jpg", "out = 'x.jpg': must be a file name that ends in .png, .svg, .pdf"),
+        ("fig2", "--out"),
+        ("fig7 --out x.png --gamma -1", "gamma = -1.0"),
+        ("fig2 --out x.png --colours loud", "loud"),
+        ("work-precision --out x.png", "capsule-sym bench"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(tmp_path: Path, arguments: str, part: str) -> None:
+    done = call("figure", *arguments.split(), cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert re.fullmatch(r"error: .*\n", done.stderr)
+    assert part in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_path_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = call("figure", "fig2", "--out", "file/x.png", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: out = 'file/x.png': must be writable")
+
+
+def test_help_lists_every_name_and_draws_nothing(tmp_path: Path) -> None:
+    code = (
+        "import sys\nfrom capsule_sym.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "finally:\n    print(sorted({m.split('.')[0] for m in sys.modules}), file=sys.stderr)"
+    )
+    done = call("figure", "--help", cwd=tmp_path, code=code)
+    assert done.returncode == 0
+    for name in FIGURES:
+        assert re.search(rf"^ +{name} ", done.stdout, re.M)
+    assert not {"matplotlib", "numpy", "jinja2"} & set(re.findall(r"\w+", done.stderr))
+
+
+def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
+    code = (
+        "import sys\nfrom capsule_sym.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "finally:\n    print('LOADED', 'matplotlib.pyplot' in sys.modules, 'sympy' in sys.modules)"
+    )
+    done = call("figure", "fig3", "--out", "new/x.svg", cwd=tmp_path, code=code)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "wrote new/x.svg\n"
+    assert done.stdout == "LOADED False False\n"
+    assert (tmp_path / "new/x.svg").read_text().startswith("<?xml")

@@ -1,0 +1,103 @@
+"""Results kept by digest: computed once, found again, recomputed when anything differs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from capsule_sym import InvalidInput, Parameters
+from capsule_sym.figures import data
+from capsule_sym.figures.arcs import cycle
+from capsule_sym.figures.data import Store, orbit_of
+
+
+def count_items(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
+    count_items.seen += total or 1
+    return items
+
+
+@pytest.fixture
+def counting(tmp_path: Path) -> Store:
+    count_items.seen = 0
+    return Store(count_items, tmp_path / "cache")
+
+
+def test_a_result_is_computed_once(counting: Store) -> None:
+    calls = []
+
+    def compute() -> dict[str, float]:
+        calls.append(1)
+        return {"value": 0.1 + 0.2}
+
+    assert counting.get("sum", [1, 2], compute) == {"value": 0.1 + 0.2}
+    assert counting.get("sum", [1, 2], compute) == {"value": 0.1 + 0.2}
+    assert len(calls) == 1
+    counting.get("sum", [2, 1], compute)
+    counting.get("other", [1, 2], compute)
+    assert len(calls) == 3
+    names = sorted(path.name for path in counting.directory.iterdir())
+    assert [name.split("-")[0] for name in names] == ["other", "sum", "sum"]
+
+
+def test_another_version_computes_again(counting: Store, monkeypatch) -> None:
+    counting.get("sum", 1, lambda: 1)
+    now = data._provenance()
+    monkeypatch.setattr(data, "_provenance", lambda: now | {"code": "changed"})
+    assert counting.get("sum", 1, lambda: 2) == 2
+
+
+def test_a_file_says_what_it_was_computed_from(counting: Store) -> None:
+    counting.get("sum", {"a": 1}, lambda: 1)
+    (path,) = counting.directory.iterdir()
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    assert set(kept) == {"version", "generated", "code", "inputs", "result"}
+    assert kept["inputs"] == {"a": 1}
+
+
+def test_a_computation_that_fails_keeps_nothing(counting: Store) -> None:
+    def fail() -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        counting.get("sum", 1, fail)
+    assert not counting.directory.exists()
+
+
+def test_motions_are_settled_once_and_are_steady_again(counting: Store) -> None:
+    wanted = [Parameters(alpha=alpha, gamma=3.0) for alpha in (0.7, 1.2)]
+    first, second = counting.motions(wanted), counting.motions(wanted)
+    assert count_items.seen == 2
+    for motion, again, parameters in zip(first, second, wanted, strict=True):
+        assert motion.parameters == parameters
+        assert motion.steady().word == again.steady().word
+        assert motion.final == again.final
+        assert motion.final[0].period == 4
+
+
+def test_a_motion_that_does_not_settle_is_an_error(counting: Store, monkeypatch) -> None:
+    monkeypatch.setattr(data, "_MOST_PERIODS", data._BLOCK)
+    with pytest.raises(InvalidInput, match="where a run from rest becomes periodic within 64"):
+        counting.motions([Parameters(alpha=0.3, gamma=3.0)])
+
+
+def test_orbits_come_back_from_the_record(branch) -> None:
+    one = branch["bifurcations"][4]
+    orbit = orbit_of(json.loads(json.dumps(branch)), one)
+    assert orbit.residual < 1e-12
+    assert orbit.average_velocity == pytest.approx(one["average_velocity"], rel=1e-12)
+    assert list(orbit.word.names) == one["orbit"]["word"]
+    begin, end = cycle(orbit)[0], cycle(orbit)[-1]
+    assert begin.x_r[0] == pytest.approx(end.x_r[-1], abs=1e-12)
+
+
+def test_stroboscopic_states_of_a_branch_are_those_of_its_motions(branch) -> None:
+    store = Store(count_items, Path("unused"))
+    point = min(branch["points"], key=lambda one: abs(one["value"] - 1.2))
+    parameters = Parameters(alpha=point["value"], gamma=3.0)
+    settled = data._settled(parameters)
+    assert point["stroboscopic"][0] == pytest.approx(settled["state"], abs=1e-8)
+    assert not store.directory.exists()

@@ -1,0 +1,95 @@
+"""The package's public side: `plot`, lazy names, style, and files that are equal when redrawn."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from capsule_sym import InvalidInput, figures
+from capsule_sym.figures.portraits import motion
+from capsule_sym.figures.style import COLUMN, PAGE, NotInstalled, new_figure, save, styled
+
+
+def test_every_public_name_resolves() -> None:
+    for name in figures.__all__:
+        assert callable(getattr(figures, name))
+        assert name in dir(figures)
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = figures.nonsense
+
+
+def test_matplotlib_is_imported_when_something_is_drawn() -> None:
+    code = (
+        "import sys\nfrom capsule_sym import Parameters, simulate\n"
+        "from capsule_sym.figures import plot, motion, fig7\nprint('matplotlib' in sys.modules)\n"
+        "plot(simulate(Parameters(), periods=4))\n"
+        "print('matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\nTrue False\n"
+
+
+def test_plot_draws_what_it_is_given(settled, branch) -> None:
+    from capsule_sym.orbits.continuation import follow
+    from capsule_sym.orbits.search import find_orbit
+
+    run = settled(1.2)
+    orbit = find_orbit(run.parameters)
+    for result in (run, orbit):
+        left, right = figures.plot(result, colours="paper").axes
+        assert {line.get_color() for line in left.lines} >= {"green", "magenta"}
+        assert right.get_xlabel().startswith("relative displacement")
+    followed = figures.plot(follow(orbit, "alpha", 1.21, points=2))
+    assert followed.axes[2].get_xlim() == (1.2, 1.21)
+    with pytest.raises(InvalidInput, match="result = 'str': must be a Trajectory, an Orbit"):
+        figures.plot("alpha")
+
+
+def test_the_users_settings_are_left_alone(settled) -> None:
+    import matplotlib
+
+    before = dict(matplotlib.rcParams)
+    motion(settled(1.2))
+    with styled():
+        assert matplotlib.rcParams["font.size"] == 7
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_widths_are_those_of_a_two_column_page() -> None:
+    assert pytest.approx(90, abs=0.5) == COLUMN * 25.4
+    assert pytest.approx(190, abs=0.5) == PAGE * 25.4
+
+
+MAGIC = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+
+
+@pytest.mark.parametrize("kind", MAGIC)
+def test_equal_figures_are_equal_files(tmp_path: Path, kind: str) -> None:
+    for name in ("one", "two"):
+        figure = new_figure(1, 1)
+        figure.subplots().plot([0, 1], [0, 1], label=r"$\Sigma_5$")
+        figure.legend()
+        save(figure, tmp_path / f"{name}.{kind}")
+    assert (tmp_path / f"one.{kind}").read_bytes().startswith(MAGIC[kind])
+    assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
+
+
+def test_the_style_is_found_by_matplotlib_too() -> None:
+    import matplotlib.style
+
+    with matplotlib.style.context("capsule_sym.figures.capsule"):
+        assert matplotlib.rcParams["svg.hashsalt"] == "capsule-sym"
+
+
+def test_without_matplotlib_a_message_says_how_to_install_it(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with (
+        pytest.raises(
+            NotInstalled, match=r"matplotlib is missing: pip install 'capsule-sym\[plot\]'"
+        ),
+        styled(),
+    ):
+        new_figure(1, 1)

@@ -1,0 +1,182 @@
+"""Displacements, phase portraits and guards: curves, colours by segment, boundary lines."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from capsule_sym import InvalidInput, Parameters, simulate
+from capsule_sym.figures.arcs import arcs, cycle, opening
+from capsule_sym.figures.guards import margins
+from capsule_sym.figures.panels import fig7
+from capsule_sym.figures.portraits import displacements, motion, phase_portrait
+from tests.figures import PAPER, SAFE, integrated
+
+
+def axes_of() -> Axes:
+    return Figure().subplots()
+
+
+def curves(axes: Axes) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Colour, x and y of every curve but boundary lines, which have names L1 to L10."""
+    return [
+        (to_hex(line.get_color()), *map(np.asarray, line.get_data()))
+        for line in axes.lines
+        if not line.get_label().startswith("L")
+    ]
+
+
+@pytest.mark.parametrize("alpha", [0.45, 1.2, 1.5, 1.9])
+def test_arcs_are_what_their_fields_do(settled, alpha: float) -> None:
+    run = settled(alpha)
+    period = run.parameters.period
+    drawn = cycle(run)
+    assert sum(arc.time[-1] - arc.time[0] for arc in drawn) == pytest.approx(1.0, abs=1e-12)
+    for arc in drawn:
+        start = [values[0] for values in (*arc.states, arc.x_c)]
+        expected = integrated(run.parameters, arc.field, arc.time * period, start)
+        assert np.stack([*arc.states, arc.x_c]) == pytest.approx(expected, abs=1e-8)
+        assert len(arc.time) >= 240 * (arc.time[-1] - arc.time[0])
+    for before, after in pairwise(drawn):
+        assert before.states[0][-1] == pytest.approx(after.states[0][0], abs=1e-12)
+
+
+@pytest.mark.parametrize(("colours", "palette"), [("safe", SAFE), ("paper", PAPER)])
+def test_portrait_draws_each_segment_in_its_colour(settled, colours, palette) -> None:
+    run, axes = settled(1.5), axes_of()
+    phase_portrait(run, axes, colours=colours)
+    steady = run.steady()
+    assert steady is not None
+    drawn = curves(axes)
+    word = [to_hex(palette[segment.field - 1]) for segment in steady.segments]
+    # A period begins at phase 0, inside a segment: that one is drawn in two pieces.
+    colour = [one for one, _, _ in drawn]
+    assert colour[0] == colour[-1]
+    assert colour[:-1] in [word[i:] + word[:i] for i in range(len(word))]
+    for segment in steady.segments:
+        ends = [(x[0], y[0]) for _, x, y in drawn]
+        distance = np.hypot(*(np.array(ends) - segment.start_state[:2]).T)
+        assert distance.min() < 1e-9
+
+
+def test_displacements_are_dashed_for_the_mass_and_solid_for_the_capsule(settled) -> None:
+    run, axes = settled(1.2), axes_of()
+    displacements(run, axes, periods=3)
+    period, steady = run.parameters.period, run.steady()
+    dashed = [line for line in axes.lines if line.is_dashed()]
+    solid = [line for line in axes.lines if not line.is_dashed()]
+    time, mass, capsule = (
+        np.concatenate(parts)
+        for parts in (
+            [line.get_xdata() for line in solid],
+            [line.get_ydata() for line in dashed],
+            [line.get_ydata() for line in solid],
+        )
+    )
+    assert (time[0], time[-1]) == (0.0, pytest.approx(3.0))
+    assert capsule[0] == 0
+    assert capsule[-1] == pytest.approx(3 * steady.progression, rel=1e-9)
+    begin = (run.final[0].period - 3) * period
+    inside = (time > 0) & (time < 3)
+    x_r = run(begin + time[inside] * period)[:, 0]
+    assert (mass - capsule)[inside] == pytest.approx(x_r, abs=1e-9)
+
+
+def test_boundary_lines_are_those_of_the_caption(settled) -> None:
+    run, axes = settled(1.9), axes_of()
+    phase_portrait(run, axes)
+    p = run.parameters
+    named = {line.get_label(): line for line in axes.lines if line.get_label().startswith("L")}
+    assert set(named) == {"L2", "L3", "L6", "L7"}
+    x, v = named["L2"].get_data()
+    assert x + 2 * p.zeta * v == pytest.approx([-p.f_b] * 2)
+    x, v = named["L3"].get_data()
+    assert x + 2 * p.zeta * v + p.beta * (x - p.delta) == pytest.approx([p.f_b] * 2)
+    for name, sign in (("L6", 1), ("L7", -1)):
+        x, v = named[name].get_data()
+        assert list(x) == [p.delta] * 2
+        assert max(sign * v) > 0 >= min(sign * v)
+    assert named["L2"].is_dashed()
+    assert named["L3"].is_dashed()
+    assert to_hex(named["L2"].get_color()) == "#888888"
+    assert to_hex(named["L6"].get_color()) == "#000000"
+
+
+def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
+    run = settled(1.5)
+    figure = margins(run)
+    bar, gap, velocity, force = figure.axes
+    palette = {colour.lower(): field for field, colour in enumerate(SAFE, start=1)}
+    ends = {}
+    for axes in (gap, velocity, force):
+        for line in axes.lines:
+            field = palette.get(to_hex(line.get_color()))
+            if field and line.get_xdata()[-1] < 0.999:
+                ends.setdefault((field, line.get_xdata()[-1]), []).append(line.get_ydata()[-1])
+    word = {field for field, _ in ends}
+    assert word == {4, 1, 2, 3, 6, 5}
+    for (field, _), (gap_end, velocity_end, force_end) in ends.items():
+        stick = field in (2, 5)
+        distances = [abs(gap_end), abs(abs(force_end) - 1) if stick else abs(velocity_end)]
+        assert min(distances) < 1e-9, field
+    pieces = [tuple(patch.get_paths()[0].get_extents().intervalx) for patch in bar.collections]
+    assert pieces[0][0] == 0
+    assert pieces[-1][1] == pytest.approx(1)
+    assert all(a[1] == pytest.approx(b[0]) for a, b in pairwise(pieces))
+
+
+def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
+    runs = [settled(alpha) for alpha in (0.45, 0.7, 1.2)]
+    figure = fig7(runs, colours="paper")
+    shown = [axes for axes in figure.axes if axes.axison]
+    assert len(shown) == 6
+    titles = [axes.get_title(loc="left") for axes in shown]
+    assert [title for title in titles if title.startswith("F")] == [
+        "F5 F4 F5 F2",
+        "F5 F4 F1 F2",
+        "F5 F4 F1 F2 F3 F2",
+    ]
+    assert [title[:3] for title in titles if title.startswith("(")] == ["(a)", "(b)", "(c)"]
+    assert "0.7" in titles[2]
+
+
+def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
+    from capsule_sym.orbits.search import find_orbit
+
+    run = settled(1.2)
+    orbit = find_orbit(run.parameters)
+    left, right = axes_of(), axes_of()
+    phase_portrait(run, left)
+    phase_portrait(orbit, right)
+    assert left.get_xlim() == pytest.approx(right.get_xlim(), abs=1e-4)
+    assert left.get_ylim() == pytest.approx(right.get_ylim(), abs=1e-3)
+    assert {colour for colour, _, _ in curves(left)} == {colour for colour, _, _ in curves(right)}
+
+
+def test_opening_is_the_first_part_of_a_run() -> None:
+    run = simulate(Parameters(alpha=1.2), (0.0, 1.0, 0.5), phase=1.0, periods=2)
+    drawn = opening(run, 0.7)
+    assert drawn[0].time[0] * run.parameters.period == pytest.approx(1.0)
+    assert drawn[-1].time[-1] * run.parameters.period == pytest.approx(1.7)
+
+
+@pytest.mark.parametrize("periods", [0, 129])
+def test_more_periods_than_were_run_are_refused(settled, periods: int) -> None:
+    with pytest.raises(InvalidInput, match=r"periods = \d+: must be from 1 to the run's 128"):
+        arcs(settled(1.2), periods)
+
+
+def test_a_run_that_has_not_settled_has_no_cycle() -> None:
+    run = simulate(Parameters(alpha=1.2), periods=2)
+    with pytest.raises(InvalidInput, match="a run that ends in a steady motion"):
+        cycle(run)
+
+
+def test_colours_that_do_not_exist_are_refused(settled) -> None:
+    with pytest.raises(InvalidInput, match="colours = 'loud': must be one of safe, paper"):
+        motion(settled(1.2), colours="loud")

@@ -1,0 +1,227 @@
+"""The page of HTML: complete, self-contained, and honest about what is not there yet."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from capsule_sym.figures import catalogue, report
+from tests.figures.conftest import untracked
+
+FEW = ("margins", "work-precision")
+
+
+class Reader(HTMLParser):
+    """What a page refers to, its anchors, its text, and whether its elements nest."""
+
+    EMPTY = frozenset({"meta", "link", "img", "br"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.references: list[str] = []
+        self.targets: list[str] = []
+        self.names: set[str] = set()
+        self.images: list[dict[str, str]] = []
+        self.words: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        values = {name: value or "" for name, value in attrs}
+        if tag not in self.EMPTY:
+            self.open.append(tag)
+        if tag == "img":
+            self.images.append(values)
+        if "id" in values:
+            assert values["id"] not in self.names
+            self.names.add(values["id"])
+        self.targets += [v[1:] for n, v in values.items() if n == "href" and v.startswith("#")]
+        self.references += [
+            value
+            for name, value in values.items()
+            if name in ("src", "href", "srcset", "poster", "action", "data", "style")
+            and not value.startswith(("#", "data:"))
+        ]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+        if tag == "td":
+            self.words.append(" ")
+
+    def handle_data(self, text: str) -> None:
+        self.words.append(text)
+
+
+def read(text: str) -> Reader:
+    reader = Reader()
+    reader.feed(text)
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+@pytest.fixture
+def plain(few: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The same with pictures that take no time to draw."""
+    monkeypatch.setattr(report, "_data_uri", lambda figure: "data:image/svg+xml;base64,")
+    empty = {name: replace(catalogue.FIGURES[name], make=lambda study: None) for name in FEW}
+    monkeypatch.setattr(report, "FIGURES", empty)
+    return few
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch, here: Path) -> Path:
+    """An empty directory, and a page of few figures."""
+    monkeypatch.setattr(report, "FIGURES", {name: catalogue.FIGURES[name] for name in FEW})
+    return here
+
+
+def results(directory: Path) -> None:
+    """Files as the other commands leave them, each with a little in it."""
+    motion = {"word": ["F5", "F2"], "global_map": "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F5,Σ5}"}
+    case = {
+        "panel": "b",
+        "parameters": {"alpha": 0.3, "gamma": 3.3},
+        "at_printed_threshold": True,
+        "agrees": False,
+        "printed_global_map": "Id_{Σ2,F2,Σ2}",
+        "progression": 0.125,
+        **motion,
+    }
+    unsettled = case | {"panel": "c", "global_map": None, "progression": None, "agrees": True}
+    erratum = {
+        "id": "erratum.x",
+        "equation": "Eq. (23)",
+        "statement": "a statement",
+        "status": "refuted",
+        "printed": "a <b> c_{r} on L2^(1)",
+        "derived": "another",
+        "consequence": "none",
+        "witness": {"x_r": "1/2"},
+    }
+    right = erratum | {"id": "confirmed.x", "derived": "as printed", "status": "proved"}
+    hard = {
+        "name": "a graze",
+        "hard": "it is exact",
+        "events_found": 2,
+        "events_true": 2,
+        "error_ulp": 0.5,
+        "outcome": "graze",
+        "verdict": "ok",
+        "plain": {"sampling": "1 missed", "solve_ivp": "all"},
+    }
+    row = {"tool": "ours", "setting": "double", "us_per_period": 0.7, "max_error": 1e-15}
+    row |= {"missed": 0, "invented": 0}
+    stuck = row | {"tool": "theirs", "us_per_period": 1234.5, "max_error": None}
+    adding = {
+        "gamma": 3.3,
+        "type": "adding-sliding",
+        "line": "L2^(2)",
+        "exact": 0.5,
+        "printed": 0.51,
+        "printed_place": 4,
+        "word_before": ["F5", "F2"],
+        "word_after": ["F5", "F4", "F5", "F2"],
+    }
+    fold = {"gamma": 3.0, "type": "fold", "line": None, "exact": 0.75, "printed": None}
+    fold |= {"printed_place": None, "word_before": ["F2"], "word_after": None}
+    exact = {"thresholds": [adding, fold], "conclusion": "What follows."}
+    for path, content in {
+        "paper/casestudy.json": {"cases": [case, unsettled], "bifurcations": exact},
+        "verify.json": {"items": [erratum, right]},
+        "hardcases.json": {
+            "cases": [hard],
+            "evaluations_per_segment": {"median": 6, "maximum": 14},
+        },
+        "bench/bench.json": {"trajectory": [row, stuck], "sweep": []},
+    }.items():
+        file = directory / "results" / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(content), encoding="utf-8")
+
+
+def test_a_page_without_results_says_how_to_make_them(plain: Path) -> None:
+    page = read(report.page("safe", untracked))
+    text = "".join(page.words)
+    assert text.count("No result yet") == 5
+    for command in (
+        "capsule-sym paper",
+        "capsule-sym verify --json > results/verify.json",
+        "capsule-sym hardcases --json > results/hardcases.json",
+        "capsule-sym bench",
+    ):
+        assert command in text
+    # One figure needs no results of other commands, and is drawn at both gamma.
+    assert len(page.images) == 2
+
+
+def test_a_page_holds_all_that_it_shows(few: Path) -> None:
+    results(few)
+    page = read(report.page("safe", untracked))
+    assert page.references == []
+    assert set(page.targets) <= page.names
+    assert len(page.images) == 3
+    for image in page.images:
+        assert image["alt"]
+        kind, _, content = image["src"].partition(",")
+        assert kind == "data:image/svg+xml;base64"
+        drawing = base64.b64decode(content).decode("utf-8")
+        assert "</svg>" in drawing
+        assert not re.search(r'(href|src)="(?!#)', drawing)
+        assert not re.search(r"url\((?!#)", drawing)
+        assert "@import" not in drawing
+
+
+def test_a_page_shows_what_the_results_say(plain: Path) -> None:
+    results(plain)
+    source = report.page("safe", untracked)
+    text = re.sub(r"\s+", " ", "".join(read(source).words))
+    assert "No result yet" not in text
+    assert "0.3* PΣ5,F2,Σ2 ∘ PΣ2,F5,Σ5 IdΣ2,F2,Σ2 0.125000000" in text
+    assert "c 0.3* not steady the same" in text
+    assert "a <b> cr on L2(1)" in text
+    assert "erratum.x" in text
+    assert "confirmed.x" not in text
+    assert "1 refuted, 1 proved" in text
+    assert "1 of 1 hard cases" in text
+    assert "ours double 0.7 1.0e-15 0 0 " in text
+    assert "theirs double 1.23e+03 – 0 0 " in text
+    assert "finds all switches in 0 of them, SciPy’s solve_ivp with events in 1" in text
+    assert "<sub>Σ5,F2,Σ2</sub>" in source
+    assert "capsule-sym figure margins --out margins.svg --gamma 3.0" in text
+
+
+def test_exact_values_stand_beside_the_printed(plain: Path) -> None:
+    results(plain)
+    text = re.sub(r"\s+", " ", "".join(read(report.page("safe", untracked)).words))
+    assert "adding-sliding L2(2) 0.500000000000 0.51 4 +2.00 % F5 F2 F5 F4 F5 F2 " in text
+    assert "fold 0.750000000000 none F2 none " in text
+    assert "What follows." in text
+
+
+@pytest.mark.parametrize(
+    ("text", "html"),
+    [
+        ("P_{Σ5,F2,Σ2}", "P<sub>Σ5,F2,Σ2</sub>"),
+        ("2ζ f_b < v_r", "2ζ f<sub>b</sub> &lt; v<sub>r</sub>"),
+        ("L2^(1)", "L2<sup>(1)</sup>"),
+        ("table2.L4.one_way", "table2.L4.one_way"),
+    ],
+)
+def test_mathematics_becomes_html(text: str, html: str) -> None:
+    assert str(report.maths(text)) == html
+
+
+def test_a_page_that_cannot_be_written_leaves_nothing(plain: Path) -> None:
+    from capsule_sym import InvalidInput
+
+    (plain / "file").write_text("")
+    with pytest.raises(InvalidInput, match="must be writable"):
+        report.write(plain / "file" / "report.html", "safe", untracked)
+    report.write(plain / "new" / "report.html", "paper", untracked)
+    assert [path.name for path in (plain / "new").iterdir()] == ["report.html"]

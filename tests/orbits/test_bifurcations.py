@@ -1,0 +1,247 @@
+"""Bifurcations: 50 digits confirm them, theory names them, and word changes are undone."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from capsule_sym.map.backend import backend
+from capsule_sym.orbits import bifurcations, events
+from capsule_sym.orbits.admissibility import DURATION, inequalities
+from capsule_sym.orbits.bifurcations import (
+    FOLD,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    refined,
+    root,
+)
+from capsule_sym.orbits.changes import exchanged, inserted, shortened
+from capsule_sym.orbits.equations import PARAMETERS, shoot
+from capsule_sym.orbits.events import CORNER, locate, place
+from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.word import Word, contact, drift
+from capsule_sym.parameters import Parameters
+from capsule_sym.symbolic.appendices import PARTS
+from capsule_sym.symbolic.geometry import PIECES, SURFACES, meets
+from capsule_sym.symbolic.symbols import PARAMETERS as SYMBOLS
+from capsule_sym.symbolic.symbols import STATE
+from tests.orbits.branches import hysteretic, settled, upwards
+
+EVERY = [(gamma, index) for gamma in (3.3, 3.0) for index in range(8)]
+# Fifty digits take their time, and the second gamma shows little that is new.
+FEW = [pytest.param(*one, marks=() if one == (3.3, 1) else pytest.mark.long) for one in EVERY]
+HALF = [pytest.param(*one, marks=() if one[0] == 3.3 else pytest.mark.long) for one in EVERY]
+
+
+@pytest.mark.parametrize(("gamma", "index"), FEW)
+def test_fifty_digits_give_the_value_within_its_uncertainty(gamma: float, index: int) -> None:
+    one = upwards(gamma).bifurcations[index]
+    exact = refined(one)
+    assert exact.uncertainties[0] < 1e-50
+    assert abs(exact.values[0] - one.value) <= one.uncertainty
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("gamma", "index"), EVERY)
+def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> None:
+    # An orbit of a word without the leg, or with the other one, exists on both sides. All its
+    # inequalities hold 1e-20 on one side, and one fails 1e-20 on the other.
+    one = upwards(gamma).bifurcations[index]
+    exact = refined(one)
+    with backend("mpmath") as numbers:
+        other = exchanged(exact.word, exact.z, one.leg)
+        if other is None:
+            other, _ = shortened(numbers, exact.word, exact.z, exact.shot, one.leg)
+        ahead = 1 if _same(other.word, one.word_after) else -1
+        for side in (-1, 1):
+            values = list(exact.values)
+            values[0] += side * numbers.number(10) ** -20
+            orbit = close(values, other.word, list(other.z), backend="mpmath")
+            assert isinstance(orbit, Orbit)
+            least = min(i.value for i in inequalities(numbers, orbit.word, orbit.shot))
+            assert (least > 0) == (side == ahead)
+
+
+def _same(word: Word, other: Word) -> bool:
+    return word.rotated(word.first) == other.rotated(other.first)
+
+
+@pytest.mark.parametrize(("gamma", "index"), HALF)
+def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
+    one = upwards(gamma).bifurcations[index]
+    x_r, v_r, v_c = (float(v) for v in one.orbit.shot.spans[one.leg].start)
+    parameters = one.orbit.parameters
+    line = one.line.split("^")[0]
+    force3 = x_r + 2 * parameters.zeta * v_r
+    force4 = force3 + parameters.beta * (x_r - parameters.delta)
+    if line == "L9":
+        assert (x_r, v_r) == pytest.approx((parameters.delta, 0), abs=1e-12)
+        return
+    assert v_c == pytest.approx(0, abs=1e-12)
+    if one.type == CORNER:
+        assert x_r == pytest.approx(parameters.delta, abs=1e-12)
+        assert abs(force3) < parameters.f_b
+        assert line == ("L6" if v_r > 0 else "L7")
+        return
+    edge = {"L1": 1, "L2": -1, "L3": 1, "L4": -1}[line] * parameters.f_b
+    assert (force3 if line in ("L1", "L2") else force4) == pytest.approx(edge, abs=1e-12)
+    part = next(part for part in PARTS if part.name == one.line)
+    numbers = dict(zip(STATE, (x_r, v_r, v_c), strict=True))
+    numbers |= dict(zip(SYMBOLS, parameters.to_dict().values(), strict=True))
+    assert all(bool(relation.subs(numbers)) for relation in part.within)
+    kinds = bifurcations_of(part)
+    assert one.type.split("-")[0] in kinds
+
+
+def bifurcations_of(part) -> frozenset[str]:
+    from capsule_sym.symbolic.appendices import bifurcations
+
+    return bifurcations(part)
+
+
+def test_the_surfaces_are_those_whose_closures_hold_the_line() -> None:
+    # Where delta < f_b all lines but L10 exist; L10 where delta > f_b.
+    f_b, delta = SYMBOLS[-1], SYMBOLS[2]
+    for line, surfaces in events._SURFACES.items():
+        hypotheses = [sp.Gt(delta, f_b) if line == "L10" else sp.Lt(delta, f_b)]
+        holding = [name for name in SURFACES if meets(PIECES[name], PIECES[line], hypotheses)]
+        assert tuple(holding) == surfaces, line
+
+
+@pytest.mark.parametrize(("gamma", "index"), HALF)
+def test_a_leg_that_comes_in_can_be_taken_out(gamma: float, index: int) -> None:
+    one = upwards(gamma).bifurcations[index]
+    with backend("numpy") as numbers:
+        word, z, shot = one.orbit.word, one.orbit.z, one.orbit.shot
+        other = exchanged(word, z, one.leg)
+        if other is not None:
+            assert exchanged(other.word, z, one.leg).word == word
+            again = shoot(numbers, one.orbit.values, other.word, z)
+            assert max(abs(again.residual)) < 1e-12
+            return
+        shorter, inequality = shortened(numbers, word, z, shot, one.leg)
+        short = shoot(numbers, one.orbit.values, shorter.word, shorter.z)
+        assert max(abs(short.residual)) < 1e-12
+        found = inequalities(numbers, shorter.word, short)
+        kind, guard = inequality.kind, inequality.guard
+        assert min(abs(i.value) for i in found if (i.kind, i.guard) == (kind, guard)) < 1e-12
+        longer, _ = inserted(numbers, shorter.word, shorter.z, short, inequality)
+        assert _same(longer.word, word)
+
+
+def test_legs_keep_their_places_through_a_change() -> None:
+    orbit = settled(alpha=1.5)  # F5 F4 F1 F2 F3 F6
+    word = orbit.word
+    with backend("numpy") as numbers:
+        for leg in range(len(word)):
+            try:
+                change, _ = shortened(numbers, word, orbit.z, orbit.shot, leg)
+            except ValueError:
+                continue
+            assert change.kept[leg] is None
+            for before, after in enumerate(change.kept):
+                if after is not None:
+                    assert change.word.fields[after] == word.fields[before]
+                    assert change.z[4 + after] == orbit.z[4 + before]
+
+
+def test_events_that_are_none_have_no_name() -> None:
+    orbit = settled(alpha=1.5)
+    shot, word = orbit.shot, orbit.word
+    # F4 between F5 and F1 changes contact and drift, F2 between F1 and F3 reverses.
+    assert place(word, shot, 3).type == events.CROSSING
+    for leg in range(len(word)):
+        before, during, after = word.fields[leg - 1], word.fields[leg], word.fields[(leg + 1) % 6]
+        if contact(before) == contact(after) != contact(during) and drift(before) != drift(after):
+            assert place(word, shot, leg) is None
+
+
+def test_newton_that_finds_nothing_says_so() -> None:
+    orbit = settled(alpha=1.5)
+    with backend("numpy") as numbers:
+        # F4 lasts for two units of time: no alpha makes it vanish.
+        assert locate(numbers, orbit.values, ("alpha",), orbit.word, orbit.z, (1,)) is None
+    one = upwards(3.3).bifurcations[0]
+    with pytest.raises(ValueError, match="no leg"):
+        refined(hysteretic().bifurcations[[b.leg for b in hysteretic().bifurcations].index(None)])
+    assert one.failed == "minimum of gap in leg 1, F2"
+    assert DURATION in upwards(3.3).bifurcations[2].failed
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_test_functions_vanish_with_the_multipliers(monkeypatch, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    base = random.normal(size=(3, 3))
+
+    def at(values: list[complex]) -> dict[str, float]:
+        a, b, c = values
+        if isinstance(a, complex):
+            block = np.array([[a.real, a.imag, 0], [-a.imag, a.real, 0], [0, 0, c.real]])
+        else:
+            block = np.diag([a, b, c])
+        matrix = base @ block @ np.linalg.inv(base)
+        monkeypatch.setattr(bifurcations, "monodromy", lambda orbit: matrix)
+        return bifurcations.tests(None)
+
+    assert at([1.0, 0.3, -0.4])[FOLD] == pytest.approx(0, abs=1e-12)
+    assert at([-1.0, 0.3, 0.5])[PERIOD_DOUBLING] == pytest.approx(0, abs=1e-12)
+    pair = complex(np.cos(seed + 1), np.sin(seed + 1))
+    assert at([pair, pair.conjugate(), 0.4 + 0j])[NEIMARK_SACKER] == pytest.approx(0, abs=1e-12)
+    for name, values in ((FOLD, (0.9, 1.1)), (PERIOD_DOUBLING, (-0.9, -1.1))):
+        signs = [np.sign(at([value, 0.3, 0.2])[name]) for value in values]
+        assert signs[0] == -signs[1]
+    signs = [
+        np.sign(at([r * pair, r * pair.conjugate(), 0.1 + 0j])[NEIMARK_SACKER]) for r in (0.9, 1.1)
+    ]
+    assert signs[0] == -signs[1]
+
+
+def test_smooth_bifurcations_have_their_multiplier() -> None:
+    found = [one for one in hysteretic().bifurcations if one.leg is None]
+    assert [one.type for one in found].count(FOLD) == 2
+    assert [one.type for one in found].count(PERIOD_DOUBLING) == 2
+    for one in found:
+        expected = 1 if one.type == FOLD else -1
+        values = bifurcations.moduli(one.orbit)
+        assert min(abs(value - expected) for value in values) < 1e-9
+        column = PARAMETERS.index("omega")
+        assert one.orbit.values[column] == one.value
+        sides = [abs(max(m, key=abs)) - 1 for m in (one.multipliers_before, one.multipliers_after)]
+        assert sides[0] * sides[1] < 0
+
+
+@pytest.mark.long
+def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
+    # Fifty digits: the root of det(M - mu I) by the secant method along the parameter.
+    one = next(o for o in hysteretic().bifurcations if o.type == PERIOD_DOUBLING)
+    column = PARAMETERS.index("omega")
+    with backend("mpmath") as numbers:
+
+        def test(value):
+            values = [numbers.number(v) for v in one.orbit.values]
+            values[column] = value
+            orbit = close(values, one.orbit.word, list(one.orbit.z), backend="mpmath")
+            m = bifurcations.monodromy(orbit) + np.eye(3, dtype=int)
+            return (
+                m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
+                - m[0, 1] * (m[1, 0] * m[2, 2] - m[1, 2] * m[2, 0])
+                + m[0, 2] * (m[1, 0] * m[2, 1] - m[1, 1] * m[2, 0])
+            )
+
+        a, b = numbers.number(one.value), numbers.number(one.value) + numbers.number(10) ** -9
+        f, g = test(a), test(b)
+        for _ in range(3):
+            a, f, b = b, g, b - g * (b - a) / (g - f)
+            g = test(b)
+        assert abs(g) < 1e-30
+        assert abs(b - one.value) <= one.uncertainty < 1e-11
+
+
+def test_no_root_without_a_change_of_sign() -> None:
+    orbit = settled(alpha=1.2)
+    assert root(FOLD, lambda share: orbit) is None
+    assert root(FOLD, lambda share: None) is None
+
+
+def test_parameters_other_than_the_free_one_stay() -> None:
+    for one in upwards(3.0).bifurcations:
+        assert one.orbit.parameters == Parameters(alpha=one.value, gamma=3.0)

@@ -1,0 +1,280 @@
+"""Branches: from end to end with every change of word, through folds, and typed endings."""
+
+import time
+
+import numpy as np
+import pytest
+
+from capsule_sym._native import core
+from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.map import simulate
+from capsule_sym.orbits import continuation
+from capsule_sym.orbits.admissibility import realised
+from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING
+from capsule_sym.orbits.continuation import Branch, follow
+from capsule_sym.orbits.events import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    GRAZING,
+    GRAZING_SLIDING,
+    SWITCHING,
+)
+from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.states import Ending
+from capsule_sym.orbits.word import Word
+from capsule_sym.parameters import Parameters
+from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
+
+FIRST_FIVE = [
+    (GRAZING, "L9", "F2", "F5 F2"),
+    (ADDING, "L3^(2)", "F5 F2", "F5 F4 F5 F2"),
+    (CORNER, "L7", "F5 F4 F5 F2", "F5 F4 F1 F2"),
+    (ADDING, "L2^(2)", "F5 F4 F1 F2", "F5 F4 F1 F2 F3 F2"),
+    (CORNER, "L6", "F5 F4 F1 F2 F3 F2", "F5 F4 F1 F2 F3 F6"),
+]
+# The words of both cases are those on which the map settles from rest, run by run.
+LAST_THREE = {
+    3.3: [
+        (SWITCHING, "L2^(3)", "F5 F4 F1 F2 F3 F6", "F5 F4 F1 F3 F2 F3 F6"),
+        (GRAZING_SLIDING, "L2^(2)", "F5 F4 F1 F3 F2 F3 F6", "F5 F4 F1 F3 F6"),
+        (CROSSING, "L3^(3)", "F5 F4 F1 F3 F6", "F4 F1 F3 F6"),
+    ],
+    3.0: [
+        (CROSSING, "L3^(3)", "F5 F4 F1 F2 F3 F6", "F4 F1 F2 F3 F6"),
+        (SWITCHING, "L2^(3)", "F4 F1 F2 F3 F6", "F4 F1 F3 F2 F3 F6"),
+        (GRAZING_SLIDING, "L2^(2)", "F4 F1 F3 F2 F3 F6", "F4 F1 F3 F6"),
+    ],
+}
+
+
+def text(word: Word) -> str:
+    return str(word.rotated(word.first))
+
+
+def events(branch: Branch) -> list[tuple[str, str, str, str]]:
+    return [
+        (one.type, one.line, text(one.word_before), text(one.word_after))
+        for one in branch.bifurcations
+    ]
+
+
+@pytest.mark.parametrize("gamma", [3.3, 3.0])
+def test_one_continuation_finds_all_eight_events(gamma: float) -> None:
+    branch = upwards(gamma)
+    assert (branch.ending, branch.points[-1].value) == (Ending.REACHED, HIGH)
+    assert events(branch) == FIRST_FIVE + LAST_THREE[gamma]
+    values = [one.value for one in branch.bifurcations]
+    assert values == sorted(values)
+
+
+@pytest.mark.parametrize("gamma", [3.3, 3.0])
+def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
+    there, back = upwards(gamma), downwards(gamma)
+    assert back.ending is Ending.REACHED
+    assert back.points[-1].value == pytest.approx(LOW, rel=1e-12)
+    turned = [(kind, line, b, a) for kind, line, a, b in events(back)[::-1]]
+    assert turned == events(there)
+    for one, other in zip(there.bifurcations, back.bifurcations[::-1], strict=True):
+        assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
+        assert one.uncertainty < 1e-12
+
+
+@pytest.mark.parametrize("gamma", [3.3, 3.0])
+def test_the_map_settles_on_the_words_on_either_side(gamma: float) -> None:
+    # Started beside the orbit, at 1e-6 from each value, the map is asked alone.
+    for one in upwards(gamma).bifurcations:
+        span = one.orbit.shot.spans[one.orbit.word.first]
+        state = [float(value) for value in span.start]
+        for side, word in ((-1e-6, one.word_before), (1e-6, one.word_after)):
+            parameters = Parameters(alpha=one.value + side, gamma=gamma)
+            phase = float(span.angle) / parameters.omega % parameters.period
+            run = simulate(parameters, state, phase, 400)
+            if len(word) == 1:
+                assert run.segments[-1].outcome is Outcome.NEVER
+                continue
+            motion = run.steady(1e-8)
+            assert motion is not None
+            assert motion.word == word.rotated(word.first).names, (one.type, side)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("gamma", [3.3, 3.0])
+def test_bisection_on_the_simulated_word_ends_at_the_same_values(gamma: float) -> None:
+    for one in upwards(gamma).bifurcations:
+        low, high = one.value - 1e-3, one.value + 1.3e-3
+        while high - low > 1e-9:
+            middle = (low + high) / 2
+            run = simulate(Parameters(alpha=middle, gamma=gamma), periods=1500)
+            if one.type == GRAZING:
+                below = run.segments[-1].outcome is Outcome.NEVER
+            else:
+                motion = run.steady(1e-8)
+                assert motion is not None
+                below = motion.word == one.word_before.rotated(one.word_before.first).names
+            low, high = (middle, high) if below else (low, middle)
+        assert abs(one.value - (low + high) / 2) < 2e-9
+
+
+def test_every_point_is_a_motion_of_the_map() -> None:
+    for point in upwards(3.3).points[::5] + hysteretic().points[::5]:
+        assert point.admissibility.value > 0
+        assert point.orbit.residual < 1e-12
+        assert realised(point.orbit), point.value
+
+
+def test_a_branch_goes_on_through_folds_where_it_is_unstable() -> None:
+    branch = hysteretic()
+    assert branch.ending is Ending.REACHED
+    folds = [one for one in branch.bifurcations if one.type == FOLD]
+    assert len(folds) == 2
+    values = np.array([point.value for point in branch.points])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(values))))
+    for fold, turn in zip(folds, turns, strict=True):
+        assert fold.value == pytest.approx(values[turn + 1], abs=1e-4)
+    middle = [p for p in branch.points[turns[0] + 3 : turns[1] - 1]]
+    assert middle
+    assert all(abs(point.multipliers[0]) > 1 for point in middle)
+
+
+def test_nothing_is_found_on_the_other_side_of_a_fold() -> None:
+    fold = next(one for one in hysteretic().bifurcations if one.type == FOLD)
+    same = [p for p in hysteretic().points if p.orbit.word == fold.orbit.word]
+    guess = min(same, key=lambda point: abs(point.value - fold.value)).orbit.z
+    found = []
+    for side in (-1e-7, 1e-7):
+        parameters = fold.orbit.parameters.replace(omega=fold.value + side)
+        orbit = close(parameters, fold.orbit.word, guess)
+        found.append(isinstance(orbit, Orbit) and max(abs(orbit.z - fold.orbit.z)) < 0.05)
+    assert found == [True, False]
+
+
+def test_a_period_doubling_is_where_the_period_of_the_map_doubles() -> None:
+    branch = hysteretic()
+    doublings = [one for one in branch.bifurcations if one.type == PERIOD_DOUBLING]
+    assert len(doublings) == 2
+    for one, (below, above) in zip(doublings, ((1, 2), (2, 1)), strict=True):
+        for side, multiple in ((-2e-3, below), (2e-3, above)):
+            parameters = one.orbit.parameters.replace(omega=one.value + side)
+            start = [float(v) * (1 + 1e-4) for v in one.orbit.z[:3]]
+            phase = float(one.orbit.z[3]) / parameters.omega % parameters.period
+            motion = simulate(parameters, start, phase, 2500).steady(1e-8)
+            assert motion is not None
+            assert motion.period_multiple == multiple
+
+
+def test_a_branch_that_turns_back_for_good_says_so() -> None:
+    orbit = settled(alpha=0.3, omega=1.6, delta=0.3, zeta=0.01, beta=30.0)
+    branch = follow(orbit, "omega", 0.7, points=40)
+    assert branch.ending is Ending.RETURNED
+    assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
+    assert text(branch.points[-1].orbit.word) != text(orbit.word)
+
+
+def test_other_parameters_serve_as_well() -> None:
+    for name, to in (("gamma", 3.0), ("f_b", 0.9), ("delta", 0.1), ("zeta", 0.1), ("beta", 3.0)):
+        branch = follow(settled(alpha=1.2), name, to, points=4)
+        assert branch.ending is Ending.REACHED, (name, branch.detail)
+        end = branch.points[-1].orbit
+        again = find_orbit(end.parameters)
+        assert isinstance(again, Orbit)
+        assert text(again.word) == text(end.word)
+        assert again.progression == pytest.approx(end.progression, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "name", "to", "types"),
+    [
+        # Before the corner the reversal fails, of a leg that is gone beyond the corner.
+        (
+            {"alpha": 1.8355913, "omega": 1.4953428, "zeta": 0.2, "beta": 10.0},
+            "gamma",
+            2.2,
+            [(CROSSING, "L3^(3)"), (CORNER, "L6")],
+        ),
+        # Before the reversal fails, the drift after it touches the edge of stick.
+        (
+            {"alpha": 2.0179817, "omega": 1.4361025, "delta": 0.1},
+            "omega",
+            0.76,
+            [(GRAZING_SLIDING, "L2^(2)"), (SWITCHING, "L2^(3)")],
+        ),
+    ],
+)
+def test_of_two_failures_in_a_step_the_first_counts(parameters, name, to, types) -> None:
+    branch = follow(settled(**parameters), name, to, points=20)
+    assert branch.ending is Ending.REACHED
+    assert [(one.type, one.line) for one in branch.bifurcations] == types
+
+
+def test_two_events_that_symmetry_brings_about_at_once_end_the_branch() -> None:
+    # Without impact the motion is its own mirror image: both edges of stick are touched at once.
+    orbit = settled(alpha=1.64431859264762, omega=1.9051752, delta=1.2, beta=0.5)
+    branch = follow(orbit, "omega", 1.55, points=20)
+    assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
+    assert "minimum of upper" in branch.detail
+    assert "minimum of lower" in branch.detail
+    assert branch.bifurcations[-1].word_after is None
+
+
+def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
+    start = settled(alpha=0.9)
+    virtual = close(Parameters(alpha=0.95), start.word, start.z)
+    assert isinstance(virtual, Orbit)
+    branch = follow(virtual, "alpha", 1.0)
+    assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
+    assert branch.points == ()
+    assert "minimum of lower in leg 4, F2 fails at alpha = 0.95" in branch.detail
+
+
+def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> None:
+    monkeypatch.setattr(continuation, "realised", lambda orbit: False)
+    branch = follow(settled(alpha=0.9), "alpha", 1.0)
+    assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
+    assert "the map does not follow" in branch.detail
+    assert branch.bifurcations[-1].word_after is None
+
+
+def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
+    monkeypatch.setattr("capsule_sym.orbits.following.corrected", lambda *arguments: None)
+    branch = follow(settled(alpha=0.9), "alpha", 1.0)
+    assert branch.ending is Ending.NOT_CONVERGED
+    assert "alpha = 0.9" in branch.detail
+
+
+def test_too_many_points_end_the_branch(monkeypatch) -> None:
+    monkeypatch.setattr(continuation, "_MOST_POINTS", 5)
+    branch = follow(settled(alpha=0.9), "alpha", 1.0)
+    assert (branch.ending, len(branch.points)) == (Ending.TOO_MANY_POINTS, 5)
+
+
+@pytest.mark.parametrize(
+    ("parameter", "to", "points", "field"),
+    [
+        ("speed", 1.0, 10, "parameter"),
+        ("alpha", 0.9, 10, "to"),
+        ("alpha", -1.0, 10, "alpha"),
+        ("gamma", 0.0, 10, "gamma"),
+        ("alpha", float("nan"), 10, "alpha"),
+        ("alpha", 1.0, 0, "points"),
+        ("alpha", 1.0, 2.5, "points"),
+    ],
+)
+def test_bad_input_is_refused(parameter: str, to: float, points: int, field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        follow(settled(alpha=0.9), parameter, to, points=points)
+    assert caught.value.field == field
+
+
+@pytest.mark.long
+@pytest.mark.skipif(core is None, reason="without the C core everything takes longer")
+@pytest.mark.parametrize("gamma", [3.3, 3.0])
+def test_two_hundred_points_take_less_than_two_seconds(gamma: float) -> None:
+    start = settled(alpha=LOW, gamma=gamma)
+    follow(start, "alpha", 0.05, points=3)  # imports
+    begin = time.process_time()
+    branch = follow(start, "alpha", HIGH, points=160)
+    assert time.process_time() - begin < 2
+    assert len(branch.points) >= 200
+    assert len(branch.bifurcations) == 8

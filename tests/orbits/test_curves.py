@@ -1,0 +1,100 @@
+"""Curves of bifurcations in two parameters: against branches at other values, and crossings."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING, moduli
+from capsule_sym.orbits.continuation import follow
+from capsule_sym.orbits.curves import Curve, trace
+from capsule_sym.orbits.events import CROSSING, GRAZING, GRAZING_SLIDING, SWITCHING
+from capsule_sym.orbits.states import Ending
+from tests.orbits.branches import hysteretic, settled, upwards
+
+RANGES = ((0.001, 2.0), (3.0, 3.3))
+
+
+@lru_cache
+def traced(kind: str, points: int = 8) -> Curve:
+    one = next(one for one in upwards(3.3).bifurcations if one.type == kind)
+    return trace(one, "gamma", RANGES, points=points)
+
+
+@pytest.mark.parametrize("kind", [GRAZING, SWITCHING, GRAZING_SLIDING, CROSSING])
+def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
+    curve = traced(kind)
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    for point, gamma in ((curve.points[0], 3.0), (curve.points[-1], 3.3)):
+        one = next(one for one in upwards(gamma).bifurcations if one.type == kind)
+        assert point.values[1] == pytest.approx(gamma, abs=1e-12)
+        assert point.values[0] == pytest.approx(one.value, abs=1e-12)
+        assert point.line == one.line
+    for point in curve.points:
+        assert point.orbit.residual < 1e-12
+        assert point.orbit.z[4 + point.leg] == 0
+        assert point.admissibility.value > 0
+
+
+def test_two_curves_meet_in_one_point() -> None:
+    for kind in (SWITCHING, GRAZING_SLIDING):
+        (here,) = (m for m in traced(kind).codimension_two if CROSSING in m.types)
+        (there,) = (m for m in traced(CROSSING).codimension_two if kind in m.types)
+        assert here.types == there.types[::-1]
+        assert here.lines == there.lines[::-1]
+        for k in range(2):
+            error = here.uncertainties[k] + there.uncertainties[k]
+            assert abs(here.values[k] - there.values[k]) <= error < 1e-11
+        assert here.residual < 1e-12
+        assert sorted(here.orbit.z[4:])[:2] == [0, 0]
+
+
+def test_the_order_of_events_changes_at_the_meeting() -> None:
+    (meeting,) = (m for m in traced(SWITCHING).codimension_two if CROSSING in m.types)
+    alpha, gamma = meeting.values
+    for side, order in ((-1e-4, [CROSSING, SWITCHING]), (1e-4, [SWITCHING, CROSSING])):
+        start = settled(alpha=alpha - 0.01, gamma=gamma + side)
+        branch = follow(start, "alpha", alpha + 0.005, points=10)
+        assert [one.type for one in branch.bifurcations] == order
+        values = [one.value for one in branch.bifurcations]
+        assert values == pytest.approx([alpha, alpha], abs=1e-3)
+
+
+@pytest.mark.parametrize(("kind", "multiplier"), [(FOLD, 1), (PERIOD_DOUBLING, -1)])
+def test_smooth_bifurcations_have_curves_as_well(kind: str, multiplier: int) -> None:
+    one = next(one for one in hysteretic().bifurcations if one.type == kind)
+    curve = trace(one, "alpha", ((0.5, 1.2), (1.19, 1.21)), points=4)
+    assert len(curve.points) >= 3
+    for point in curve.points:
+        assert min(abs(value - multiplier) for value in moduli(point.orbit)) < 1e-8
+        assert point.leg is None
+    # A branch at the other end of the curve has the same bifurcation.
+    end = max(curve.points, key=lambda point: point.values[1])
+    branch = follow(settled(alpha=end.values[1], beta=10.0), "omega", 1.2, points=40)
+    values = [other.value for other in branch.bifurcations if other.type == kind]
+    assert min(abs(value - end.values[0]) for value in values) < 1e-11
+
+
+def test_a_curve_in_other_parameters() -> None:
+    one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
+    curve = trace(one, "delta", ((0.001, 0.02), (0.001, 0.05)), points=10)
+    # In the shell at rest the motion is linear: its amplitude is that of the force.
+    ratios = np.array([point.values[0] / point.values[1] for point in curve.points])
+    assert ratios == pytest.approx(one.value / 0.02, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("second", "ranges", "field"),
+    [
+        ("alpha", RANGES, "second"),
+        ("speed", RANGES, "second"),
+        ("gamma", ((0.001, 2.0), (3.4, 4.0)), "gamma"),
+        ("gamma", ((1.9, 2.0), (3.0, 4.0)), "alpha"),
+        ("gamma", ((0.001, 2.0), (0.0, 4.0)), "gamma"),
+    ],
+)
+def test_bad_input_is_refused(second: str, ranges, field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        trace(upwards(3.3).bifurcations[0], second, ranges)
+    assert caught.value.field == field

@@ -1,0 +1,155 @@
+"""Newton's method on the orbit equations, what an orbit gives, and typed failures."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from capsule_sym import Parameters, simulate
+from capsule_sym.errors import InvalidInput
+from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.word import Word
+
+# One motion of each kind between the bifurcations of the case study; the words are the paper's.
+WORDS = {
+    0.005: "F2",
+    0.3: "F5 F2",
+    0.45: "F5 F4 F5 F2",
+    0.7: "F5 F4 F1 F2",
+    1.2: "F5 F4 F1 F2 F3 F2",
+    1.5: "F5 F4 F1 F2 F3 F6",
+    1.9: "F4 F1 F3 F6",
+}
+
+
+def orbit_at(parameters: Parameters) -> Orbit:
+    found = find_orbit(parameters)
+    assert isinstance(found, Orbit), found
+    return found
+
+
+@pytest.mark.parametrize("alpha", WORDS)
+def test_orbit_closes_with_the_printed_word(alpha: float) -> None:
+    orbit = orbit_at(Parameters(alpha=alpha))
+    assert str(orbit.word) == WORDS[alpha]
+    assert orbit.residual <= 1e-14
+    assert sum(orbit.durations) == pytest.approx(orbit.parameters.period, rel=1e-15)
+
+
+@pytest.mark.parametrize("alpha", [0.7, 1.5])
+def test_orbit_is_where_a_long_run_goes(alpha: float) -> None:
+    parameters = Parameters(alpha=alpha)
+    orbit, run = orbit_at(parameters), simulate(parameters, periods=300)
+    motion = run.steady()
+    assert motion is not None
+    assert orbit.motion.global_map == motion.global_map
+    assert orbit.progression == pytest.approx(motion.progression, abs=1e-12)
+    assert orbit.average_velocity == pytest.approx(motion.progression / parameters.period)
+    # The run has come to the orbit up to the last digits; at any time both give the same state.
+    trajectory = orbit.trajectory()
+    start = trajectory.segments[0].start.phase
+    times = np.linspace(start, start + 0.999 * parameters.period, 50)
+    settled = run(times + 290 * parameters.period)
+    assert np.max(abs(trajectory(times) - settled)) < 1e-11
+
+
+def test_refined_orbit_has_fifty_digits() -> None:
+    orbit = orbit_at(Parameters(alpha=1.2))
+    fine = orbit.refined()
+    assert isinstance(fine, Orbit)
+    with mp.workdps(60):
+        assert fine.residual < mpf("1e-50")
+        assert max(abs(fine.z - orbit.z)) < 1e-14
+        (_, final), first = simulate_exactly(fine), fine.z
+        assert max(abs(float(a - b)) for a, b in zip(final, first[:3], strict=True)) < 1e-14
+
+
+def simulate_exactly(orbit: Orbit) -> tuple[str, tuple[mpf, ...]]:
+    """The 50-digit map over one period from the orbit's rounded start."""
+    start = [float(value) for value in orbit.z[:3]]
+    phase = float(orbit.z[3]) / orbit.parameters.omega
+    run = simulate(orbit.parameters, start, phase, 2, backend="mpmath")
+    again = [s for s in run.segments if s.start.period == 1]
+    return "mpmath", next(s.start_state for s in again if s.field == orbit.word.fields[0])
+
+
+def test_stick_without_impact_is_the_forced_response() -> None:
+    """x_r = alpha cos(omega tau - phi) / |1 - omega^2 + 2 i zeta omega|, capsule at rest."""
+    parameters = Parameters(alpha=0.005)
+    orbit = close(parameters, Word.parse("2"))
+    assert isinstance(orbit, Orbit)
+    response = parameters.alpha / complex(
+        1 - parameters.omega**2, 2 * parameters.zeta * parameters.omega
+    )
+    assert orbit.z[0] == pytest.approx(response.real, rel=1e-14)
+    assert orbit.z[1] == pytest.approx(-parameters.omega * response.imag, rel=1e-14)
+    assert orbit.z[2] == orbit.z[3] == orbit.progression == 0
+    assert orbit.motion.global_map == "Id_{Σ2,F2,Σ2}"
+
+
+def test_equilibrium_is_at_rest() -> None:
+    orbit = close(Parameters(alpha=0.0), Word.parse("2"))
+    assert isinstance(orbit, Orbit)
+    assert not np.any(orbit.z[:4])
+
+
+def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
+    """Along a direction with a part in every parameter."""
+    orbit = orbit_at(Parameters(alpha=0.7)).refined()
+    assert isinstance(orbit, Orbit)
+    with mp.workdps(60):
+        along = np.array([mpf(i) / 4 - 1 for i in (1, 2, 3, 5, 6, 7, 8)])
+        ends = []
+        for step in (mpf("1e-18"), -mpf("1e-18")):
+            values = [value + step * part for value, part in zip(orbit.values, along, strict=True)]
+            moved = close(values, orbit.word, list(orbit.z), backend="mpmath")
+            assert isinstance(moved, Orbit)
+            ends.append(moved.z)
+        slope = (ends[0] - ends[1]) / mpf("2e-18")
+        assert max(abs(slope - orbit.by_parameter @ along)) < mpf("1e-30")
+
+
+def test_undamped_resonance_is_singular() -> None:
+    found = close(Parameters(alpha=0.1, zeta=0.0, omega=1.0), Word.parse("2"))
+    assert isinstance(found, NoOrbit)
+    assert found.reason is Reason.SINGULAR
+
+
+def test_word_without_orbit_does_not_converge() -> None:
+    """Below the grazing no motion touches the second spring and leaves it again."""
+    found = close(Parameters(alpha=0.003), Word.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0])
+    assert isinstance(found, NoOrbit) or min(found.durations) < 0
+
+
+def test_guess_that_overflows_is_typed() -> None:
+    word = Word.parse("52")
+    found = close(Parameters(), word, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
+    assert isinstance(found, NoOrbit)
+    assert found.reason is Reason.NOT_FINITE
+    assert found.word is word
+    assert found.detail
+
+
+def test_motion_that_does_not_settle_is_typed() -> None:
+    found = find_orbit(Parameters(alpha=0.7, omega=0.8, zeta=0.0, delta=0.5), periods=2)
+    assert isinstance(found, NoOrbit)
+
+
+@pytest.mark.parametrize("guess", [None, [0.0] * 5, [0.0] * 7])
+def test_guess_of_the_wrong_size_is_refused(guess: list[float] | None) -> None:
+    with pytest.raises(InvalidInput, match="guess"):
+        close(Parameters(), Word.parse("52"), guess)
+
+
+def test_guess_may_be_rough() -> None:
+    """Ten per cent off in every unknown, Newton's method comes to the same orbit."""
+    orbit = orbit_at(Parameters(alpha=0.7))
+    again = close(orbit.parameters, orbit.word, [1.1 * value for value in orbit.z])
+    assert isinstance(again, Orbit)
+    assert max(abs(again.z[:3] - orbit.z[:3])) < 1e-13
+    turns = (again.z[3] - orbit.z[3]) / (2 * math.pi)
+    assert turns == pytest.approx(round(turns), abs=1e-13)

@@ -1,0 +1,148 @@
+"""Search for orbits: coexisting attractors against a grid of initial states, unstable orbits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from capsule_sym import Parameters, simulate
+from capsule_sym.map.batch import final_states, parameter_rows
+from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason
+from capsule_sym.orbits.search import find_orbit, random_search, realise
+from capsule_sym.orbits.stability import multipliers
+from capsule_sym.orbits.word import Word
+
+# Three capsules with more than one attractor, and the period multiples of these.
+MULTISTABLE = {
+    "rest beside drift": (
+        Parameters(alpha=1.2, omega=1.5, delta=2.0, beta=50.0, gamma=5.0),
+        [1, 1],
+    ),
+    "one period beside three": (
+        Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0),
+        [1, 3],
+    ),
+    "forward beside backward": (
+        Parameters(alpha=2.8, omega=0.4, delta=0.02, zeta=0.01, beta=5.0, gamma=5.0),
+        [1, 1],
+    ),
+}
+REACH = 3.0  # the grid covers (-REACH, REACH) in x_r and in v_r, with the capsule at rest
+
+
+def stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
+    """States of an orbit at phase 0, one for each of its excitation periods."""
+    start, phase = list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega
+    multiple = orbit.word.multiple
+    run = simulate(orbit.parameters, start, phase % orbit.parameters.period, multiple)
+    return np.array(run.stroboscopic[-multiple:], dtype=float)
+
+
+def attractors_missed(parameters: Parameters, orbits: list[Orbit], size: int) -> list[int]:
+    """How many states of a grid come to each orbit, and last how many come to none."""
+    line = np.linspace(-REACH, REACH, size)
+    x_r, v_r = (values.ravel() for values in np.meshgrid(line, line))
+    states = np.stack([x_r, v_r, np.zeros_like(x_r)], axis=1)
+    rows = np.repeat(parameter_rows(parameters), len(states), axis=0)
+    final = final_states(rows, states, 0.0, 250).states
+    left = np.ones(len(states), dtype=bool)
+    counts = []
+    for orbit in orbits:
+        marks = stroboscopic(orbit)
+        near = abs(final[:, None, :] - marks[None, :, :]).max(axis=2).min(axis=1) < 1e-8
+        counts.append(int(near.sum()))
+        left &= ~near
+    return [*counts, int(left.sum())]
+
+
+def stable(orbits: tuple[Orbit, ...]) -> list[Orbit]:
+    return [orbit for orbit in orbits if abs(multipliers(orbit)[0]) < 1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", MULTISTABLE)
+def test_every_attractor_of_a_fine_grid_is_found(name: str) -> None:
+    parameters, multiples = MULTISTABLE[name]
+    found = stable(random_search(parameters, 30))
+    assert [orbit.word.multiple for orbit in found] == multiples
+    *counts, missed = attractors_missed(parameters, found, 100)
+    assert missed == 0
+    assert min(counts) > 100
+
+
+def test_every_attractor_of_a_coarse_grid_is_found() -> None:
+    parameters, multiples = MULTISTABLE["rest beside drift"]
+    found = stable(random_search(parameters, 12))
+    assert [orbit.word.multiple for orbit in found] == multiples
+    assert attractors_missed(parameters, found, 12)[-1] == 0
+    # With one attractor withheld the grid tells.
+    assert attractors_missed(parameters, found[:1], 12)[-1] > 10
+
+
+def test_the_unstable_orbit_between_two_attractors_is_found() -> None:
+    parameters, _ = MULTISTABLE["rest beside drift"]
+    orbits = random_search(parameters, 12)
+    (saddle,) = set(orbits) - set(stable(orbits))
+    values = multipliers(saddle)
+    assert abs(values[0]) > 1 > abs(values[1])
+    # Started on it, the map stays for a while, and then leaves by the unstable direction.
+    state = stroboscopic(saddle)[0]
+    soon, late = (simulate(parameters, state.tolist(), periods=n).final[1] for n in (3, 200))
+    assert np.max(abs(np.array(soon) - state)) < 1e-11
+    assert np.max(abs(np.array(late) - state)) > 0.1
+
+
+def test_orbits_are_found_once_and_the_same_every_time() -> None:
+    parameters, _ = MULTISTABLE["rest beside drift"]
+    one, two = (random_search(parameters, 6, multiples=(1, 2, 4), seed=3) for _ in range(2))
+    assert [orbit.z.tolist() for orbit in one] == [orbit.z.tolist() for orbit in two]
+    assert [str(orbit.word) for orbit in one].count("F2") == 1
+    assert all(orbit.residual <= 1e-13 for orbit in one)
+
+
+def test_progress_is_reported() -> None:
+    told: list[tuple[int, int]] = []
+    random_search(Parameters(), 3, multiples=(1,), report=lambda *state: told.append(state))
+    assert [done for done, _ in told] == [1, 2, 3]
+
+
+def test_two_motions_are_found_from_their_own_starts() -> None:
+    parameters, _ = MULTISTABLE["forward beside backward"]
+    forward, backward = (find_orbit(parameters, s) for s in ((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    assert isinstance(forward, Orbit)
+    assert isinstance(backward, Orbit)
+    assert {forward.progression > 0, backward.progression > 0} == {True, False}
+
+
+def test_motion_of_three_periods_is_found_as_one() -> None:
+    parameters, _ = MULTISTABLE["one period beside three"]
+    found = {find_orbit(parameters, (x, 0.0, 0.0)).word.multiple for x in (-1.0, 0.0, 1.0, 2.0)}
+    assert found == {1, 3}
+
+
+def test_run_too_short_to_settle_is_typed() -> None:
+    found = find_orbit(Parameters(alpha=2.9, omega=3.0, delta=0.2, zeta=0.0, beta=50.0), periods=8)
+    assert isinstance(found, NoOrbit)
+    assert found.reason in (Reason.NOT_PERIODIC, Reason.NOT_CONVERGED)
+    assert found.detail
+
+
+def test_word_beyond_its_bifurcation_is_typed_with_the_inequality_that_fails() -> None:
+    """Above alpha = 0.3688 the force on the sticking capsule exceeds its bound."""
+    below = find_orbit(Parameters(alpha=0.36))
+    assert isinstance(below, Orbit)
+    assert str(below.word) == "F5 F2"
+    assert isinstance(realise(Parameters(alpha=0.362), below.word, list(below.z)), Orbit)
+    beyond = realise(Parameters(alpha=0.4), below.word, list(below.z))
+    assert isinstance(beyond, NoOrbit)
+    assert beyond.reason is Reason.NOT_REALISED
+    assert "minimum of upper in leg 1, F5 is -" in beyond.detail
+    assert beyond.residual < 1e-13
+
+
+def test_stick_beyond_the_grazing_is_typed() -> None:
+    """The forced response reaches the second spring where its amplitude is the gap."""
+    beyond = realise(Parameters(alpha=0.0075), Word.parse("2"))
+    assert isinstance(beyond, NoOrbit)
+    assert "minimum of gap" in beyond.detail

@@ -1,0 +1,192 @@
+"""Monodromy, multipliers and exponents, against finite differences that know nothing of them."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp
+from numpy.typing import NDArray
+
+from capsule_sym import Parameters, simulate
+from capsule_sym.errors import InvalidInput
+from capsule_sym.orbits import stability
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.stability import field, jacobian, lyapunov, monodromy, multipliers
+
+# All three directions alive, drift reversed at once, stick once and twice, at phase 0 and not.
+ALPHAS = (1.9, 1.5, 1.2, 0.7, 0.45)
+
+
+def orbit_at(alpha: float) -> Orbit:
+    found = find_orbit(Parameters(alpha=alpha))
+    assert isinstance(found, Orbit), found
+    return found
+
+
+def at_phase_0(orbit: Orbit) -> tuple[list[float], int]:
+    """State of the orbit at phase 0, and how many directions it can be moved in: 2 in stick."""
+    run = simulate(orbit.parameters, list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega, 1)
+    state = [float(value) for value in run.final[1]]
+    assert simulate(orbit.parameters, state, 0.0, 1).final[1] == pytest.approx(state, abs=1e-13)
+    return state, 2 if state[2] == 0.0 else 3
+
+
+def differences(
+    final: Callable[[list[Any]], Any], state: list[Any], size: int, step: Any
+) -> NDArray[Any]:
+    """Central differences of a map of states, in its own number system, shape (3, size)."""
+    columns = []
+    for j in range(size):
+        ends = []
+        for side in (1, -1):
+            start = list(state)
+            start[j] = start[j] + side * step
+            ends.append((start[j], np.array(final(start)[:3])))
+        columns.append((ends[0][1] - ends[1][1]) / (ends[0][0] - ends[1][0]))
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
+    orbit = orbit_at(alpha)
+    state, size = at_phase_0(orbit)
+
+    def final(start: list[float]) -> list[Any]:
+        return list(simulate(orbit.parameters, start, periods=1, backend="mpmath").final[1])
+
+    # The starts are doubles, used exactly; a central difference is off by the step squared.
+    with mp.workdps(60):
+        slopes = differences(final, state, size, 2.0**-24).astype(float)
+    exact = jacobian(simulate(orbit.parameters, state, periods=1))
+    assert np.max(abs(slopes - exact[:, :size])) < 1e-12 * np.max(abs(exact))
+    found = np.linalg.eigvals(exact[:size, :size])
+    found = found[np.argsort(-abs(found), kind="stable")]
+    assert np.sort_complex(multipliers(orbit)[:size]) == pytest.approx(
+        np.sort_complex(found), abs=1e-13
+    )
+
+
+@pytest.mark.parametrize("alpha", [1.9, 0.7])
+def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> None:
+    heyoka_run = pytest.importorskip("tests.judges.heyoka_run")
+    orbit = orbit_at(alpha)
+    state, size = at_phase_0(orbit)
+    kind = heyoka_run.FLOAT
+
+    def final(start: list[Any]) -> Any:
+        return heyoka_run.run(orbit.parameters, start, 0.0, 1).final
+
+    run = final(list(map(kind, state)))
+    assert [float(value) for value in run[:3]] == pytest.approx(state, abs=1e-13)
+    slopes = differences(final, list(map(kind, state)), size, kind(1e-6)).astype(float)
+    exact = jacobian(simulate(orbit.parameters, state, periods=1))[:, :size]
+    assert np.max(abs(slopes - exact)) < 1e-10 * np.max(abs(exact))
+    assert np.sort_complex(np.linalg.eigvals(slopes[:size])) == pytest.approx(
+        np.sort_complex(multipliers(orbit)[:size]), abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
+    """The durations are eliminated from the equations by their own guards."""
+    orbit = orbit_at(alpha)
+    shot, n = orbit.shot, len(orbit.word)
+    # A deviation of the start moves every switch so that its guard still vanishes ...
+    by_start, by_h = shot.by_z[:n, :3], shot.by_z[:n, 4:]
+    h_by = -np.linalg.solve(by_h, by_start)
+    end_by = shot.spans[-1].end_by
+    end = end_by[:, :3] + end_by[:, 4 : n + 4] @ h_by
+    # ... and the end is reached at another time: the next leg makes up for it.
+    first = shot.spans[0]
+    speed = field(first.c, first.start, math.cos(first.angle))
+    expected = end - np.outer(speed, h_by.sum(axis=0))
+    assert np.max(abs(monodromy(orbit) - expected)) < 1e-11 * np.max(abs(expected))
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_stick_takes_one_multiplier_away(alpha: float) -> None:
+    values = multipliers(orbit_at(alpha))
+    assert (values[2] == 0) == (alpha < 1.7)
+    assert abs(values[0]) < 1
+
+
+def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
+    """exp((-zeta +- i sqrt(1 - zeta^2)) T) for the inner mass on its spring."""
+    orbit = orbit_at(0.005)
+    parameters = orbit.parameters
+    root = complex(-parameters.zeta, math.sqrt(1 - parameters.zeta**2))
+    expected = [
+        cmath.exp(root * parameters.period),
+        cmath.exp(root.conjugate() * parameters.period),
+    ]
+    assert np.sort_complex(multipliers(orbit)[:2]) == pytest.approx(np.sort_complex(expected))
+    assert multipliers(orbit)[2] == 0
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> None:
+    orbit = orbit_at(alpha)
+    state, _ = at_phase_0(orbit)
+    run = simulate(orbit.parameters, state, periods=400)
+    with np.errstate(divide="ignore"):
+        expected = np.log(abs(multipliers(orbit))) / orbit.parameters.period
+    # What the first periods add is forgotten as one over the run's length.
+    assert lyapunov(run) == pytest.approx(expected, abs=2e-3)
+    assert lyapunov(run, transient=100) == pytest.approx(expected, abs=2e-3)
+
+
+def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> None:
+    parameters = Parameters(alpha=2.5, omega=3.0, delta=0.2, zeta=0.01, beta=50.0, gamma=3.0)
+    state = np.array(simulate(parameters, periods=100).final[1])
+    periods, distance, parted = 150, 1e-8, 0.0
+    run = simulate(parameters, state.tolist(), periods=periods)
+    along = np.array([1.0, 0.0, 0.0])
+    for mark in run.stroboscopic[1:]:
+        ends = [
+            np.array(simulate(parameters, (state + side * along).tolist(), periods=1).final[1])
+            for side in (distance / 2, -distance / 2)
+        ]
+        apart = ends[0] - ends[1]
+        parted += math.log(np.linalg.norm(apart) / distance)
+        state, along = np.array(mark), apart / np.linalg.norm(apart)
+    largest = lyapunov(run)[0] * periods * parameters.period
+    assert largest > 10
+    # The first vector of a frame that starts with the same direction grows alike.
+    assert largest == pytest.approx(parted, abs=0.01)
+
+
+def test_exponents_of_a_long_rest_do_not_underflow() -> None:
+    run = simulate(Parameters(alpha=0.005), periods=3000)
+    assert lyapunov(run)[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
+
+
+def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
+    """Liouville: the flow contracts at the trace -2 zeta (gamma + 1)/gamma, rest apart."""
+    orbit = orbit_at(1.9)
+    contraction = 1.0
+    spans = orbit.shot.spans
+    for span, following in zip(spans, spans[1:] + spans[:1], strict=True):
+        contraction *= math.exp(-2 * span.c.sigma * span.h)
+        if span.c.drift != following.c.drift:
+            cosine = math.cos(span.angle + span.c.omega * span.h)
+            before = field(span.c, span.end, cosine)[2]
+            contraction *= field(following.c, span.end, cosine)[2] / before
+    assert np.linalg.det(monodromy(orbit)) == pytest.approx(contraction, rel=1e-12)
+
+
+def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    orbit = orbit_at(1.9)
+    right = monodromy(orbit)
+    monkeypatch.setattr(stability, "saltation", lambda *_: np.eye(3))
+    assert np.max(abs(monodromy(orbit) - right)) > 0.01
+
+
+def test_transient_longer_than_the_run_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="transient"):
+        lyapunov(simulate(Parameters(), periods=3), transient=10)

@@ -1,0 +1,145 @@
+"""Energies, velocities and peak forces of orbits, and their gradients along the branch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import sympy as sp
+from mpmath import mp, mpf
+from scipy.integrate import quad
+
+from capsule_sym import Parameters
+from capsule_sym.orbits import worth as module
+from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.word import Word
+from capsule_sym.orbits.worth import Worth, worth
+from capsule_sym.symbolic import model
+from capsule_sym.symbolic import symbols as s
+
+ALPHAS = (0.005, 0.3, 0.45, 0.7, 1.2, 1.5, 1.9)
+FIGURES = tuple(name for name in Worth.__dataclass_fields__ if name != "imbalance")
+
+
+def orbit_at(parameters: Parameters) -> Orbit:
+    found = find_orbit(parameters)
+    assert isinstance(found, Orbit), found
+    return found
+
+
+@pytest.mark.parametrize("index", range(1, 7))
+def test_energy_changes_by_work_less_losses_in_every_segment(index: int) -> None:
+    """Along Eqs. (7)-(12): bodies and springs gain alpha cos v_m - 2 zeta v_r^2 - f_b |v_c|."""
+    segment = model.segment(index)
+    drift = segment.drift
+    v_c = drift * sp.Symbol("speed", positive=True) if drift else sp.Integer(0)
+    energy = (s.v_r + s.v_c) ** 2 / 2 + s.gamma * s.v_c**2 / 2 + s.x_r**2 / 2
+    energy += s.beta * (s.x_r - s.delta) ** 2 / 2 * int(segment.contact)
+    gained = sum(sp.diff(energy, q) * rate for q, rate in zip(s.STATE, segment.field, strict=True))
+    drive = s.alpha * sp.cos(s.omega * s.tau) * (s.v_r + s.v_c)
+    expected = drive - 2 * s.zeta * s.v_r**2 - s.f_b * sp.Abs(s.v_c)
+    assert sp.expand((gained - expected).subs(s.v_c, v_c)) == 0
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_energy_balance_closes_to_rounding(alpha: float) -> None:
+    found = worth(orbit_at(Parameters(alpha=alpha)))
+    assert abs(found.imbalance) < 3e-15 * found.work.value + 1e-18
+
+
+def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_nodes", lambda: np.polynomial.legendre.leggauss(5))
+    assert abs(worth(orbit_at(Parameters(alpha=0.7))).imbalance) > 1e-9
+
+
+def test_balance_holds_over_several_periods_of_excitation() -> None:
+    parameters = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
+    orbits = [find_orbit(parameters, (x, 0.0, 0.0)) for x in (-1.0, 0.0, 1.0, 2.0)]
+    found = next(o for o in orbits if isinstance(o, Orbit) and o.word.multiple == 3)
+    assert abs(worth(found).imbalance) < 1e-14 * worth(found).work.value
+
+
+@pytest.mark.parametrize("alpha", [0.45, 1.5, 1.9])
+def test_terms_are_the_integrals_that_adaptive_quadrature_gives(alpha: float) -> None:
+    orbit = orbit_at(Parameters(alpha=alpha))
+    parameters, trajectory = orbit.parameters, orbit.trajectory()
+    period = parameters.period
+
+    def total(integrand: Callable[[float, list[float]], float]) -> float:
+        result = 0.0
+        for segment in trajectory.segments:
+            start = segment.start.period * period + segment.start.phase
+            end = start + segment.duration
+            safe = end * (1 - 1e-15) if segment is trajectory.segments[-1] else end
+            result += quad(
+                lambda t: integrand(t, trajectory(t).tolist()), start, safe, epsabs=1e-11
+            )[0]
+        return result
+
+    found = worth(orbit)
+    drive = total(lambda t, x: parameters.alpha * math.cos(parameters.omega * t) * (x[1] + x[2]))
+    assert found.work.value == pytest.approx(drive, abs=1e-9)
+    damper = total(lambda t, x: 2 * parameters.zeta * x[1] ** 2)
+    assert found.damper_loss.value == pytest.approx(damper, abs=1e-9)
+    assert found.friction_loss.value == pytest.approx(total(lambda t, x: abs(x[2])), abs=1e-9)
+    advance = total(lambda t, x: x[2])
+    assert found.progression.value == pytest.approx(advance, abs=1e-9)
+    assert found.velocity.value == pytest.approx(advance / period, abs=1e-9)
+
+
+@pytest.mark.parametrize("alpha", [0.45, 1.5, 1.9])
+def test_peaks_are_those_of_dense_samples(alpha: float) -> None:
+    orbit = orbit_at(Parameters(alpha=alpha))
+    p, trajectory = orbit.parameters, orbit.trajectory()
+    start = trajectory.segments[0].start.phase
+    x_r, v_r, _ = trajectory(np.linspace(start, start + 0.9999 * p.period, 40_000)).T
+    spring = p.beta * np.maximum(x_r - p.delta, 0)
+    found = worth(orbit)
+    # A parabola's top is missed by the step squared, times half its curvature.
+    missed = 1e-6
+    largest = np.max(abs(x_r + 2 * p.zeta * v_r + spring))
+    assert largest <= found.peak_force.value + 1e-14 < largest + missed
+    assert np.max(spring) <= found.peak_contact.value + 1e-14 < np.max(spring) + missed
+
+
+@pytest.mark.parametrize("omega", [0.8, 1.0, 1.0 + 1e-9])
+def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
+    """At resonance too: v_r = omega A sin, P = A (cos, 2 zeta omega sin)."""
+    p = Parameters(alpha=0.001, omega=omega)
+    orbit = close(p, Word.parse("2"))
+    assert isinstance(orbit, Orbit)
+    found, amplitude = worth(orbit), p.alpha / math.hypot(1 - omega**2, 2 * p.zeta * omega)
+    loss = p.zeta * (omega * amplitude) ** 2 * p.period
+    assert found.damper_loss.value == pytest.approx(loss, rel=1e-13)
+    assert found.work.value == pytest.approx(loss, rel=1e-13)
+    peak = amplitude * math.hypot(1, 2 * p.zeta * omega)
+    assert found.peak_force.value == pytest.approx(peak, rel=1e-13)
+    assert found.peak_contact.value == found.progression.value == found.friction_loss.value == 0
+
+
+@pytest.mark.parametrize(
+    "alpha", [0.3, *(pytest.param(a, marks=pytest.mark.long) for a in (0.7, 1.9))]
+)
+def test_gradients_are_the_slopes_along_the_branch(alpha: float) -> None:
+    """Against orbits in 50 digits, along a direction with a part in every parameter."""
+    orbit = orbit_at(Parameters(alpha=alpha))
+    found = worth(orbit)
+    with mp.workdps(60):
+        along = np.array([mpf(i) / 5 - 1 for i in (1, 2, 3, 4, 6, 7, 8)])
+        step, ends = mpf("1e-15"), []
+        for side in (1, -1):
+            values = [mpf(v) + side * step * d for v, d in zip(orbit.values, along, strict=True)]
+            moved = close(values, orbit.word, list(orbit.z), backend="mpmath")
+            assert isinstance(moved, Orbit)
+            ends.append(worth(moved))
+        assert all(abs(end.imbalance) < mpf("1e-55") for end in ends)
+        for name in FIGURES:
+            one, two = (getattr(end, name).value for end in ends)
+            gradient = getattr(ends[0], name).gradient @ along
+            # Taken at one end: a step times the second derivative off.
+            assert abs((one - two) / (2 * step) - gradient) < mpf("1e-12"), name
+            rounded = getattr(found, name).gradient @ along
+            assert abs(rounded - gradient) < 1e-11, name

@@ -1,0 +1,135 @@
+"""Basins: attractors are closed orbits, and each cell's is the one that its run is on."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from capsule_sym import InvalidInput, Parameters, simulate
+from capsule_sym.sweeps import Axis, Sweep, basin, open_results
+from capsule_sym.sweeps.basin import NONE, identify, run_basin
+from capsule_sym.sweeps.closing import NotClosed, closed
+from capsule_sym.sweeps.words import code
+
+# Two motions coexist here, of one and of two excitation periods.
+TWO = Parameters(1.139284451807824, 1.2060847203112472, 0.01003369298122625, 0.05188929819462264,
+                 19.46036985549087, 1.784593529535103)  # fmt: skip
+AXES = (Axis.linear("x_r", -2.0, 2.0, 9), Axis.linear("v_r", -2.0, 2.0, 8))
+
+
+def test_every_cell_has_the_attractor_that_its_run_stays_on(tmp_path: Path) -> None:
+    _, found = run_basin(Sweep(AXES, TWO), tmp_path / "store")
+    assert {attractor.multiple for attractor in found.attractors} == {1, 2}
+    assert [a.share for a in found.attractors] == sorted(a.share for a in found.attractors)[::-1]
+    assert sum(attractor.cells for attractor in found.attractors) == 72
+    for number, attractor in enumerate(found.attractors):
+        assert attractor.residual < 1e-13
+        assert attractor.multiplier < 1
+        # The map itself, started on the orbit, comes back to it.
+        for state in attractor.states:
+            run = simulate(TWO, tuple(state.tolist()), periods=attractor.multiple)
+            np.testing.assert_allclose(run.final[1], state, rtol=0, atol=1e-12)
+        rows, columns = np.nonzero(found.numbers == number)
+        assert len(rows) == attractor.cells
+        for i, j in list(zip(rows, columns, strict=True))[:4]:
+            start = (AXES[0].values[i, 0], AXES[1].values[j, 0], 0.0)
+            run = simulate(TWO, start, periods=700)
+            last = np.array(run.final[1], dtype=float)
+            assert np.abs(attractor.states - last).max(axis=1).min() < 1e-10
+    with open_results(tmp_path / "store") as results:
+        np.testing.assert_array_equal(results["attractor"], found.numbers)
+        assert results["attractor"].dims == ("x_r", "v_r")
+        assert [a["word"] for a in results["attractor"].attrs["attractors"]] == [
+            attractor.word for attractor in found.attractors
+        ]
+
+
+def test_a_finished_basin_can_be_run_again(tmp_path: Path) -> None:
+    _, first = run_basin(Sweep(AXES, TWO, periods=100), tmp_path / "store")
+    summary, second = run_basin(Sweep(AXES, TWO, periods=100), tmp_path / "store", resume=True)
+    assert summary.computed == 0
+    np.testing.assert_array_equal(first.numbers, second.numbers)
+
+
+def results_of(ends: list[list[float]], word: int) -> xr.Dataset:
+    count = len(ends)
+    return xr.Dataset(
+        {
+            "outcome": ("x_r", np.ones(count, np.int8)),
+            "word": ("x_r", np.full(count, word)),
+            "multiple": ("x_r", np.ones(count, np.int16)),
+            "final": (("x_r", "component"), np.array(ends)),
+        }
+    )
+
+
+class FakeOrbits:
+    """Orbits of one word on a line: Newton's method leads to the nearest of some places."""
+
+    def __init__(self, places: list[float], fails: tuple[float, ...] = ()) -> None:
+        self.places, self.fails, self.asked = places, fails, 0
+
+    def __call__(self, parameters: Any, end: Any, multiple: int, word: int) -> float:
+        self.asked += 1
+        if end[0] in self.fails:
+            raise NotClosed("no orbit")
+        return min(self.places, key=lambda place: abs(place - end[0]))
+
+
+@pytest.fixture
+def on_a_line(monkeypatch: pytest.MonkeyPatch) -> Any:
+    def install(orbits: FakeOrbits) -> FakeOrbits:
+        monkeypatch.setattr(basin, "closed", orbits)
+        monkeypatch.setattr(basin, "_stroboscopic", lambda place: np.array([[place, 0.0, 0.0]]))
+        monkeypatch.setattr(
+            basin,
+            "_attractor",
+            lambda place, states, cells, total: (place, cells),
+        )
+        return orbits
+
+    return install
+
+
+def test_two_orbits_of_one_word_are_told_apart_however_near(on_a_line: Any) -> None:
+    """A threshold on distance alone would merge these; Newton's method from the ends does not."""
+    orbits = on_a_line(FakeOrbits([0.0, 1e-6]))
+    chance = np.random.default_rng(3)
+    which = chance.integers(0, 2, 500)
+    ends = which * 1e-6 + chance.uniform(-2e-7, 2e-7, 500)
+    found = identify(TWO, results_of([[x, 0.0, 0.0] for x in ends], 5))
+    places = [place for place, _ in found.attractors]
+    assert sorted(places) == [0.0, 1e-6]
+    assert (found.numbers != NONE).all()
+    assert [places[n] for n in found.numbers] == (which * 1e-6).tolist()
+    # Few ends need Newton's method: the others lie nearer to an orbit than one that leads there.
+    assert orbits.asked < 10
+
+
+def test_ends_that_close_no_orbit_have_no_attractor(on_a_line: Any) -> None:
+    on_a_line(FakeOrbits([0.0], fails=(0.5, 0.25)))
+    ends = [[x, 0.0, 0.0] for x in (0.5, 0.1, 0.25, 0.2, 0.0)]
+    found = identify(TWO, results_of(ends, 5))
+    assert found.numbers.tolist() == [NONE, 0, NONE, 0, 0]
+    assert found.attractors == ((0.0, 3),)
+
+
+def test_cells_without_a_periodic_motion_have_no_attractor(on_a_line: Any) -> None:
+    on_a_line(FakeOrbits([0.0]))
+    results = results_of([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], 5)
+    results["multiple"][1] = 0
+    assert identify(TWO, results).numbers.tolist() == [0, NONE]
+
+
+def test_an_orbit_of_another_word_is_not_taken() -> None:
+    motion = simulate(Parameters(), periods=300).final[1]
+    assert closed(Parameters(), motion, 1, code("F5 F4 F1 F2")).word.multiple == 1
+    with pytest.raises(NotClosed, match="the orbit's word is F5 F4 F1 F2, its period multiple 1"):
+        closed(Parameters(), motion, 1, code("F5 F2"))
+
+
+def test_a_basin_has_axes_over_the_start_alone(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="axis = 'alpha'"):
+        run_basin(Sweep((Axis.of("alpha", [1.0]),)), tmp_path / "store")

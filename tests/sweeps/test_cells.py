@@ -1,0 +1,168 @@
+"""What is computed of a cell, against the reference map, and what becomes of cells that fail."""
+
+import numpy as np
+import pytest
+
+from capsule_sym import Parameters, simulate
+from capsule_sym._native import core
+from capsule_sym.errors import Outcome
+from capsule_sym.map import SteadyMotion
+from capsule_sym.sweeps import Axis, Sweep, cells
+from capsule_sym.sweeps.cells import CellOutcome, compute
+from capsule_sym.sweeps.words import code
+from tests.sweeps import chart
+
+RANGES = {
+    "alpha": (0.0, 3.0),
+    "omega": (0.3, 3.0),
+    "delta": (0.0, 1.0),
+    "zeta": (0.01, 0.5),
+    "beta": (0.2, 30.0),
+    "gamma": (0.2, 6.0),
+}
+needs_core = pytest.mark.skipif(core is None, reason="the C core was not compiled")
+
+
+def reference(sweep: Sweep, row: np.ndarray) -> tuple[SteadyMotion | None, Outcome]:
+    run = simulate(Parameters(*row.tolist()), periods=sweep.periods, backend="numpy")
+    return run.steady(sweep.tolerance), run.segments[-1].outcome
+
+
+def test_words_multiples_and_progressions_are_those_of_the_reference_map() -> None:
+    sweep = Sweep(
+        (Axis.sobol(RANGES, 8, seed=5),),
+        periods=33,
+        tolerance=1e-8,
+        compute=("word", "progression"),
+    )
+    block = compute(sweep)
+    texts = {number: text for text, (number, _) in block.words.items()}
+    periodic = 0
+    for i, row in enumerate(sweep.columns()[0]):
+        motion, last = reference(sweep, row)
+        outcome = CellOutcome(block.columns["outcome"][i])
+        assert (outcome is CellOutcome.NEVER_SWITCHES) == (last is Outcome.NEVER)
+        if motion is None:
+            assert outcome is not CellOutcome.CONVERGED
+            assert block.columns["multiple"][i] == 0
+            continue
+        periodic += 1
+        assert outcome is not CellOutcome.NOT_PERIODIC
+        assert texts[block.columns["word"][i]] == " ".join(motion.word)
+        assert block.columns["multiple"][i] == motion.period_multiple
+        assert block.columns["progression"][i] == pytest.approx(motion.progression, abs=1e-7)
+    assert periodic >= 5
+
+
+def test_longer_multiples_are_found() -> None:
+    # Known from the reference map: a motion that repeats after two excitation periods.
+    parameters = Parameters(1.139284, 1.206085, 0.010034, 0.051889, 19.46037, 1.784594)
+    starts = [(x_r, v_r) for x_r in (-1.5, 0.0, 1.5) for v_r in (-1.5, 0.6)]
+    values = np.array(starts)
+    sweep = Sweep((Axis("start", ("x_r", "v_r"), values),), parameters, compute=("word",))
+    multiples = compute(sweep).columns["multiple"].tolist()
+    expected = []
+    for x_r, v_r in starts:
+        motion = simulate(parameters, (x_r, v_r, 0.0), periods=300).steady()
+        expected.append(motion.period_multiple if motion else 0)
+    assert multiples == expected
+    assert 2 in multiples
+
+
+def test_rest_for_ever_is_an_outcome_of_its_own() -> None:
+    # At alpha = 0.005 the forced response alone is below the gap: the proof of rest holds.
+    block = compute(Sweep((Axis.of("alpha", [0.0, 0.005, 0.7]),), compute=("word",)))
+    names = [CellOutcome(outcome).name for outcome in block.columns["outcome"]]
+    assert names == ["NEVER_SWITCHES", "NEVER_SWITCHES", "CONVERGED"]
+    assert block.words["F2"] == (code("F2"), 2)
+
+
+def test_undamped_rest_never_switches_although_it_is_not_periodic() -> None:
+    # x_r = 0.1 cos h beside a period of 2 pi/0.77: no multiple up to 16 closes it.
+    parameters = Parameters(alpha=0.0, omega=0.77, delta=0.5, zeta=0.0)
+    sweep = Sweep((Axis.of("x_r", [0.1]),), parameters, periods=40, compute=("word",))
+    block = compute(sweep)
+    assert block.columns["outcome"].tolist() == [CellOutcome.NEVER_SWITCHES]
+    assert block.columns["multiple"].tolist() == [0]
+
+
+def test_what_double_precision_leaves_open_is_settled_and_said() -> None:
+    # x_r = -0.5 cos h touches the gap 0.5 exactly, once a period.
+    parameters = Parameters(alpha=0.0, omega=1.0, delta=0.5, zeta=0.0)
+    sweep = Sweep((Axis.of("x_r", [-0.5, -0.4]),), parameters, periods=2, compute=("word", "final"))
+    block = compute(sweep)
+    assert block.columns["outcome"].tolist() == [CellOutcome.SETTLED, CellOutcome.CONVERGED]
+    np.testing.assert_allclose(
+        block.columns["final"], [[-0.5, 0.0, 0.0], [-0.4, 0.0, 0.0]], rtol=0, atol=1e-13
+    )
+
+
+@pytest.mark.parametrize("error", [RuntimeError("no root"), ZeroDivisionError("division")])
+def test_a_cell_that_fails_leaves_its_neighbours_alone(
+    monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    sweep = chart(3, 3, compute=("word", "final"), chunk=(3, 3))
+    whole = compute(sweep)
+    slow = cells._Cells.slow
+
+    def failing(self: cells._Cells, i: int) -> None:
+        if i == 4:
+            raise error
+        slow(self, i)
+
+    monkeypatch.setattr(cells, "core", None)
+    monkeypatch.setattr(cells._Cells, "slow", failing)
+    block = compute(sweep)
+    assert block.columns["outcome"][4] == CellOutcome.FAILED
+    assert block.reasons == {"4": f"{type(error).__name__}: {error}"}
+    others = np.arange(9) != 4
+    for name in ("outcome", "word", "multiple"):
+        np.testing.assert_array_equal(block.columns[name][others], whole.columns[name][others])
+
+
+@needs_core
+def test_the_slow_way_gives_what_the_core_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweep = chart(4, 3, periods=100, chunk=(4, 3))
+    fast = compute(sweep)
+    monkeypatch.setattr(cells, "core", None)
+    slow = compute(sweep)
+    for name in ("outcome", "word", "multiple"):
+        np.testing.assert_array_equal(fast.columns[name], slow.columns[name])
+    for name in ("progression", "final"):
+        np.testing.assert_allclose(fast.columns[name], slow.columns[name], rtol=0, atol=1e-7)
+    assert fast.words == slow.words
+
+
+def test_only_what_is_asked_for_is_there() -> None:
+    assert set(compute(chart(2, 2, compute=("progression",))).columns) == {"outcome", "progression"}
+
+
+def test_multipliers_and_exponents_are_those_of_the_closed_orbit() -> None:
+    from capsule_sym.orbits.search import find_orbit
+    from capsule_sym.orbits.stability import multipliers
+
+    sweep = Sweep((Axis.of("alpha", [0.7, 1.2]),), compute=("multipliers", "lyapunov"))
+    block = compute(sweep)
+    for i, alpha in enumerate((0.7, 1.2)):
+        orbit = find_orbit(Parameters(alpha=alpha))
+        found = multipliers(orbit)  # type: ignore[arg-type]
+        np.testing.assert_allclose(block.columns["multipliers"][i], found, rtol=0, atol=1e-9)
+        exponent = np.log(abs(found[0])) / Parameters().period
+        assert block.columns["lyapunov"][i] == pytest.approx(exponent, abs=1e-9)
+
+
+def test_energies_balance_and_the_velocity_is_that_of_the_progression() -> None:
+    sweep = Sweep((Axis.of("alpha", [0.6, 0.9, 1.5]),), compute=("energies", "progression"))
+    columns = compute(sweep).columns
+    losses = columns["damper_loss"] + columns["friction_loss"]
+    np.testing.assert_allclose(columns["work"], losses, rtol=1e-12)
+    assert (columns["work"] > 0.01).all()
+    expected = columns["progression"] / Parameters().period
+    np.testing.assert_allclose(columns["velocity"], expected, rtol=0, atol=1e-9)
+
+
+def test_a_quasiperiodic_run_has_an_exponent_of_its_own() -> None:
+    # An undamped free oscillation that never switches neither grows nor decays.
+    parameters = Parameters(alpha=0.0, omega=0.77, delta=0.5, zeta=0.0)
+    sweep = Sweep((Axis.of("x_r", [0.1]),), parameters, periods=40, compute=("lyapunov",))
+    assert compute(sweep).columns["lyapunov"][0] == pytest.approx(0.0, abs=1e-3)

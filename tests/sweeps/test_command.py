@@ -1,0 +1,143 @@
+"""The commands `sweep`, `basin` and `sweep-info`."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from capsule_sym.cli import main
+from capsule_sym.sweeps import open_results
+
+FILE = """
+periods = 40
+compute = ["word", "progression"]
+[axes]
+alpha = { from = 0.01, to = 2.0, count = 9 }
+gamma = { from = 1.0, to = 5.0, count = 9, spacing = "log" }
+"""
+BASIN = ["basin", "--x-r", "-1", "1", "3", "--v-r", "-1", "1", "4", "--periods", "200"]
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> str:
+    path = tmp_path / "chart.toml"
+    path.write_text(FILE)
+    return str(path)
+
+
+def said(capsys: pytest.CaptureFixture[str], arguments: list[str], status: int = 0) -> str:
+    with pytest.raises(SystemExit) as exit_:
+        main(arguments)
+    captured = capsys.readouterr()
+    assert exit_.value.code == status, captured.err
+    return captured.out if status == 0 else captured.err
+
+
+def test_a_sweep_is_run_and_told(
+    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = str(tmp_path / "store")
+    text = said(capsys, ["sweep", file, "--store", store])
+    for expected in ("axis alpha", "excitation periods per second and core", "converged", "F5"):
+        assert expected in text
+    record = json.loads(said(capsys, ["sweep-info", store, "--json"]))
+    assert (record["cells"], record["done"]) == (81, 81)
+    assert sum(record["outcomes"].values()) == 81
+    assert [axis["name"] for axis in record["axes"]] == ["alpha", "gamma"]
+    assert record["provenance"]["versions"]["capsule-sym"]
+    with open_results(store) as results:
+        assert sum(record["words"].values()) == int((results["multiple"] > 0).sum())
+    assert "done              81" in said(capsys, ["sweep-info", store])
+
+
+def test_json_is_one_object_with_the_speed(
+    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["sweep", file, "--store", str(tmp_path / "store"), "--workers", "1", "--json"]
+    record = json.loads(said(capsys, arguments))
+    rate = record["computed"] * 40 / record["seconds"] / record["workers"]
+    assert record["periods_per_second_and_core"] == pytest.approx(rate)
+    assert (record["computed"], record["damaged"], record["workers"]) == (81, 0, 1)
+
+
+def test_a_chart_is_refined(file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    store = str(tmp_path / "store")
+    text = said(capsys, ["sweep", file, "--store", store, "--refine", "4", "--json"])
+    record = json.loads(text)
+    assert record["cells"] == 81
+    assert record["fraction_computed"] == record["computed"] / 81
+    rounds = json.loads(said(capsys, ["sweep-info", store, "--json"]))["rounds"]
+    assert sum(part["done"] for part in rounds) == record["computed"]
+
+
+def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = [*BASIN, "--alpha", "1.2", "--store", str(tmp_path / "store")]
+    record = json.loads(said(capsys, [*arguments, "--json"]))
+    (only,) = record["attractors"]
+    assert (only["word"], only["multiple"], only["share"]) == ("F5 F4 F1 F2 F3 F2", 1, 1.0)
+    # The progression that the README prints for this motion.
+    assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
+    assert "attractor 0" in said(capsys, [*arguments, "--resume"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["sweep", "FILE", "--store", "STORE"], "or continued with --resume"),
+        (["sweep", "none.toml", "--store", "new"], "must be readable"),
+        (["sweep", "FILE", "--store", "STORE", "--resume", "--workers", "0"], "workers = 0"),
+        (["sweep", "FILE", "--store", "new", "--refine", "3"], "a power of two"),
+        (["sweep", "FILE", "--store", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
+        (["sweep", "FILE"], "--store"),
+        (["basin", "--store", "new"], "at least one axis"),
+        (["sweep-info", "nowhere"], "the directory of a sweep"),
+    ],
+)
+def test_bad_input_ends_with_2_and_says_what_is_allowed(
+    arguments: list[str],
+    message: str,
+    file: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    store = str(tmp_path / "store")
+    said(capsys, ["sweep", file, "--store", store])
+    given = [file if a == "FILE" else store if a == "STORE" else a for a in arguments]
+    assert message in said(capsys, given, status=2)
+
+
+def test_ctrl_c_leaves_a_store_that_goes_on(tmp_path: Path) -> None:
+    path = tmp_path / "long.toml"
+    path.write_text(FILE.replace("periods = 40", "periods = 20000\nchunk = [1, 1]"))
+    arguments = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--store"]
+    program = subprocess.Popen(
+        [*arguments, str(tmp_path / "store")], stderr=subprocess.PIPE, text=True
+    )
+    chunks = tmp_path / "store" / "chunks"
+    while not list(chunks.rglob("*.json")):
+        assert program.poll() is None
+        time.sleep(0.01)
+    os.kill(program.pid, signal.SIGINT)
+    _, errors = program.communicate(timeout=60)
+    assert program.returncode == 130
+    assert errors == "error: interrupted\n"
+    done = len(list(chunks.rglob("*.json")))
+    assert 0 < done < 81
+
+
+def test_a_run_that_cannot_write_ends_with_1(
+    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    text = said(capsys, ["sweep", file, "--store", str(tmp_path / "store")], status=1)
+    assert "No space left on device" in text

@@ -1,0 +1,100 @@
+"""Refined charts: what is left out is what it is taken for, and the boundaries are sharp."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput
+from capsule_sym.sweeps import Axis, Sweep, cells, open_results, run
+from capsule_sym.sweeps import execution as execution_module
+from capsule_sym.sweeps.cells import Block, CellOutcome
+from capsule_sym.sweeps.refinement import refine
+from tests.sweeps import chart
+
+DISK = (0.9, 2.6, 0.55, 1.1)  # centre and half axes, in alpha and gamma
+
+
+def disk(part: Sweep) -> Block:
+    """A motion of one kind in an ellipse, of another outside, in place of the map."""
+    rows, _, _ = part.columns()
+    x, y, a, b = DISK
+    inside = ((rows[:, 0] - x) / a) ** 2 + ((rows[:, 5] - y) / b) ** 2 < 1
+    columns = {
+        "outcome": np.full(part.size, CellOutcome.CONVERGED, np.int8),
+        "word": np.where(inside, 7, 11),
+        "multiple": np.ones(part.size, np.int16),
+    }
+    kept = {"F5 F2": (7, int(inside.sum())), "F2": (11, int((~inside).sum()))}
+    return Block(columns, {t: v for t, v in kept.items() if v[1]}, {}, cells.KERNELS)
+
+
+def test_a_smooth_boundary_costs_its_length_not_the_area(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(execution_module, "compute", disk)
+    count = 129
+    axes = (Axis.linear("alpha", 0.0, 2.0, count), Axis.linear("gamma", 1.0, 5.0, count))
+    sweep = Sweep(axes)
+    found = refine(sweep, tmp_path / "chart", stride=8)
+    with open_results(tmp_path / "chart") as results:
+        expected = disk(sweep).columns["word"].reshape(sweep.shape)
+        np.testing.assert_array_equal(results["word"], expected)
+        computed = results["computed"].values
+        assert found.fraction == computed.mean() == results.attrs["fraction_computed"]
+        # Every point beside one of the other kind was computed, not inferred.
+        for axis in (0, 1):
+            edge = np.diff(expected, axis=axis) != 0
+            here = np.take(computed, range(count - 1), axis=axis)
+            there = np.take(computed, range(1, count), axis=axis)
+            assert (here & there)[edge].all()
+        assert results["word"].attrs["flag_meanings"] == "F5_F2 F2"
+    assert found.fraction < 0.2
+    assert sum(r.computed for r in found.rounds) == computed.sum()
+
+
+@pytest.mark.parametrize("shape", [(30, 21), (17, 2)])
+def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path) -> None:
+    sweep = chart(*shape, periods=60, compute=("word",), chunk=())
+    refine(sweep, tmp_path / "refined", stride=4)
+    run(sweep, tmp_path / "full")
+    with open_results(tmp_path / "refined") as refined, open_results(tmp_path / "full") as full:
+        same = np.ones(shape, bool)
+        for name in ("outcome", "word", "multiple"):
+            same &= refined[name].values == full[name].values
+        # Exact wherever computed; a spot smaller than the stride may be passed over elsewhere.
+        assert same[refined["computed"].values].all()
+        assert same.mean() > 0.98
+        np.testing.assert_array_equal(refined["gamma"], full["gamma"])
+
+
+def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution_module, "compute", disk)
+    sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 65), Axis.linear("gamma", 1.0, 5.0, 65)))
+    whole = refine(sweep, tmp_path / "whole", stride=8)
+    calls = 0
+
+    def interrupted(done: int, total: int) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 60:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        refine(sweep, tmp_path / "store", stride=8, progress=interrupted)
+    rest = refine(sweep, tmp_path / "store", stride=8, resume=True)
+    done = sum(r.computed for r in rest.rounds)
+    assert 0 < done < sum(r.computed for r in whole.rounds)
+    with open_results(tmp_path / "store") as one, open_results(tmp_path / "whole") as other:
+        assert one.identical(other)
+
+
+def test_what_cannot_be_refined_is_refused(tmp_path: Path) -> None:
+    one = Axis.linear("alpha", 0.1, 1.0, 4)
+    pair = Axis.sobol({"gamma": (1, 5), "beta": (1, 2)}, 4, seed=1)
+    for axes in ((one,), (one, pair)):
+        with pytest.raises(InvalidInput, match="two, of one quantity each"):
+            refine(Sweep(axes), tmp_path / "store")
+    for stride in (0, 3, 2.0, True):
+        with pytest.raises(InvalidInput, match="a power of two"):
+            refine(chart(), tmp_path / "store", stride=stride)  # type: ignore[arg-type]

@@ -1,0 +1,337 @@
+"""Runs into a store: every executor, every interruption and every damage gives the same bytes."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput
+from capsule_sym.errors import CapsuleError
+from capsule_sym.sweeps import Axis, Sweep, open_results, run
+from capsule_sym.sweeps import cells as cells_module
+from capsule_sym.sweeps import execution as run_module
+from capsule_sym.sweeps import store as store_module
+from capsule_sym.sweeps.cells import CellOutcome, compute
+from capsule_sym.sweeps.execution import Lost
+from capsule_sym.sweeps.store import NotWritten, opened
+from tests.sweeps import chart, contents
+
+ROOT = Path(__file__).parents[2]
+SWEEP = chart()
+CHUNKS = 9
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The store of an uninterrupted run on one thread."""
+    path = tmp_path_factory.mktemp("whole") / "store"
+    run(SWEEP, path, workers=1)
+    return contents(path)
+
+
+def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> None:
+    summary = run(SWEEP, tmp_path / "store", command="capsule-sym sweep")
+    assert (summary.cells, summary.computed, summary.damaged) == (120, 120, 0)
+    with open_results(tmp_path / "store") as results:
+        direct = compute(Sweep(SWEEP.axes, periods=40, compute=SWEEP.compute))
+        for name, column in direct.columns.items():
+            assert results[name].dims[:2] == ("alpha", "gamma")
+            np.testing.assert_array_equal(results[name].values.reshape(column.shape), column)
+            assert results[name].attrs["units"] == "1"
+            assert results[name].attrs["long_name"]
+        np.testing.assert_array_equal(results["gamma"], SWEEP.axes[1].values[:, 0])
+        one = results.sel(alpha=2.0, gamma=5.0)
+        meanings = results["word"].attrs["flag_meanings"].split()
+        texts = dict(zip(results["word"].attrs["flag_values"], meanings, strict=True))
+        assert texts[int(one["word"])].split("_")[0] in {"F4", "F5"}
+        assert results.attrs["omega"] == 0.8
+        assert results.attrs["command"] == "capsule-sym sweep"
+        assert results.attrs["kernels"] == cells_module.KERNELS
+        assert "numpy" in results.attrs["versions"]
+        assert not {"alpha", "gamma"} & set(results.attrs)
+
+
+def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
+    axis = Axis.sobol({"alpha": (0.1, 2.0), "gamma": (1.0, 5.0)}, 8, seed=1)
+    run(Sweep((axis,), periods=10, compute=("final",)), tmp_path / "store")
+    with open_results(tmp_path / "store") as results:
+        assert results["final"].dims == ("sample", "component")
+        np.testing.assert_array_equal(results["alpha"], axis.values[:, 0])
+        np.testing.assert_array_equal(results["gamma"], axis.values[:, 1])
+        assert set(results.coords) == {"alpha", "gamma"}
+
+
+@pytest.mark.parametrize("executor", ["threads", "processes"])
+def test_executors_give_equal_results(
+    executor: str, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    run(SWEEP, tmp_path / "store", executor=executor, workers=2)
+    assert contents(tmp_path / "store") == whole
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_dask_cluster_of_two_workers_gives_equal_results(
+    whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    distributed: Any = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        assert len(client.nthreads()) == 2
+        run(SWEEP, tmp_path / "store", executor=client.get_executor(), workers=2)
+    assert contents(tmp_path / "store") == whole
+
+
+class Counting(Executor):
+    """Runs at once in the calling thread, counts what was asked of it, and may stop."""
+
+    def __init__(self, stop_after: int = 10**9, error: BaseException | None = None) -> None:
+        self.parts: list[Sweep] = []
+        self.stop_after, self.error = stop_after, error
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        if len(self.parts) == self.stop_after:
+            raise self.error or KeyboardInterrupt
+        self.parts.append(args[0])
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+@pytest.mark.parametrize("after", [0, 5])
+def test_an_interrupted_run_goes_on_where_it_was(
+    after: int, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(SWEEP, tmp_path / "store", executor=Counting(after), workers=1)
+    with open_results(tmp_path / "store") as results:
+        pending = int((results["outcome"] == CellOutcome.PENDING).sum())
+    rest = Counting()
+    summary = run(SWEEP, tmp_path / "store", executor=rest, workers=1, resume=True)
+    assert len(rest.parts) == CHUNKS - after
+    assert summary.computed == pending == sum(part.size for part in rest.parts)
+    assert contents(tmp_path / "store") == whole
+
+
+def test_a_finished_run_computes_nothing_again(whole: dict[str, bytes], tmp_path: Path) -> None:
+    run(SWEEP, tmp_path / "store")
+    rest = Counting()
+    assert run(SWEEP, tmp_path / "store", executor=rest, resume=True).computed == 0
+    assert rest.parts == []
+    assert contents(tmp_path / "store") == whole
+
+
+def damages() -> Iterator[Any]:
+    def truncate(data: bytes) -> bytes:
+        return data[: len(data) // 2]
+
+    def flip(data: bytes) -> bytes:
+        return data[:-1] + bytes([data[-1] ^ 1])
+
+    def empty(data: bytes) -> bytes:
+        return b""
+
+    for name in ("results.zarr/outcome/c/1/2", "chunks/000000/000000004.json"):
+        for damage in (truncate, flip, empty, None):
+            yield pytest.param(name, damage)
+    for name in ("final/c/0/0/0", "word/c/2/1", "progression/c/1/0"):
+        yield pytest.param(f"results.zarr/{name}", flip)
+
+
+@pytest.mark.parametrize(("name", "damage"), list(damages()))
+def test_a_damaged_chunk_is_found_and_computed_again(
+    name: str, damage: Any, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    for key, data in whole.items():
+        (tmp_path / key).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / key).write_bytes(data)
+    if damage is None:
+        (tmp_path / name).unlink()
+    else:
+        (tmp_path / name).write_bytes(damage(whole[name]))
+    again = Counting()
+    summary = run(SWEEP, tmp_path, executor=again, resume=True)
+    assert len(again.parts) == 1
+    # Without its record a chunk is not known to have been finished.
+    assert summary.damaged == (0 if damage is None and name.startswith("chunks") else 1)
+    assert contents(tmp_path) == whole
+
+
+def renames(patch: pytest.MonkeyPatch, most: int) -> list[int]:
+    """Lets so many files be moved to their places, counting them, until the disk is full."""
+    replace, moved = os.replace, [0]
+
+    def limited(*args: Any) -> None:
+        moved[0] += 1
+        if moved[0] > most:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        replace(*args)
+
+    patch.setattr(os, "replace", limited)
+    return moved
+
+
+@pytest.mark.parametrize("share", [0.1, 0.6, 0.999])
+def test_a_full_disk_stops_the_run_and_leaves_a_store_that_goes_on(
+    share: float, whole: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        moved = renames(patch, 10**9)
+        run(SWEEP, tmp_path / "all")
+    with monkeypatch.context() as patch:
+        renames(patch, int(share * moved[0]))
+        with pytest.raises(NotWritten, match=r"No space left on device.*--resume"):
+            run(SWEEP, tmp_path / "store")
+    run(SWEEP, tmp_path / "store", resume=True)
+    assert contents(tmp_path / "store") == whole
+
+
+def test_two_runs_on_one_store_are_refused(tmp_path: Path) -> None:
+    with (
+        opened(tmp_path / "store", SWEEP, resume=False, command=""),
+        pytest.raises(InvalidInput, match="another run is writing"),
+    ):
+        run(SWEEP, tmp_path / "store", resume=True)
+    run(SWEEP, tmp_path / "store", resume=True)
+
+
+def test_a_store_is_not_mixed_with_anything_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run(SWEEP, tmp_path / "store")
+    with pytest.raises(InvalidInput, match="--resume"):
+        run(SWEEP, tmp_path / "store")
+    with pytest.raises(InvalidInput, match="periods = 41: must be 40"):
+        run(chart(periods=41), tmp_path / "store", resume=True)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.tex").touch()
+    with pytest.raises(InvalidInput, match="new, or empty"):
+        run(SWEEP, tmp_path / "other", resume=True)
+    run(SWEEP, tmp_path / "headless")
+    (tmp_path / "headless" / "sweep.json").unlink()
+    before = contents(tmp_path / "headless")
+    with pytest.raises(InvalidInput, match="new, or empty"):
+        run(SWEEP, tmp_path / "headless", resume=True)
+    assert contents(tmp_path / "headless") == before
+    (tmp_path / "file").touch()
+    with pytest.raises(InvalidInput, match="a directory"):
+        run(SWEEP, tmp_path / "file")
+    with pytest.raises(InvalidInput, match="directory of a sweep"):
+        open_results(tmp_path / "other")
+    monkeypatch.setattr(store_module, "KERNELS", "other kernels")
+    with pytest.raises(InvalidInput, match="kernels = 'other kernels'"):
+        run(SWEEP, tmp_path / "store", resume=True)
+
+
+def test_results_of_other_kernels_are_not_taken_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(kernels="x"))
+    with pytest.raises(CapsuleError, match="a worker has the kernels x"):
+        run(SWEEP, tmp_path / "store", executor=Counting())
+
+
+def test_no_more_chunks_are_under_way_than_workers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A chunk is written before its worker has the next: what a kill loses is bounded."""
+    lock, unwritten, most = threading.Lock(), 0, 0
+    publish = store_module.Store.publish
+
+    def started(part: Sweep) -> Any:
+        nonlocal unwritten, most
+        with lock:
+            unwritten += 1
+            most = max(most, unwritten)
+        return compute(part)
+
+    def published(self: Any, index: int, block: Any) -> None:
+        nonlocal unwritten
+        publish(self, index, block)
+        with lock:
+            unwritten -= 1
+
+    monkeypatch.setattr(run_module, "compute", started)
+    monkeypatch.setattr(store_module.Store, "publish", published)
+    with ThreadPoolExecutor(8) as pool:
+        run(SWEEP, tmp_path / "store", executor=pool, workers=3)
+    assert (most, unwritten) == (3, 0)
+
+
+def test_an_error_of_a_worker_is_told_with_its_chunk(tmp_path: Path) -> None:
+    class Failing(Counting):
+        def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+            future = super().submit(fn, *args, **kwargs)
+            if len(self.parts) == 3:
+                future = Future()
+                future.set_exception(MemoryError("no room"))
+            return future
+
+    with pytest.raises(Lost, match="chunk 2: MemoryError: no room"):
+        run(SWEEP, tmp_path / "store", executor=Failing(), workers=1)
+    assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == 2
+
+
+@pytest.mark.parametrize("how", [{"executor": "fibres"}, {"workers": 0}, {"workers": 1.5}])
+def test_what_cannot_run_is_refused(how: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput):
+        run(SWEEP, tmp_path / "store", **how)
+
+
+def test_progress_starts_from_what_is_there_and_ends_at_all(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        run(SWEEP, tmp_path / "store", executor=Counting(4), workers=1)
+    seen: list[tuple[int, int]] = []
+    run(SWEEP, tmp_path / "store", resume=True, progress=lambda *at: seen.append(at))
+    done = [n for n, _ in seen]
+    assert done == sorted(done)
+    assert 0 < done[0] < 120
+    assert seen[-1] == (120, 120)
+
+
+def test_the_record_of_a_chunk_holds_its_words_and_reasons(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(part: Sweep) -> Any:
+        return compute(part)._replace(reasons={"3": "no luck"})
+
+    monkeypatch.setattr(run_module, "compute", failing)
+    run(SWEEP, tmp_path / "store", executor=Counting())
+    record = json.loads((tmp_path / "store/chunks/000000/000000000.json").read_text())
+    assert record["reasons"] == {"3": "no luck"}
+    assert sum(cells for _, cells in record["words"].values()) <= 20
+
+
+@pytest.mark.long
+def test_memory_does_not_grow_with_the_sweep() -> None:
+    """Peak memory of a process is that of the chunks under way, however many there are."""
+    code = (
+        "import resource, sys, tempfile\n"
+        "from capsule_sym.sweeps import run\n"
+        "from tests.sweeps import chart\n"
+        "side = int(sys.argv[1])\n"
+        "with tempfile.TemporaryDirectory() as store:\n"
+        "    run(chart(side, side, periods=4, chunk=(32, 32)), store, workers=2)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
+    )
+    peak = {}
+    for side in (64, 512):
+        command = [sys.executable, "-c", code, str(side)]
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+        peak[side] = int(done.stdout) / 1024  # from KiB
+    # The results of 262,144 cells alone are 11 MB, and their states on the way 200 MB.
+    assert peak[512] - peak[64] < 8
