@@ -20,7 +20,7 @@ cdef extern from "capsule.h" nogil:
     double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
     void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
     ctypedef struct capsule_state:
-        double x_r, gap, v_r, v_c, angle, position
+        double x_r, gap, v_r, v_c, angle, angle_rest, position
         int64_t turn
         int32_t bound, plane
     ctypedef struct capsule_segment:
@@ -60,7 +60,7 @@ OUTCOMES = ("regular", "graze", "corner", "sliding-tangency", "never", "undecide
 DONE, FULL, OPEN = range(3)
 
 STATE = np.dtype(
-    [(name, "f8") for name in ("x_r", "gap", "v_r", "v_c", "angle", "position")]
+    [(name, "f8") for name in ("x_r", "gap", "v_r", "v_c", "angle", "angle_rest", "position")]
     + [("turn", "i8"), ("bound", "i4"), ("plane", "i4")],
     align=True,
 )
@@ -120,14 +120,14 @@ cdef class Map:
         cdef capsule_parameters parameters = [alpha, omega, delta, zeta, beta, gamma, f_b]
         capsule_map_remake(&parameters, self.map)
 
-    def state_at(self, double x_r, double v_r, double v_c, double angle):
-        """The state record to start from."""
+    def state_at(self, double x_r, double v_r, double v_c, double phase):
+        """The state record to start from, at a time in the excitation period."""
         out = np.empty((), STATE)
         cdef char[::1] view = out.reshape(1).view("i1")
-        (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, angle)
+        (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, phase)
         return out
 
-    def final(self, double x_r, double v_r, double v_c, double angle, int64_t periods):
+    def final(self, double x_r, double v_r, double v_c, double phase, int64_t periods):
         """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
         cdef capsule_state state
         cdef capsule_wish wish
@@ -140,7 +140,7 @@ cdef class Map:
         wish.room = 0
         wish.position = False
         with nogil:
-            state = capsule_state_at(self.map, x_r, v_r, v_c, angle)
+            state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
             stop = capsule_run(self.map, &state, periods, &wish, &written, &open_)
         return (state.x_r, state.v_r, state.v_c) if stop == 0 else None
 
@@ -245,7 +245,7 @@ cdef class Map:
 
 
 def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
-               const double[::1] angles, states):
+               const double[::1] phases, states):
     """Writes the state records that the runs start from, one per row of the others."""
     cdef char[::1] at = states.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
@@ -260,7 +260,7 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
             else:
                 capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
             records[i] = capsule_state_at(work, starts[i, 0], starts[i, 1], starts[i, 2],
-                                          angles[i])
+                                          phases[i])
     free(work)
 
 

@@ -13,9 +13,10 @@
 
 #include "capsule_kernels.h"
 
-#define CAPSULE_TERMS 18 /* coefficients that a state is evaluated from */
+#define CAPSULE_TERMS 14 /* coefficients that a state is evaluated from */
 #define CAPSULE_DEGREE 8 /* of the polynomials that bound a guard from below and above */
-#define CAPSULE_REACH 2.0 /* length of an expansion, over the fastest rate of the segment */
+#define CAPSULE_REACH 1.4 /* length of an expansion, over the fastest rate of the segment */
+#define CAPSULE_GROWTH 1.6 /* and at most, over the rate at which its terms grow without signs */
 
 typedef struct {
     double alpha, omega, delta, zeta, beta, gamma, f_b;
@@ -59,6 +60,7 @@ typedef enum {
 typedef struct {
     double x_r, gap, v_r, v_c;
     double angle;    /* of the forcing, in [0, 2 pi) */
+    double angle_rest; /* by how much it is more than rounded */
     double position; /* x_c */
     int64_t turn;    /* whole excitation periods passed */
     int32_t bound;
@@ -105,9 +107,9 @@ typedef enum {
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
-/* A state off every surface but those it lies on exactly, at a forcing angle in [0, 2 pi). */
+/* A state off every surface but those it lies on exactly, at a time in [0, 2 pi/omega). */
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
-                               double angle);
+                               double phase);
 
 /* Goes on from `state` until the end of excitation period `periods` (forcing angle 0), and leaves
    in `state` where it came to. `written` counts segments or events; `open` tells, where the run

@@ -53,7 +53,7 @@ static int side_by_side(int i)
         const double x_r = k % 7 ? uniform(-1, 1) : rows[k].delta, v_r = uniform(-1, 1);
         const double v_c = k % 2 ? uniform(-1, 1) : 0.0;
         capsule_map_remake(&rows[k], &map);
-        states[k] = starts[k] = capsule_state_at(&map, x_r, v_r, v_c, 0.157 * k);
+        states[k] = starts[k] = capsule_state_at(&map, x_r, v_r, v_c, 0.157 * k / rows[k].omega);
     }
     const capsule_many many = {rows, states, stops, strobe, 1};
     capsule_run_many(&many, RUNS, PERIODS, &crew);
@@ -87,7 +87,7 @@ int main(void)
         const double v_c = i % 2 ? uniform(-1, 1) : 0.0;
         capsule_map_remake(&p, &map);
         const double x_r = i % 7 ? uniform(-1, 1) : p.delta, v_r = uniform(-1, 1);
-        capsule_state once = capsule_state_at(&map, x_r, v_r, v_c, uniform(0, 6.28));
+        capsule_state once = capsule_state_at(&map, x_r, v_r, v_c, uniform(0, 6.28) / p.omega);
         capsule_state paused = once;
         capsule_segment buffer[ROOM];
         capsule_outcome open;

@@ -100,7 +100,8 @@ static void begin(work *w, int slot, capsule_state state, int help)
         } else if (state.turn >= w->periods) {
             stop = CAPSULE_DONE;
         }
-        const double cosine = cos(state.angle), sine = sin(state.angle);
+        double cosine, sine;
+        cosine_sine(state.angle, state.angle_rest, &cosine, &sine);
         if (stop == CAPSULE_FULL && !depart(&crew->map, &state, cosine, sine, &d))
             stop = CAPSULE_OPEN;
         if (stop != CAPSULE_FULL) {
@@ -152,7 +153,8 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             mark[2] = end[3];
         }
         if (turn == w->periods) {
-            const capsule_state last = {end[0], end[1], end[2], end[3], 0.0, end[4], turn, 0, 0};
+            const capsule_state last = {end[0], end[1], end[2], end[3], 0.0, 0.0,
+                                        end[4], turn,   0,      0};
             leave(w, slot, CAPSULE_DONE, &last);
             return;
         }
@@ -165,7 +167,7 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
         field = (out->contact >> l & 1 ? 5 : 2) - way;
         crew->start[slot] = (capsule_state){
             number[X_R],      number[FAR],      number[V_R],
-            number[V_C],      number[ANGLE],    number[POSITION],
+            number[V_C],      number[ANGLE],    0.0,           number[POSITION],
             crew->turn[slot], number[SECOND_ZEROS] == 2.0 ? way : 0, 0};
     } else {
         *guess = level ? 0.0 : -1.0;
@@ -216,23 +218,6 @@ static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
 {
     return p->omega == q->omega && p->zeta == q->zeta && p->beta == q->beta &&
            p->gamma == q->gamma;
-}
-
-#ifndef CAPSULE_LANES
-#define CAPSULE_LANES 8 /* at most; fewer for tests of the narrower ways */
-#endif
-
-/* How many lanes this processor has instructions for. */
-static int lanes_here(void)
-{
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (CAPSULE_LANES >= 8 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-        return 8;
-    if (CAPSULE_LANES >= 4 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        return 4;
-#endif
-    return 1;
 }
 
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew)

@@ -15,7 +15,7 @@ static departure start_of(const capsule_constants *c, const capsule_state *s, in
     if (s->bound)
         force = s->bound * c->f_b;
     return (departure){field,    s->x_r, s->gap, s->v_r, s->v_c, force - c->friction,
-                       s->angle, cosine, sine,   {0}};
+                       s->angle, s->angle_rest, cosine, sine, {0}};
 }
 
 /* Leading zeros and the sign of what follows; 0 where rounding leaves it open. */

@@ -209,19 +209,20 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     const departure *d = &from->at;
     const double h = s * t->reach;
     double value, slope;
-    /* What rounding takes from a sum of angles goes into the next one: a segment may take hundreds
-       of expansions of the same length, whose roundings would all be alike. */
-    const double turned = c->omega * h + from->angle_rest;
+    /* What rounding takes from a sum of angles goes into the next one: of hundreds of expansions of
+       the same length the roundings would all be alike. */
+    const double turned = c->omega * h + d->angle_rest;
     out->angle = d->angle + turned;
     const double added = out->angle - d->angle;
     out->angle_rest = (d->angle - (out->angle - added)) + (turned - added);
     out->passed = 0;
     if (out->angle >= TWO_PI) { /* an expansion is shorter than two units of angle */
-        out->angle = greater((out->angle - TWO_PI) - TWO_PI_REST, 0.0);
+        const double over = out->angle - TWO_PI, rest = out->angle_rest - TWO_PI_REST;
+        out->angle = greater(over + rest, 0.0);
+        out->angle_rest = rest - (out->angle - over);
         out->passed = 1;
     }
-    out->cosine = cos(out->angle);
-    out->sine = sin(out->angle);
+    cosine_sine(out->angle, out->angle_rest, &out->cosine, &out->sine);
     double position, v_r;
     if (x) {
         polynomial(x, s, &value, &slope);
@@ -239,7 +240,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     out->margin = out->x_r + c->kappa * out->gap + 2.0 * c->zeta * v_r - c->friction;
     if (c->drift == 0.0)
         return;
-    const int is_short = c->rate * h < 1.0;
+    const int is_short = x && c->rate * h < 1.0;
     double terms[POLYNOMIAL] = {0};
     if (stops && !advance)
         return;
@@ -283,8 +284,7 @@ void carry(const capsule_constants *c, const capsule_table *t, const stand *from
     to->v_c_error =
         from->v_c_error + e->second_own +
         (2.0 * to->energy_error + 8.0 * UNIT * impulse) / (c->gamma + 1.0) + UNIT * fabs(at->v_c);
-    to->at = (departure){from->at.field, at->x_r,  at->gap,    at->v_r, at->v_c, at->margin,
-                         at->angle,      at->cosine, at->sine, {0}};
+    to->at = (departure){from->at.field, at->x_r,        at->gap,    at->v_r,  at->v_c, at->margin,
+                         at->angle,      at->angle_rest, at->cosine, at->sine, {0}};
     to->later = 1;
-    to->angle_rest = at->angle_rest;
 }

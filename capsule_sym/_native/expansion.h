@@ -10,7 +10,6 @@ typedef struct {
     double energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     double v_c_error, angle_error;
     int later; /* whether there is any such error */
-    double angle_rest; /* by how much the angle is more than its rounded sum */
 } stand;
 
 typedef struct {

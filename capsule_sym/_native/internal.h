@@ -2,12 +2,14 @@
 #ifndef CAPSULE_INTERNAL_H
 #define CAPSULE_INTERNAL_H
 
+#include <math.h>
+
 #include "capsule.h"
 
 #define UNIT 0x1p-53 /* unit roundoff */
 #define TERMS CAPSULE_TERMS
 #define DEGREE CAPSULE_DEGREE
-#define POLYNOMIAL 20 /* room for the coefficients of a guard, a multiple of four */
+#define POLYNOMIAL 16 /* room for the coefficients of a guard, a multiple of four */
 
 static inline double lesser(double a, double b)
 {
@@ -25,14 +27,31 @@ typedef enum { GAP, DRIFT, UPPER, LOWER, NONE } guard_name;
    vanish exactly there. */
 typedef struct {
     int field; /* 1 .. 6 */
-    double x_r, gap, v_r, v_c, margin, angle, cosine, sine;
+    double x_r, gap, v_r, v_c, margin, angle, angle_rest, cosine, sine;
     int zeros[4];
 } departure;
+
+/* Cosine and sine of a forcing angle and its rest. */
+static inline void cosine_sine(double angle, double rest, double *cosine, double *sine)
+{
+    const double c = cos(angle), s = sin(angle);
+    *cosine = c - rest * s;
+    *sine = s + rest * c;
+}
 
 /* The field that takes over at a state, given cosine and sine of its angle; 0 where double
    precision leaves it open. */
 int depart(const capsule_map *map, const capsule_state *state, double cosine, double sine,
            departure *out);
+
+/* `capsule_run` by plain instructions, and by those of the processors that have lanes. */
+capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
+                const capsule_wish *wish, size_t *written, capsule_outcome *open);
+capsule_stop go_fused(const capsule_map *map, capsule_state *state, int64_t periods,
+                      const capsule_wish *wish, size_t *written, capsule_outcome *open);
+
+/* How many lanes this processor has instructions for. */
+int lanes_here(void);
 
 /* Tables of the four linear flows, by contact and drift; of each, with expansions of the whole
    reach, half of it and so on. */

@@ -28,10 +28,11 @@ typedef struct {
     int evaluations;
 } ending;
 
-static double remaining(const run *r, int64_t turn, double angle)
+static double remaining(const run *r, int64_t turn, const departure *d)
 {
     const double turns = (double)(r->periods - turn);
-    return ((turns * TWO_PI - angle) + turns * TWO_PI_REST) / r->map->parameters.omega;
+    const double rest = turns * TWO_PI_REST - d->angle_rest;
+    return ((turns * TWO_PI - d->angle) + rest) / r->map->parameters.omega;
 }
 
 static void strobe(const run *r, int64_t turn, const point *p)
@@ -89,10 +90,12 @@ static void settle(const capsule_constants *c, const departure *d, rest q, doubl
     const double x = d->x_r - q.x, v = d->v_r - q.v;
     const capsule_start start = {x, 0.0, v, 0.0, 0.0, 1.0, 0.0};
     capsule_flow(&still, &start, h, change);
-    const double size = c->alpha / c->Z2;
+    /* Not with Z2: its rounding of K - omega^2 need not be this one. */
+    const double real = c->K - c->omega * c->omega, imaginary = 2.0 * c->sigma * c->omega;
+    const double size = c->alpha / (real * real + imaginary * imaginary);
     memset(out, 0, sizeof *out);
-    out->x_r = size * (c->K - c->omega * c->omega) + (x + change[0]);
-    out->v_r = size * c->omega * (2.0 * c->sigma * c->omega) + change[1];
+    out->x_r = size * real + (x + change[0]);
+    out->v_r = size * c->omega * imaginary + change[1];
     out->gap = out->x_r - c->delta;
     out->cosine = 1.0;
 }
@@ -107,7 +110,7 @@ static void last_for_ever(run *r, const capsule_constants *c, const departure *d
                    &end->at);
             strobe(r, turn, &end->at);
         }
-    const double h = remaining(r, end->turn, d->angle);
+    const double h = remaining(r, end->turn, d);
     settle(c, d, q, h, &end->at);
     strobe(r, r->periods, &end->at);
     end->duration += h;
@@ -172,7 +175,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     const guard_name *guards = c->drift != 0.0 ? DRIFTING : STICKING;
     const int count = c->drift != 0.0 ? 2 : 3;
     const double omega = c->omega;
-    stand here = {*start, 0.0, 0.0, 0.0, 0, 0.0};
+    stand here = {*start, 0.0, 0.0, 0.0, 0};
     double *guess = &r->guess[start->field][plane];
     end->guard = NONE;
     end->turn = turn;
@@ -199,7 +202,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
         expand(c, t, &here, &e);
         double horizon = 1.0, thin = 1.0, limit = 2.0;
         if (r->periods - end->turn == 1 || omega * t->reach > TWO_PI)
-            limit = remaining(r, end->turn, here.at.angle) / t->reach;
+            limit = remaining(r, end->turn, &here.at) / t->reach;
         for (;; thin *= 0x1p-4) {
             horizon = 1.0;
             crossings = 0;
@@ -244,7 +247,8 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
             if (r->wish->strobe && !ends) {
                 point p;
                 coefficients(t, &e, x);
-                const double at = ((TWO_PI - here.at.angle) + TWO_PI_REST) / omega / t->reach;
+                const double rest = TWO_PI_REST - here.at.angle_rest;
+                const double at = ((TWO_PI - here.at.angle) + rest) / omega / t->reach;
                 evaluate(c, t, &here, &e, x, lesser(at, horizon), 0, 0, &p);
                 strobe(r, end->turn + 1, &p);
             }
@@ -261,7 +265,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
         }
         if (ends) {
             end->turn = r->periods;
-            end->at.angle = end->at.sine = 0.0;
+            end->at.angle = end->at.angle_rest = end->at.sine = 0.0;
             end->at.cosine = 1.0;
             strobe(r, r->periods, &end->at);
             end->outcome = CAPSULE_END;
@@ -289,6 +293,7 @@ static void arrive(const capsule_constants *c, const ending *end, capsule_state 
     state->v_r = end->at.v_r;
     state->v_c = c->drift != 0.0 ? end->at.v_c : 0.0;
     state->angle = end->at.angle;
+    state->angle_rest = end->at.angle_rest;
     state->position += end->advance;
     state->turn = end->turn;
     state->bound = state->plane = 0;
@@ -312,18 +317,8 @@ static int plane_of(const capsule_state *state, int following)
     return state->v_r > 0.0 ? 9 : 10;
 }
 
-capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
-                               double angle)
-{
-    capsule_state state = {x_r, x_r - map->parameters.delta, v_r, v_c, angle, 0.0, 0, 0, 0};
-    departure d;
-    if (v_c == 0.0)
-        state.plane = depart(map, &state, cos(angle), sin(angle), &d);
-    return state;
-}
-
-capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
-                         const capsule_wish *wish, size_t *written, capsule_outcome *open)
+capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
+                const capsule_wish *wish, size_t *written, capsule_outcome *open)
 {
     run r;
     departure d;
@@ -339,7 +334,12 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
         ending end;
         if ((wish->segments || wish->events) && *written == wish->room)
             return CAPSULE_FULL;
-        if (!field && !(field = depart(map, state, cos(state->angle), sin(state->angle), &d))) {
+        if (!field) {
+            double cosine, sine;
+            cosine_sine(state->angle, state->angle_rest, &cosine, &sine);
+            field = depart(map, state, cosine, sine, &d);
+        }
+        if (!field) {
             *open = CAPSULE_UNDECIDED;
             return CAPSULE_OPEN;
         }

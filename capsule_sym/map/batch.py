@@ -84,7 +84,7 @@ def final_states(
         strobe[:, 0] = starts
     records = np.empty(count, core().STATE)
     stops = np.empty(count, np.int8)
-    core().start_many(rows, starts, times * rows[:, 1], records)
+    core().start_many(rows, starts, np.ascontiguousarray(times), records)
 
     def part(low: int, high: int) -> None:
         marks = None if strobe is None else strobe[low:high]
@@ -132,10 +132,10 @@ def final_state(
     Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.
     """
     values = check_start(parameters, state, phase, periods)
-    found = _map_of(parameters).final(*values, phase * parameters.omega, periods)
+    found = _map_of(parameters).final(*values, phase, periods)
     if found is None:
         run = Run(NumpyBackend(), parameters, phase, settle=True)
-        record = core().Map(np.array(_row(parameters))).state_at(*values, phase * parameters.omega)
+        record = core().Map(np.array(_row(parameters))).state_at(*values, phase)
         _finish(run, record, periods, None, False)
         if record["turn"] < periods:
             raise Stopped(int(record["turn"]), periods)
@@ -158,7 +158,7 @@ def switches(
     """
     x_r, v_r, v_c = check_start(parameters, state, phase, periods)
     native = core().Map(np.array(list(parameters.to_dict().values())))
-    record = native.state_at(x_r, v_r, v_c, phase * parameters.omega)
+    record = native.state_at(x_r, v_r, v_c, phase)
     found: list[NDArray[np.void]] = []
     while record["turn"] < periods:
         room = np.empty(_EVENTS, core().EVENT)
@@ -171,7 +171,7 @@ def switches(
                 raise Stopped(journey.turns, periods)
             write(record, journey)
             events = [
-                (s.end.period, s.end.phase * parameters.omega, s.field, int(s.target[1:]))
+                (s.end.period, s.end.phase, s.field, int(s.target[1:]))
                 for s in run.segments
                 if s.target
             ]

@@ -44,7 +44,7 @@ class NativeRun:
         if periods > LONGEST_NATIVE_RUN:
             raise InvalidInput("periods", periods, f"at most {LONGEST_NATIVE_RUN} by backend c")
         angle = phase * self.parameters.omega
-        record = self.map.state_at(*values, angle)
+        record = self.map.state_at(*values, phase)
         strobe = np.full((periods + 1, 3), np.nan)
         strobe[0] = values
         buffer = np.empty(min(_ROOM, most), core().SEGMENT)
@@ -116,7 +116,7 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
 
     More, up to `most`, as long as 50 digits have to settle them: a record has none to go on from.
     """
-    x_r, gap, v_r, v_c, angle, position, turn, bound, plane = record.tolist()
+    x_r, gap, v_r, v_c, angle, _, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
     state = State(x_r, gap, v_r, v_c, angle, bound)
     run.begun = turn > 0 or angle != run.phase * run.parameters.omega
@@ -134,4 +134,4 @@ def write(record: NDArray[np.void], journey: Journey) -> None:
     """Puts where a run of the reference map stands into a state record of the core."""
     state, source = journey.state, journey.source
     plane = int(source[1:]) if source else 0
-    record[...] = (*state[:5], journey.position, journey.turns, state.bound, plane)
+    record[...] = (*state[:5], 0.0, journey.position, journey.turns, state.bound, plane)

@@ -156,7 +156,7 @@ class _Cells:
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
         strobe = np.empty((count, last + 1, 3))
-        core.start_many(rows, self.states[order], self.phases[order] * rows[:, 1], records)
+        core.start_many(rows, self.states[order], self.phases[order], records)
         core.run_many(rows, records, self.part.periods - last, stops)
         ahead = stops != core.DONE
         records["turn"] = 0

@@ -11,7 +11,10 @@ from capsule_sym import Parameters, simulate
 
 ROOT = Path(__file__).parents[2]
 LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
-SOURCES = ("tables", "search", "depart", "expansion", "run", "crew", "lanes_4", "lanes_8")
+SOURCES = [
+    *("tables", "search", "depart", "expansion", "run", "fused", "processor"),
+    *("crew", "lanes_4", "lanes_8"),
+]
 
 pytestmark = pytest.mark.skipif(
     shutil.which("make") is None or shutil.which("cc") is None, reason="no C compiler here"
@@ -59,7 +62,7 @@ int main(void)
             rows[i].delta = 50;
             capsule_map_remake(&rows[i], &map);
             states[i] = capsule_state_at(&map, 0.018745324174684663, 2.111691326171904, 0.05,
-                                         2.2860990794059366);
+                                         2.2860990794059366 / 0.8);
         }
         capsule_state alone = states[i];
         static capsule_event events[1000];

@@ -80,7 +80,7 @@ class Beside(Run):
         if not (known and switch.guards):
             return flow, switch
         record, segments = np.zeros((), core.STATE), np.empty(1, core.SEGMENT)
-        record[...] = (*state[:5], 0.0, 0, state.bound, 0)
+        record[...] = (*state[:5], 0.0, 0.0, 0, state.bound, 0)
         native = core.Map(parameter_rows(self.parameters)[0])
         assert native.run(record, 10**6, segments=segments)[1] == 1
         with fifty_digits() as digits:
