@@ -203,7 +203,7 @@ def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
         assert every[0].time > 1e-3
 
 
-@pytest.mark.parametrize("seed", [2, 5])
+@pytest.mark.parametrize("seed", [2, 5, 94])  # 94: undamped, so that gap and force turn together
 def test_extrema_in_fifty_digits_are_roots_of_the_derivative(seed: int) -> None:
     span, exact, seen = random_leg(seed), random_leg(seed, "mpmath"), 0
     for quantity in quantities(span):
