@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any, Protocol
@@ -47,15 +47,12 @@ class Backend(Protocol):
     def turns(self, angle: Number) -> tuple[int, Number]:
         """Whole turns in an angle >= 0, and the rest in [0, 2 pi)."""
 
-    def polish(self, function: Callable[[Number], Number], low: Number, high: Number) -> Number:
-        """The root of a function in a bracket on which it changes sign."""
-
     def constants(self, field: int, parameters: Parameters) -> Any:
         """Constants of a segment."""
 
 
 class NumpyBackend:
-    """Double precision on the NumPy kernels; roots by scipy.optimize.brentq."""
+    """Double precision on the NumPy kernels."""
 
     name = "numpy"
     unit = 2.0**-53
@@ -86,11 +83,6 @@ class NumpyBackend:
             rest = (angle - whole * high) - whole * low
         return (whole + 1, 0.0) if rest >= high else (whole, rest)
 
-    def polish(self, function: Callable[[float], float], low: float, high: float) -> float:
-        from scipy.optimize import brentq
-
-        return float(brentq(function, low, high, xtol=5e-324, rtol=4 * 2.0**-52, maxiter=2000))
-
     def constants(self, field: int, parameters: Parameters) -> Any:
         c = self.kernels.constants(field, *parameters.to_dict().values())
         # Plain Python numbers make the scalar path several times faster than NumPy's.
@@ -98,7 +90,7 @@ class NumpyBackend:
 
 
 class MpmathBackend:
-    """Any precision on the mpmath kernels; roots by mpmath's bracketing solver."""
+    """Any precision on the mpmath kernels."""
 
     name = "mpmath"
 
@@ -130,12 +122,6 @@ class MpmathBackend:
     def turns(self, angle: Number) -> tuple[int, Number]:
         whole = int(self._mpmath.floor(angle / self.full_turn))
         return whole, angle - whole * self.full_turn
-
-    def polish(self, function: Callable[[Number], Number], low: Number, high: Number) -> Number:
-        tolerance = (4 * self.unit * high) ** 2
-        return self._mpmath.findroot(
-            function, (low, high), solver="anderson", tol=tolerance, verify=False, maxsteps=200
-        )
 
     def constants(self, field: int, parameters: Parameters) -> Any:
         values = [self.number(value) for value in parameters.to_dict().values()]

@@ -56,8 +56,8 @@ class Expansion:
     """A guard about an instant: derivatives g, g', ..., bounds on their errors, and a remainder.
 
     For every duration d >= 0, |g(d) - sum values[i] d^i / i!| is at most
-    sum errors[i] d^i / i! + (rest + growth d) d^n / n!, with n the number of values; the
-    derivative g' likewise with one power of d less.
+    sum errors[i] d^i / i! + (rest + growth d) d^n / n!, with n the number of values; each
+    derivative of g likewise, with one power of d less.
     """
 
     values: list[Number]

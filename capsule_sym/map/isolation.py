@@ -11,6 +11,7 @@ more: where a sign is hidden by rounding beside larger coefficients, a shorter i
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from math import comb
@@ -147,7 +148,28 @@ def _bisect(coefficients: list[float], low: float, high: float) -> tuple[float, 
     return low, high
 
 
-def descending_root(
+def polish(
+    about: Callable[[Number], Expansion], bracket: tuple[Number, Number], unit: Number
+) -> Number:
+    """The root in a bracket that holds exactly one, from the function's expansions within it.
+
+    It is the root of the expansion there, made anew until all of its error but that of the value
+    itself is below rounding; so near to the root, once or twice is enough. The function decreases.
+    """
+    low, high = bracket
+    h, last = (low + high) / 2, 4 * (high - low)
+    while True:
+        e = about(h)
+        step = _descending_root(e.values, low - h, high - h, unit * h)
+        h, size = h + step, abs(step)
+        terms = [*e.errors[1:], e.rest + e.growth * size]
+        added = sum(a * size**i / factorials(len(terms) + 1)[i] for i, a in enumerate(terms, 1))
+        if added <= unit * h * abs(e.values[1]) or 2 * size > last or h in bracket:
+            return h
+        last = size
+
+
+def _descending_root(
     derivatives: list[Number], low: Number, high: Number, tolerance: Number
 ) -> Number:
     """The root of a polynomial, given by its derivatives at 0, that decreases from low to high.

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Any, NamedTuple
 
 from capsule_sym.errors import Outcome
 from capsule_sym.map import quasistatic
 from capsule_sym.map.backend import Backend, Number
-from capsule_sym.map.expansion import Expansion, Guard, Point, expand, factorials, watched
-from capsule_sym.map.isolation import Search, descending_root, positive_at, search
+from capsule_sym.map.expansion import Expansion, Guard, Point, expand, watched
+from capsule_sym.map.isolation import Search, polish, positive_at, search
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
@@ -337,10 +338,11 @@ def _first(
     rivals = [g for g, s in searches.items() if g is not first and s.clear < end]
     if any(rival not in brackets for rival in rivals):
         return None
-    roots = {
-        guard: _polish(flow, guard, now + brackets[guard][0], now + brackets[guard][1])
-        for guard in (first, *rivals)
-    }
+    roots = {}
+    for guard in (first, *rivals):
+        low, high = brackets[guard]
+        about = partial(_about, flow, guard)
+        roots[guard] = polish(about, (now + low, now + high), flow.backend.unit)
     first = min(roots, key=lambda guard: roots[guard])
     point = flow(roots[first])
     errors = {guard: _time_error(flow, guard, roots[guard]) for guard in roots if rivals}
@@ -356,28 +358,13 @@ def _first(
     return Switch(outcome, together, roots[first], point, flow.evaluations)
 
 
-def _polish(flow: Flow, guard: Guard, low: Number, high: Number) -> Number:
-    """The root in a bracket that holds exactly one, from the closed form within the bracket.
-
-    It is the root of the expansion there, made anew until all of its error but that of the guard
-    itself is below rounding; so near to the root, once or twice is enough.
-    """
-    unit, h, last = flow.backend.unit, (low + high) / 2, 4 * (high - low)
-    while True:
-        e = expand(flow.backend, flow.c, flow(h))[guard]
-        step = descending_root(e.values, low - h, high - h, unit * h)
-        h, size = h + step, abs(step)
-        terms = [*e.errors[1:], e.rest + e.growth * size]
-        added = sum(a * size**i / factorials(len(terms) + 1)[i] for i, a in enumerate(terms, 1))
-        if added <= unit * h * abs(e.values[1]) or 2 * size > last or h in (low, high):
-            return h
-        last = size
+def _about(flow: Flow, guard: Guard, h: Number) -> Expansion:
+    return expand(flow.backend, flow.c, flow(h))[guard]
 
 
 def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
     """Bound on the error of a switching time: that of the guard over its slope, and rounding."""
-    point = flow(h)
-    expansion = expand(flow.backend, flow.c, point)[guard]
+    expansion = _about(flow, guard, h)
     slope = abs(expansion.values[1])
     return expansion.errors[0] / slope + 4 * flow.backend.unit * h
 

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from capsule_sym.map import simulate
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
-from capsule_sym.map.location import Start
 from capsule_sym.orbits.equations import Shot, Span
 from capsule_sym.orbits.extrema import minima
 from capsule_sym.orbits.orbit import Orbit
@@ -60,11 +59,7 @@ def inequalities(
             continue
         if span.leg.guard is Guard.DRIFT and after != born:
             found.append(Inequality(LANDING, i, None, _landing(span, spans[after]), span.h))
-        # Plain numbers: NumPy's own make this several times slower.
-        x_r, gap, v_r, v_c, margin, *_ = map(numbers.number, span.closed)
-        angle, duration = numbers.number(span.angle % numbers.full_turn), numbers.number(span.h)
-        start = Start(x_r, gap, v_r, v_c, margin, angle, _zeros(word, i))
-        for guard, time, value in minima(numbers, span.c, span.leg.field, start, duration):
+        for guard, time, value in minima(numbers, span, _zeros(word, i)):
             near = _NEAR * span.h
             if (before == born and time < near) or (after == born and span.h - time < near):
                 continue

@@ -13,11 +13,10 @@ from capsule_sym.orbits.admissibility import Inequality, realised
 from capsule_sym.orbits.bifurcations import Bifurcation, Root, moduli
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import place
-from capsule_sym.orbits.following import LEAST, LONGEST, Follower
+from capsule_sym.orbits.following import FIRST, Follower
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 
-_FIRST = 0.01  # step at the begin and after an event
 _MOST_POINTS = 20_000
 
 
@@ -83,7 +82,7 @@ class _Branch:
             along[-1] = 1.0
             state = self.follower.state(self.start, along)
             self._add(state)
-            step = _FIRST
+            step = FIRST
             while len(self.points) < _MOST_POINTS:
                 state, step = self._step(state, step)
         except Stop as stop:
@@ -95,33 +94,20 @@ class _Branch:
         return float(orbit.values[self.axis.column])
 
     def _add(self, state: State) -> None:
-        tightest = min(state.held, key=lambda one: float(one.value))
-        if tightest.value <= 0:
-            detail = (
-                f"{tightest.named(state.orbit.word)} fails at {where(state.orbit, (self.axis,))}"
-            )
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        tightest = self.follower.tightest(state)
         self.points.append(BranchPoint(self._value(state.orbit), state.orbit, tightest))
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
-        while step >= LEAST:
-            step = min(step, LONGEST, self.largest / max(abs(state.tangent[-1]), 1e-9))
-            done = self.follower.advance(state, step)
-            if done is not None:
-                break
-            step /= 2
-        else:
-            raise self.follower.stuck(state)
-        new, event, border, factor = done
-        for name, one in self.follower.smooth(state, new, event.share if event else 1.0):
+        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        for name, one in smooth:
             self._record_smooth(name, one, state, new)
         if event is not None:
-            return self._cross(state, new, event), _FIRST
+            return self._cross(state, new, event), step
         self._add(new)
-        if border:
+        if at_border:
             ending = Ending.REACHED if new.u[-1] > 0.5 else Ending.RETURNED
             raise Stop(ending, where(new.orbit, (self.axis,)))
-        return new, step * factor
+        return new, step
 
     def _record_smooth(self, name: str, one: Root, old: State, new: State) -> None:
         orbit, interval = one.orbit, (self._value(old.orbit), self._value(new.orbit))

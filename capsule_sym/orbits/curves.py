@@ -12,13 +12,12 @@ from capsule_sym.orbits.admissibility import Inequality
 from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
-from capsule_sym.orbits.following import LEAST, LONGEST, Follower
+from capsule_sym.orbits.following import FIRST, Follower
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.word import Word
 
-_FIRST = 0.01
 _MOST_POINTS = 5_000
 _UNIT = 2.0**-53
 _ROUNDINGS = 8
@@ -135,7 +134,7 @@ class _Curve:
         try:
             state = self.follower.state(u, self._outwards(u))
             self._add(state)
-            step = _FIRST
+            step = FIRST
             while len(self.points) < _MOST_POINTS:
                 state, step = self._step(state, step)
                 if self._back(state):
@@ -168,33 +167,21 @@ class _Curve:
         return first, second
 
     def _add(self, state: State) -> None:
-        tightest = min(state.held, key=lambda one: float(one.value))
-        if tightest.value <= 0:
-            detail = f"{tightest.named(state.orbit.word)} fails at {where(state.orbit, self.axes)}"
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        tightest = self.follower.tightest(state)
         leg, values = self.follower.born, self._values(state.orbit)
         line = self._place(state.orbit, leg).line
         self.points.append(CurvePoint(values, line, state.orbit, leg, tightest))
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
-        while step >= LEAST:
-            fastest = max(abs(state.tangent[-2:]))
-            step = min(step, LONGEST, self.largest / max(fastest, 1e-9))
-            done = self.follower.advance(state, step)
-            if done is not None:
-                break
-            step /= 2
-        else:
-            raise self.follower.stuck(state)
-        new, event, border, factor = done
-        for name, one in self.follower.smooth(state, new, event.share if event else 1.0):
+        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        for name, one in smooth:
             self._meet_smooth(name, one, state, new)
         if event is not None:
-            return self._cross(state, event), _FIRST
+            return self._cross(state, event), step
         self._add(new)
-        if border:
+        if at_border:
             raise Stop(Ending.REACHED, where(new.orbit, self.axes))
-        return new, step * factor
+        return new, step
 
     def _meet_smooth(self, name: str, one: Root, old: State, new: State) -> None:
         here = self._place(one.orbit, self.follower.born)

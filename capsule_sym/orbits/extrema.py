@@ -1,19 +1,36 @@
-"""Every interior minimum of a leg's guards, found by proof: roots of the guards' derivatives."""
+"""Every interior extremum of gap, force and speed along a leg, by proof: roots of their rates."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from enum import Enum
 from typing import Any, NamedTuple
 
 from capsule_sym.map.backend import Backend, Number
-from capsule_sym.map.expansion import Expansion, Guard, Point, expand, watched
-from capsule_sym.map.isolation import search
+from capsule_sym.map.expansion import Expansion, Guard, Point, expand
+from capsule_sym.map.isolation import polish, positive_at, search
 from capsule_sym.map.location import Departure, Flow, Start
+from capsule_sym.orbits.equations import Span
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
 _LEAST = 64  # roundings of a time, below which nothing is told apart
+
+
+class Quantity(Enum):
+    """What turns round."""
+
+    GAP = "gap"  # x_r - delta
+    FORCE = "force"  # the interaction force P
+    SPEED = "speed"  # v_c, of a drift
+
+
+class Turn(NamedTuple):
+    """An interior extremum: 1 for a minimum, -1 for a maximum; duration after the start; value."""
+
+    kind: int
+    time: Number
+    value: Number
 
 
 class Minimum(NamedTuple):
@@ -24,115 +41,120 @@ class Minimum(NamedTuple):
     value: Number
 
 
-@dataclass
-class _Watch:
-    """A guard's derivative between two of its roots: its sign, and its zeros at the start."""
+def minima(numbers: Backend, span: Span, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
+    """The minima of all watched guards inside a leg, guard by guard in time.
 
-    sign: int
-    zeros: int
-
-
-def minima(
-    numbers: Backend, c: Any, field: int, start: Start, duration: Number
-) -> Iterator[Minimum]:
-    """The minima of all watched guards at durations in (0, `duration`), guard by guard in time.
-
-    `c` are the constants of the leg of field F`field`; the start's `zeros` tell which guards
-    vanish there. Between two minima that are given, each guard's derivative is proved to change
-    its sign once at most.
+    `zeros` tells which guards vanish at the leg's start, and how many derivatives from the guard
+    itself on.
     """
-    flow = Flow(numbers, c, Departure(field, start))
-    now, at = duration * 0, flow.origin
-    reach = _REACH / c.rate
-    states: dict[Guard, _Watch] = {}
+    c = span.c
+    side = 1 if c.contact else -1
+    for kind, time, value in turns(numbers, span, Quantity.GAP, zeros):
+        if kind == side:
+            yield Minimum(Guard.GAP, time, side * value)
+    # In stick P is least where it is nearest to its lower bound.
+    quantity = Quantity.SPEED if c.drift else Quantity.FORCE
+    for kind, time, value in turns(numbers, span, quantity, zeros):
+        if not c.drift:
+            yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, c.f_b + kind * value)
+        elif kind == c.drift:
+            yield Minimum(Guard.DRIFT, time, kind * value)
+
+
+def turns(
+    numbers: Backend, span: Span, quantity: Quantity, zeros: Mapping[Guard, int]
+) -> Iterator[Turn]:
+    """The extrema of a quantity inside a leg, in the order of time.
+
+    Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
+    where its sign before and after a time at which it cannot differ, one is given. `zeros` is as
+    for `minima`. A leg of duration 0 or less has none.
+    """
+    c, number = span.c, numbers.number
+    # Plain numbers: NumPy's own make this several times slower.
+    x_r, gap, v_r, v_c, margin, *_ = map(number, span.closed)
+    angle, duration = number(span.angle % numbers.full_turn), number(span.h)
+    start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
+    flow = Flow(numbers, c, Departure(span.leg.field, start))
+    now, sign = duration * 0, 0
+    vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
+
+    def rate(h: Number) -> Expansion:
+        at = flow(h) if h > 0 else flow.origin
+        return _signed(_rate(numbers, c, at, quantity), sign)
+
     while now < duration:
-        slopes = {g: _slope(e) for g, e in expand(numbers, c, at).items() if g in watched(c)}
-        zeros = start.zeros if now == 0 else {}
-        for guard, slope in slopes.items():
-            if guard not in states or states[guard].sign == 0:
-                states[guard] = _beginning(slope, max(0, zeros.get(guard, 0) - 1))
+        here = rate(now)
+        if now == 0:
+            sign, vanishing = _beginning(here, vanishing)
+            here = _signed(here, sign)
+        ahead = min(_REACH / c.rate, duration - now)
         least = _LEAST * numbers.unit * (now + 1 / c.rate)
-        ahead = min(reach, duration - now)
-        step, found = _stretch(slopes, states, ahead, least, numbers.unit)
-        for guard, (low, high) in found.items():
-            if states[guard].sign < 0 and now + high < duration:
-                time = _root(flow, guard, now + low, now + high)
-                yield Minimum(guard, time, flow.guard(guard, flow(time)))
-            states[guard].sign = -states[guard].sign
-        for guard, state in states.items():
-            # A derivative that rounding hides for so long is looked at again further on.
-            state.sign = 0 if step <= least and guard not in found else state.sign
-            state.zeros = 0
-        reach = 2 * step if step > least else _REACH / c.rate
-        now = now + step
-        if now < duration:
-            at = flow(now)
+        low, high, after = _stretch(here, vanishing, ahead, least, numbers.unit)
+        if sign and after < 0 and now + high < duration:
+            time = polish(rate, (now + low, now + high), numbers.unit)
+            yield Turn(-sign, time, _value(c, flow(time), quantity))
+        sign = after * (sign or 1) or sign
+        now, vanishing = now + high, 0
 
 
-def _slope(e: Expansion) -> Expansion:
-    """Expansion of the derivative, whose remainder has one power of the duration less."""
-    return Expansion(e.values[1:], e.errors[1:], e.rest, e.growth)
+def _rate(numbers: Backend, c: Any, at: Point, quantity: Quantity) -> Expansion:
+    """Expansion of a quantity's rate, or of a positive multiple of it.
+
+    The remainder of an expansion bounds a derivative, and so that of its derivatives too.
+    """
+    expansions = expand(numbers, c, at)
+    if quantity is Quantity.GAP:
+        e, side, order = expansions[Guard.GAP], 1 if c.contact else -1, 1
+    elif c.drift:
+        # v_c changes at the rate (P - friction)/gamma.
+        e, side, order = expansions[Guard.DRIFT], c.drift, 1 if quantity is Quantity.SPEED else 2
+    else:
+        e, side, order = expansions[Guard.LOWER], 1, 1
+    return _signed(Expansion(e.values[order:], e.errors[order:], e.rest, e.growth), side)
 
 
-def _negated(e: Expansion) -> Expansion:
+def _signed(e: Expansion, sign: int) -> Expansion:
+    if sign >= 0:
+        return e
     return Expansion([-value for value in e.values], e.errors, e.rest, e.growth)
 
 
-def _beginning(slope: Expansion, zeros: int) -> _Watch:
-    """Sign of a derivative just after an instant, past the zeros that it has there."""
-    for count in range(zeros, len(slope.values)):
-        value, error = slope.values[count], slope.errors[count]
+def _value(c: Any, at: Point, quantity: Quantity) -> Number:
+    if quantity is Quantity.GAP:
+        return at.gap
+    return at.v_c if quantity is Quantity.SPEED else at.margin + c.friction
+
+
+def _beginning(rate: Expansion, zeros: int) -> tuple[int, int]:
+    """Sign of a rate just after an instant, 0 if not known, and how many zeros it has there."""
+    for count in range(zeros, len(rate.values)):
+        value, error = rate.values[count], rate.errors[count]
         if abs(value) > error:
-            return _Watch(1 if value > 0 else -1, count)
-    return _Watch(1, len(slope.values))
+            return (1 if value > 0 else -1), count
+    return 0, 0
 
 
 def _stretch(
-    slopes: Mapping[Guard, Expansion],
-    states: Mapping[Guard, _Watch],
-    ahead: Number,
-    least: Number,
-    unit: Number,
-) -> tuple[Number, dict[Guard, tuple[Number, Number]]]:
-    """How far to go, `least` or more, with the brackets of the derivatives' roots on the way."""
-    signed = {
-        guard: slope if states[guard].sign > 0 else _negated(slope)
-        for guard, slope in slopes.items()
-        if states[guard].zeros < len(slope.values)
-    }
-    while True:
-        searches = {g: search(e, states[g].zeros, ahead, unit) for g, e in signed.items()}
-        brackets = {g: s.bracket for g, s in searches.items() if s.bracket is not None}
-        ends = [brackets[g][1] if g in brackets else s.clear for g, s in searches.items()]
-        step = min(ends, default=ahead)
-        if step > least or ahead <= least:
-            step = max(step, least)
-            return step, {g: b for g, b in brackets.items() if b[1] <= step}
-        ahead = ahead / _SHRINK
+    rate: Expansion, zeros: int, ahead: Number, least: Number, unit: Number
+) -> tuple[Number, Number, int]:
+    """How far a rate is positive, how far to go in all, and its sign there, 0 if not known.
 
-
-def _root(flow: Flow, guard: Guard, low: Number, high: Number) -> Number:
-    """The root of a guard's derivative in a bracket that holds exactly one."""
-
-    def rate(h: Number) -> Number:
-        return _rate(flow, guard, flow(h) if h > 0 else flow.origin)
-
-    if rate(low) >= 0:
-        return low
-    if rate(high) <= 0:
-        return high
-    return flow.backend.polish(rate, low, high)
-
-
-def _rate(flow: Flow, guard: Guard, at: Point) -> Number:
-    """Time derivative of a guard at a point."""
-    c = flow.c
-    if guard is Guard.GAP:
-        return at.v_r if c.contact else -at.v_r
-    if guard is Guard.DRIFT:
-        return c.drift * at.margin
-    acceleration = flow.backend.kernels.jet(c, at.x_r, at.gap, at.v_r, at.cos_theta, at.sin_theta)[
-        0
-    ]
-    rate = (1 + c.kappa) * at.v_r + 2 * c.zeta * acceleration
-    return -rate if guard is Guard.UPPER else rate
+    If it is negative there, it has one root in between, or is hidden by rounding.
+    """
+    reach = ahead
+    while reach > least:
+        found = search(rate, zeros, reach, unit)
+        if found.bracket is not None and found.bracket[1] > least:
+            return *found.bracket, -1
+        if found.clear > least:
+            return found.clear, found.clear, 1
+        reach = reach / _SHRINK
+    # Rounding hides the rate here, and perhaps not further on.
+    step = least
+    while step < ahead:
+        for sign in (1, -1):
+            if positive_at(_signed(rate, sign), step, unit):
+                return ahead * 0, step, sign
+        step = _SHRINK * step
+    return ahead * 0, ahead, 0

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from capsule_sym.errors import InvalidInput
@@ -21,11 +19,11 @@ from capsule_sym.orbits.equations import shoot
 from capsule_sym.orbits.events import Located, locate
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.path import Evaluation, Solution, Vector, corrected, tangent
-from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym.orbits.states import Axis, Ending, Event, State, Step, Stop, where
 
-LEAST = 1e-8  # of a step along the path
-LONGEST = 0.2
+FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
+_LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
 _TURN = 0.95  # least cosine between tangents of neighbours
 _TOGETHER = 1e-7  # shares of a step that are one event
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
@@ -99,12 +97,35 @@ class Follower:
             raise Stop(Ending.NOT_CONVERGED, f"no tangent at {where(orbit, self.axes)}") from None
         return State(u, orbit, held, direction, tests(orbit))
 
-    def advance(self, state: State, step: float) -> tuple[State, Event | None, bool, float] | None:
-        """One step: the new state, the first event on the way, whether it is at the border.
+    def tightest(self, state: State) -> Inequality:
+        """The inequality with the least value. Raises Stop where it fails."""
+        least = min(state.held, key=lambda one: float(one.value))
+        if least.value <= 0:
+            detail = f"{least.named(state.orbit.word)} fails at {where(state.orbit, self.axes)}"
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        return least
 
-        The last entry is by how much to multiply the step. None where the step was too long.
+    def advance(self, state: State, length: float, largest: float) -> Step:
+        """A step of this length or a shorter one; no q changes by more than about `largest`.
+
+        Raises Stop where even the shortest step is too long.
         """
-        guess = state.u + step * state.tangent
+        fastest = np.max(abs(state.tangent[-len(self.axes) :]))
+        length = min(length, _LONGEST, largest / max(fastest, 1e-9))
+        while length >= _LEAST:
+            step = self._tried(state, length)
+            if step is not None:
+                return step
+            length /= 2
+        detail = f"no further point at {where(state.orbit, self.axes)}"
+        if not self.unlocated:
+            raise Stop(Ending.NOT_CONVERGED, detail)
+        failing = f"{' and '.join(self.unlocated)} fails, at no regular event"
+        raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
+
+    def _tried(self, state: State, length: float) -> Step | None:
+        """A step of this length; None where that is too long."""
+        guess = state.u + length * state.tangent
         solution = corrected(self.equations, guess, state.tangent)
         if solution is None:
             return None
@@ -122,17 +143,9 @@ class Follower:
         if failing and (event is None or self._hides(state, new, event)):
             self.unlocated = [one.named(self.word) for one in failing]
             return None
-        return new, event, outside is not None, 2.0 if solution.steps <= 3 else 1.0
-
-    def stuck(self, state: State) -> Stop:
-        """The end of a path on which even the shortest step is too long."""
-        detail = f"no further point at {where(state.orbit, self.axes)}"
-        if self.unlocated:
-            return Stop(
-                Ending.NO_ADMISSIBLE_ORBIT,
-                f"{detail}: {' and '.join(self.unlocated)} fails, at no regular event",
-            )
-        return Stop(Ending.NOT_CONVERGED, detail)
+        smooth = self._smooth(state, new, event.share if event else 1.0)
+        further = 2 * length if solution.steps <= 3 else length
+        return Step(new, smooth, event, outside is not None, FIRST if event else further)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
         """Index and border of the first q that has left [0, 1]."""
@@ -149,7 +162,7 @@ class Follower:
         normal[k] = 1.0
         return corrected(self.equations, guess, normal)
 
-    def smooth(self, old: State, new: State, until: float) -> Iterator[tuple[str, Root]]:
+    def _smooth(self, old: State, new: State, until: float) -> list[tuple[str, Root]]:
         """The smooth bifurcations between two states of one word, up to a share, in order."""
         change = new.u - old.u
         normal = change / np.linalg.norm(change)
@@ -162,7 +175,7 @@ class Follower:
         names = [name for name in SMOOTH if signs[name] < 0 and name != self.critical]
         roots = [(name, root(name, between)) for name in names]
         found = [(name, one) for name, one in roots if one is not None and one.share <= until]
-        yield from sorted(found, key=lambda pair: pair[1].share)
+        return sorted(found, key=lambda pair: pair[1].share)
 
     def _first(self, old: State, new: State, failing: list[Inequality]) -> Event | None:
         """The first event between two states; None if nothing fails or it is not located."""

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from capsule_sym.map.backend import Number
 from capsule_sym.orbits.closed import ClosedForms
 from capsule_sym.orbits.equations import PARAMETERS, Matrix, Span, Vector, force_by
+from capsule_sym.orbits.extrema import Quantity, turns
 from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.turning import Quantity, turns
 
 _BETA, _DELTA = (PARAMETERS.index(name) - len(PARAMETERS) for name in ("beta", "delta"))
 _H = 4  # column of the duration in the kernels' Jacobian
@@ -61,7 +61,7 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
             yield _Place(gap, span, None)
         else:
             continue
-        for _, time, value in turns(forms, span, quantity):
+        for _, time, value in turns(forms.numbers, span, quantity, {}):
             yield _Place(abs(value) if quantity is Quantity.FORCE else value, span, time)
 
 

@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from capsule_sym.orbits.admissibility import Inequality
+from capsule_sym.orbits.bifurcations import Root
 from capsule_sym.orbits.changes import Change
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Located
@@ -71,6 +72,16 @@ class Event(NamedTuple):
     change: Change
     located: Located
     share: float
+
+
+class Step(NamedTuple):
+    """The state after a step, what is on the way, in order, and how long to try the next step."""
+
+    state: State
+    smooth: list[tuple[str, Root]]
+    event: Event | None
+    at_border: bool
+    next: float
 
 
 def where(orbit: Orbit, axes: tuple[Axis, ...]) -> str:

@@ -1,0 +1,225 @@
+"""All extrema inside a leg: against theory, dense samples and 50 digits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from random import Random
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+from capsule_sym import Parameters
+from capsule_sym.map.backend import backend
+from capsule_sym.map.expansion import Guard
+from capsule_sym.orbits import extrema
+from capsule_sym.orbits.equations import Span, shoot
+from capsule_sym.orbits.extrema import Quantity, Turn, minima, turns
+from capsule_sym.orbits.word import Word
+
+WORDS = {1: "14", 2: "21", 3: "36", 4: "41", 5: "54", 6: "63"}
+Values = tuple[float, ...]  # alpha, omega, delta, zeta, beta, gamma, f_b
+
+
+def leg(values: Values, field: int, start: list[float], h: float, name: str = "numpy") -> Span:
+    """A leg of duration h from x_r, v_r, v_c and forcing angle, the first one of a word."""
+    with backend(name) as numbers:
+        z = np.array([numbers.number(value) for value in (*start, h, 1.0)])
+        exact = [numbers.number(value) for value in values]
+        return shoot(numbers, exact, Word.parse(WORDS[field]), z).spans[0]
+
+
+def random_leg(seed: int, name: str = "numpy") -> Span:
+    random = Random(seed)
+    field = random.randint(1, 6)
+    values = Parameters(
+        alpha=random.uniform(0, 3),
+        omega=random.uniform(0.2, 4),
+        delta=random.uniform(0, 1),
+        zeta=random.choice([0.0, 0.05, 0.5, 2.0]),
+        beta=random.uniform(0, 30),
+        gamma=random.uniform(0.3, 8),
+    )
+    start = [random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), 0.7]
+    duration = random.uniform(0.05, 12)
+    return leg(tuple(values.to_dict().values()), field, start, duration, name)
+
+
+def found(span: Span, quantity: Quantity, name: str = "numpy") -> list[Turn]:
+    with backend(name) as numbers:
+        return list(turns(numbers, span, quantity, {}))
+
+
+def value(span: Span, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
+    """A quantity a duration after the start, one or many, by its definition."""
+    c, start = span.c, span.closed
+    with backend(name) as numbers:
+        flow = numbers.kernels.flow
+    position, v_r, *drifted = flow(c, start, h)
+    gap = start.gap + position
+    if quantity is Quantity.GAP:
+        return gap
+    if quantity is Quantity.SPEED:
+        return start.v_c + drifted[0]
+    return start.x_r + position + c.kappa * gap + 2 * c.zeta * v_r
+
+
+def quantities(span: Span) -> list[Quantity]:
+    return [quantity for quantity in Quantity if span.c.drift or quantity is not Quantity.SPEED]
+
+
+def shown(times: NDArray[np.float64], values: NDArray[np.float64], kind: int) -> list[int]:
+    """Where samples show an extremum."""
+    rises = np.sign(np.diff(values))
+    turned = (rises[1:] == kind) & (rises[:-1] != kind)
+    return (np.flatnonzero(turned) + 1).tolist()  # type: ignore[no-any-return]
+
+
+def agree(
+    every: list[tuple[Any, Any]], kind: int, times: NDArray[np.float64], values: NDArray[np.float64]
+) -> int:
+    """Assert that extrema (time, value) are those that samples show; return how many there are."""
+    seen = shown(times, values, kind)
+    # Beside an end the samples may show one or not.
+    inner = [
+        (time, least)
+        for time, least in every
+        if times[1] < time < times[-2] or np.any(abs(times[seen] - time) < times[0])
+    ]
+    assert [time for time, _ in inner] == pytest.approx(times[seen], abs=times[0])
+    for (_, least), sampled in zip(inner, values[seen], strict=True):
+        assert -1e-13 <= kind * (sampled - least) < 1e-4
+    return len(inner)
+
+
+@pytest.mark.parametrize("quantity", Quantity)
+def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantity) -> None:
+    seen = 0
+    for seed in range(40):
+        span = random_leg(seed)
+        if quantity is Quantity.SPEED and not span.c.drift:
+            continue
+        times = np.linspace(0, span.h, 24_001)[1:]
+        values, every = value(span, quantity, times), found(span, quantity)
+        for kind in (1, -1):
+            same = [(turn.time, turn.value) for turn in every if turn.kind == kind]
+            seen += agree(same, kind, times, values)
+    assert seen > 50
+
+
+def test_guards_are_least_where_their_quantities_turn() -> None:
+    seen = dict.fromkeys(Guard, 0)
+    for seed in range(40):
+        span = random_leg(seed)
+        c, times = span.c, np.linspace(0, span.h, 24_001)[1:]
+        gap, force = (value(span, q, times) for q in (Quantity.GAP, Quantity.FORCE))
+        guards: dict[Guard, NDArray[Any]] = {Guard.GAP: gap if c.contact else -gap}
+        if c.drift:
+            guards[Guard.DRIFT] = c.drift * value(span, Quantity.SPEED, times)
+        else:
+            guards |= {Guard.UPPER: c.f_b - force, Guard.LOWER: c.f_b + force}
+        with backend("numpy") as numbers:
+            least = list(minima(numbers, span, {}))
+        assert {one.guard for one in least} <= guards.keys()
+        for guard, values in guards.items():
+            same = [(one.time, one.value) for one in least if one.guard is guard]
+            seen[guard] += agree(same, 1, times, values)
+    assert min(seen.values()) > 10
+
+
+def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
+    """x_r = 0.3 cos t without damping and drive: maxima and minima in turn."""
+    values = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 1.0)
+    span = leg(values, 2, [0.3 * math.cos(1), -0.3 * math.sin(1), 0.0, 0.0], 40.0)
+    every = found(span, Quantity.GAP)
+    assert [turn.kind for turn in every] == [(-1) ** n for n in range(13)]
+    expected = [math.pi * n - 1 for n in range(1, 14)]
+    assert [turn.time for turn in every] == pytest.approx(expected, abs=1e-12)
+    assert [abs(turn.value + 5.0) for turn in every] == pytest.approx([0.3] * 13, abs=1e-13)
+
+
+def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The velocity -sin(t + pi - 2.999) vanishes just where an expansion about 0 ends.
+    values, begin = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 2.0), math.pi - 2.999
+    span = leg(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
+    assert [turn.time for turn in found(span, Quantity.GAP)] == pytest.approx([2.999], abs=1e-14)
+    honest = extrema.expand
+
+    def careless(*arguments: Any) -> Any:
+        expansions = honest(*arguments).items()
+        return {g: replace(e, rest=0.0, growth=0.0) for g, e in expansions}
+
+    monkeypatch.setattr(extrema, "expand", careless)
+    assert [turn.time for turn in found(span, Quantity.GAP)] != pytest.approx([2.999], abs=1e-3)
+
+
+def test_a_pair_of_extrema_that_sampling_would_miss() -> None:
+    # x_r = V sin h + (cos h - cos 3 h)/8: its velocity has a maximum near h = 2.7, and V is such
+    # that this is 1e-9 above zero, so that x_r has a minimum and a maximum 5e-5 apart.
+    def top(V: float) -> float:
+        highest = minimize_scalar(
+            lambda h: math.sin(h) / 8 - V * math.cos(h) - 3 * math.sin(3 * h) / 8,
+            bounds=(2.2, 3.1),
+            method="bounded",
+            options={"xatol": 1e-12},
+        )
+        assert 2.3 < highest.x < 3.0
+        return -float(highest.fun)
+
+    for above, kinds in ((1e-9, [1, -1]), (-1e-9, [])):
+        V = float(brentq(lambda V, above=above: top(V) - above, 0.2, 0.5, xtol=1e-15))
+        span = leg((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [0.0, V, 0.0, 0.0], 3.1)
+        for quantity in (Quantity.GAP, Quantity.FORCE):
+            every = [turn for turn in found(span, quantity) if turn.time > 2]
+            assert [turn.kind for turn in every] == kinds, V
+
+
+@pytest.mark.parametrize(("name", "error"), [("numpy", 1e-5), ("mpmath", 1e-18)])
+def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: float) -> None:
+    """x_r = (9 cos h - cos 3 h)/8 has the velocity -3/2 sin^3 h."""
+    span = leg((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [1.0, 0.0, 0.0, 0.0], 8.0, name)
+    for quantity in (Quantity.GAP, Quantity.FORCE):
+        every = found(span, quantity, name)
+        assert [turn.kind for turn in every] == [1, -1]
+        for n, turn in enumerate(every, 1):
+            with mp.workdps(60):
+                assert abs(turn.time - n * mp.pi) < error
+
+
+def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
+    """Where a slip begins, v_c and v_c' vanish: the start is none of the leg's own extrema."""
+    values, x_r = tuple(Parameters(alpha=1.3).to_dict().values()), 0.35
+    for missed in (0.0, 1e-13, -1e-13):  # by the solution of an orbit's equations
+        v_r = (1.0 + missed - x_r - 1.5 * (x_r - 0.02)) / 0.1
+        span = leg(values, 4, [x_r, v_r, 0.0, 0.2], 2.0)
+        with backend("numpy") as numbers:
+            every = list(turns(numbers, span, Quantity.SPEED, {Guard.DRIFT: 2}))
+        assert [turn.kind for turn in every] == [-1]
+        assert every[0].time > 1e-3
+
+
+@pytest.mark.parametrize("seed", [2, 5, 94])  # 94: undamped, so that gap and force turn together
+def test_extrema_in_fifty_digits_are_roots_of_the_derivative(seed: int) -> None:
+    span, exact, seen = random_leg(seed), random_leg(seed, "mpmath"), 0
+    for quantity in quantities(span):
+        coarse, fine = found(span, quantity), found(exact, quantity, "mpmath")
+        assert [turn.kind for turn in coarse] == [turn.kind for turn in fine]
+        for one, two in zip(coarse, fine, strict=True):
+            assert abs(one.time - two.time) < 1e-12
+            assert abs(one.value - two.value) < 1e-13
+            with mp.workdps(60):
+                root = mpmath.findroot(
+                    lambda t, quantity=quantity: mpmath.diff(
+                        lambda h: value(exact, quantity, h, "mpmath"), t
+                    ),
+                    mpf(one.time),
+                )
+                assert abs(two.time - root) < mpf("1e-45")
+                assert abs(two.value - value(exact, quantity, root, "mpmath")) < mpf("1e-50")
+            seen += 1
+    assert seen > 3
