@@ -17,7 +17,13 @@ from typing import TYPE_CHECKING, NoReturn, TypeVar
 import click
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+from capsule_sym.options import (
+    chosen_parameters,
+    json_option,
+    make_console,
+    parameter_options,
+    state_option,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -76,14 +82,7 @@ for _name, _module, _text in (
 
 @group.command()
 @parameter_options
-@click.option(
-    "--state",
-    type=float,
-    nargs=3,
-    default=(0.0, 0.0, 0.0),
-    metavar="XR VR VC",
-    help="State at the start.  [default: 0 0 0]",
-)
+@state_option("State at the start.")
 @click.option(
     "--phase",
     type=float,

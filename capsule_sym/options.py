@@ -1,4 +1,4 @@
-"""What several commands share: the options for the seven parameters, and consoles."""
+"""What several commands share: options, and consoles."""
 
 from __future__ import annotations
 
@@ -19,6 +19,18 @@ _Command = TypeVar("_Command", bound=Callable[..., None])
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
 )
+
+
+def state_option(text: str) -> Callable[[_Command], _Command]:
+    """The option --state: x_r, v_r and v_c at the start, at rest if not given."""
+    return click.option(
+        "--state",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 0.0),
+        metavar="XR VR VC",
+        help=f"{text}  [default: 0 0 0]",
+    )
 
 
 def parameter_options(command: _Command) -> _Command:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from capsule_sym.options import json_option
+
 if TYPE_CHECKING:
     from capsule_sym.bench.growth import Growth
     from capsule_sym.bench.ratios import Ratio
@@ -28,7 +30,7 @@ _RESULTS = Path("results/bench")
 )
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set, for a first impression.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else.")
+@json_option
 def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     """Measure speed against error, beside other tools.
 

@@ -8,19 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from capsule_sym.options import json_option
+
 if TYPE_CHECKING:
     from capsule_sym.hardcases.adversarial import Tally
     from capsule_sym.hardcases.table import Row
 
 _RESULTS = Path("results/adversarial")
 _FAR = 1e-13  # from here on, double precision is expected to decide
-_json_option = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
-)
 
 
 @click.command("hardcases")
-@_json_option
+@json_option
 @click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
 def hardcases(as_json: bool, only: str) -> None:
     """Run every hard case and judge the switches found by 50 digits.
@@ -102,7 +101,7 @@ def _all(rows: list[Row], way: str) -> int:
 @click.command("adversarial")
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
-@_json_option
+@json_option
 def adversarial(count: int, seed: int, as_json: bool) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 

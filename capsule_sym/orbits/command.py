@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+from capsule_sym.options import (
+    chosen_parameters,
+    json_option,
+    make_console,
+    parameter_options,
+    state_option,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,14 +25,7 @@ if TYPE_CHECKING:
     from capsule_sym.orbits.orbit import NoOrbit, Orbit
     from capsule_sym.parameters import Parameters
 
-_state_option = click.option(
-    "--state",
-    type=float,
-    nargs=3,
-    default=(0.0, 0.0, 0.0),
-    metavar="XR VR VC",
-    help="State at phase 0 from which the motion settles.  [default: 0 0 0]",
-)
+_settling_option = state_option("State at phase 0 from which the motion settles.")
 _out_option = click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
@@ -37,7 +36,7 @@ _out_option = click.option(
 
 @click.command("orbit")
 @parameter_options
-@_state_option
+@_settling_option
 @click.option(
     "--starts",
     type=click.IntRange(min=0),
@@ -156,7 +155,7 @@ def _complex(real: float, imaginary: float) -> str:
 @click.option("--from", "begin", type=float, required=True, help="Its value at the begin.")
 @click.option("--to", "end", type=float, required=True, help="Its value at the end.")
 @click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")
-@_state_option
+@_settling_option
 @_out_option
 @json_option
 def branch(
@@ -280,7 +279,7 @@ def bifurcation_table(found: Sequence[Bifurcation]) -> Any:
     "--second", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Range of the second."
 )
 @click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
-@_state_option
+@_settling_option
 @_out_option
 @json_option
 def curve(
