@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,12 +12,16 @@ from capsule_sym.options import (
     chosen_parameters,
     json_option,
     make_console,
+    make_progress,
+    make_table,
     parameter_options,
     state_option,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from rich.table import Table
 
     from capsule_sym.orbits.bifurcations import Bifurcation
     from capsule_sym.orbits.continuation import Branch
@@ -84,12 +88,9 @@ def orbit(
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
-    from rich.progress import Progress
-
     from capsule_sym.orbits.search import random_search
 
-    console = make_console(stderr=True)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+    with make_progress() as progress:
         task = progress.add_task("Searching", total=starts)
         return random_search(
             parameters,
@@ -220,7 +221,9 @@ def _branch(
 def _print_branch(found: Branch) -> None:
     console = make_console()
     console.print(f"{len(found.points)} points, {found.ending.value}: {found.detail}\n")
-    table = _table(found.parameter, "progression", "|multiplier|", "tightest inequality")
+    table = make_table(
+        found.parameter, "progression", "|multiplier|", "tightest inequality", "word"
+    )
     shown = found.points[:: max(1, len(found.points) // 20)]
     for point in shown:
         word = point.orbit.word
@@ -233,20 +236,9 @@ def _print_branch(found: Branch) -> None:
     console.print(bifurcation_table(found.bifurcations))
 
 
-def _table(*numbers: str) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in numbers:
-        table.add_column(name)
-    table.add_column("word")
-    return table
-
-
-def bifurcation_table(found: Sequence[Bifurcation]) -> Any:
+def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
     """Bifurcations as a table for the console."""
-    table = _table("type", "line", "value", "uncertainty")
+    table = make_table("type", "line", "value", "uncertainty", "word")
     for one in found:
         words = [one.word_before, one.word_after]
         names = [" ".join(word.rotated(word.first).names) if word else "none" for word in words]
