@@ -11,7 +11,8 @@ import sympy as sp
 
 from capsule_sym.symbolic import counterexample, printed
 from capsule_sym.symbolic.appendices import BOUNDS, bifurcations, part
-from capsule_sym.symbolic.errata import CASE_STUDY, CREST, OUT_2, described
+from capsule_sym.symbolic.errata import OUT_2
+from capsule_sym.symbolic.erratum import CASE_STUDY, CREST, described
 from capsule_sym.symbolic.geometry import PIECES, SCENARIOS, disjoint, empty
 from capsule_sym.symbolic.inner_products import outward
 from capsule_sym.symbolic.items import Item, implications
