@@ -13,18 +13,11 @@ from fractions import Fraction
 
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.items import Item
-from capsule_sym.symbolic.proof import (
-    Relation,
-    consistent,
-    evaluate,
-    example,
-    force,
-    implies,
-    negations,
-)
+from capsule_sym.symbolic.proof import consistent, evaluate, example, implies, negations
 from capsule_sym.symbolic.switching import reduced
-from capsule_sym.symbolic.symbols import STATE, alpha, beta, delta, f_b, gamma, zeta
+from capsule_sym.symbolic.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
 
 CASE_STUDY = {
     **{zeta: Fraction(1, 20), beta: Fraction(3, 2), gamma: Fraction(33, 10), f_b: Fraction(1)},

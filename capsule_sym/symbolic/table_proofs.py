@@ -9,12 +9,13 @@ import sympy as sp
 
 from capsule_sym.symbolic import printed
 from capsule_sym.symbolic.appendices import BOUNDS
+from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym.symbolic.inner_products import outward
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import SEGMENTS
 from capsule_sym.symbolic.printed import Row
-from capsule_sym.symbolic.proof import Relation, consistent, implies
+from capsule_sym.symbolic.proof import consistent, implies
 from capsule_sym.symbolic.reachability import Witness, described, proves, witnesses
 from capsule_sym.symbolic.switching import (
     Leaf,
