@@ -122,10 +122,7 @@ def _missing_maps() -> Item:
         claim=_MISSING,
         check=_is_missing,
         mutant=_MISSING - {LocalMap("Σ3", 5, "Σ5")},
-        formula=r",\ ".join(
-            rf"P_{{\Sigma_{{{m.target[1:]}}},F_{m.field},\Sigma_{{{m.source[1:]}}}}}"
-            for m in sorted(_MISSING)
-        ),
+        formula=r",\ ".join(local_map.formula for local_map in sorted(_MISSING)),
         verdict="refuted",
         printed="Table 3 lists all local maps: 42",
         derived="52: also " + ", ".join(map(str, sorted(_MISSING))),

@@ -73,6 +73,12 @@ class LocalMap:
     def __str__(self) -> str:
         return f"P_{{{self.target},F{self.field},{self.source}}}"
 
+    @property
+    def formula(self) -> str:
+        """The map in LaTeX."""
+        target, source = (rf"\Sigma_{{{plane[1:]}}}" for plane in (self.target, self.source))
+        return f"P_{{{target},F_{self.field},{source}}}"
+
 
 @dataclass(frozen=True)
 class Leaf:

@@ -197,8 +197,7 @@ def _map_item(local_map: LocalMap) -> Item:
         claim=(local_map, found),
         check=_occurs,
         mutant=(other, tuple(replace(w, local_map=other) for w in found)),
-        formula=rf"P_{{\Sigma_{{{local_map.target[1:]}}},F_{local_map.field},"
-        rf"\Sigma_{{{local_map.source[1:]}}}}}",
+        formula=local_map.formula,
         witness=lambda: described(found[0]),
     )
 
