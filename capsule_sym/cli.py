@@ -17,7 +17,15 @@ from typing import TYPE_CHECKING, NoReturn, TypeVar
 import click
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+from capsule_sym.options import (
+    chosen_parameters,
+    json_option,
+    make_console,
+    make_progress,
+    make_table,
+    parameter_options,
+    state_option,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -76,14 +84,7 @@ for _name, _module, _text in (
 
 @group.command()
 @parameter_options
-@click.option(
-    "--state",
-    type=float,
-    nargs=3,
-    default=(0.0, 0.0, 0.0),
-    metavar="XR VR VC",
-    help="State at the start.  [default: 0 0 0]",
-)
+@state_option("State at the start.")
 @click.option(
     "--phase",
     type=float,
@@ -166,14 +167,8 @@ def _print_run(
 
 
 def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | None) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=0, pad_edge=False)
-    for name in ("segment", "local map", "entry", "exit"):
-        table.add_column(name)
-    for name in ("phase", "ms" if physical else "duration", "x_r", "v_r", "v_c"):
-        table.add_column(name, justify="right")
+    numbers = ("phase", "ms" if physical else "duration", "x_r", "v_r", "v_c")
+    table = make_table("segment", "local map", "entry", "exit", *numbers, right=numbers, gap=0)
     for segment in segments:
         duration = float(segment.duration)
         if physical:
@@ -201,14 +196,11 @@ def paper(as_json: bool) -> None:
     results/paper/casestudy.json (what --json prints), cases.csv, segments.csv, thresholds.csv, and
     curves.csv with the bifurcations' curves in the plane of α and γ.
     """
-    from rich.progress import Progress
-
     from capsule_sym import casestudy, thresholds
     from capsule_sym.records import dumps
 
-    console = make_console(stderr=True)
     total = len(casestudy.GAMMAS) * len(casestudy.PANELS)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+    with make_progress() as progress:
         task = progress.add_task("Running the case study", total=total)
         cases = []
         for case in casestudy.run():
@@ -229,16 +221,10 @@ def paper(as_json: bool) -> None:
 
 
 def _print_thresholds(found: list[Threshold]) -> None:
-    from rich import box
-    from rich.table import Table
-
     from capsule_sym.thresholds import conclusion
 
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in ("γ", "event", "line"):
-        table.add_column(name)
-    for name in ("exact α", "printed α", "place"):
-        table.add_column(name, justify="right")
+    numbers = ("exact α", "printed α", "place")
+    table = make_table("γ", "event", "line", *numbers, right=numbers)
     for one in found:
         printed = f"{one.printed.alpha}" if one.printed else "none"
         event, value = one.bifurcation, f"{float(one.value):.12f}"
@@ -250,18 +236,9 @@ def _print_thresholds(found: list[Threshold]) -> None:
 
 
 def _print_cases(cases: list[Case], gamma: float) -> None:
-    from rich import box
-    from rich.table import Table
-
     from capsule_sym.casestudy import THRESHOLDS
 
-    table = Table(
-        *("", "α", "exact", "printed", ""),
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-    )
+    table = make_table("", "α", "exact", "printed", "")
     for case in cases:
         alpha = case.parameters.alpha
         motion = case.motion

@@ -1,24 +1,40 @@
-"""What several commands share: the options for the seven parameters, and consoles."""
+"""What several commands share: options, consoles, tables and progress bars."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Collection, Iterable
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
 from capsule_sym.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+    from rich.table import Table
+
     from capsule_sym.parameters import Parameters, PhysicalParameters
 
-_PIPED_WIDTH = 110  # columns, where no terminal says how many there are
 _Command = TypeVar("_Command", bound=Callable[..., None])
+_Item = TypeVar("_Item")
 
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
 )
+
+
+def state_option(text: str) -> Callable[[_Command], _Command]:
+    """The option --state: x_r, v_r and v_c at the start, at rest if not given."""
+    return click.option(
+        "--state",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 0.0),
+        metavar="XR VR VC",
+        help=f"{text}  [default: 0 0 0]",
+    )
 
 
 def parameter_options(command: _Command) -> _Command:
@@ -67,10 +83,37 @@ def chosen_parameters(
     return loaded.dimensionless(), loaded
 
 
-def make_console(stderr: bool = False) -> Any:
-    """A rich console on stdout or stderr, of a fixed width where that is no terminal."""
+def make_console(stderr: bool = False, width: int = 110) -> Console:
+    """A console on stdout or stderr, `width` columns wide where that is no terminal."""
     from rich.console import Console
 
     file = sys.stderr if stderr else sys.stdout
-    width = None if file.isatty() else _PIPED_WIDTH
-    return Console(file=file, width=width, highlight=False)
+    return Console(file=file, width=None if file.isatty() else width, highlight=False)
+
+
+def make_table(*columns: str, right: Collection[str] = (), gap: int = 1) -> Table:
+    """An empty table with a line below its head, the columns in `right` flush right."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="right" if name in right else "left")
+    return table
+
+
+def make_progress() -> Progress:
+    """Progress bars on stderr where that is a terminal, gone in the end."""
+    from rich.progress import Progress
+
+    console = make_console(stderr=True)
+    return Progress(console=console, disable=not console.is_terminal, transient=True)
+
+
+def track(items: Iterable[_Item], text: str, total: float | None) -> Iterable[_Item]:
+    """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
+    from rich.progress import track as bar
+
+    console = make_console(stderr=True)
+    hidden = not console.is_terminal
+    return bar(items, text, total, console=console, disable=hidden, transient=True)

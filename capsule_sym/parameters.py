@@ -178,13 +178,7 @@ def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameter
     the case study's value) or of `PhysicalParameters` (all but g required). Raises `InvalidInput`
     when the file cannot be read, is not TOML, or holds a key or a value that is not allowed.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
-    except ValueError as error:  # neither UTF-8 nor TOML
-        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
-
+    table = read_toml(path)
     dimensionless, physical = _names(Parameters), _names(PhysicalParameters)
     for name in table:
         if name not in dimensionless and name not in physical:
@@ -200,3 +194,13 @@ def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameter
         if name not in table and name != "g":
             raise InvalidInput(name, None, "given with the other physical parameters")
     return PhysicalParameters(**table)
+
+
+def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
+    """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
+    except ValueError as error:  # neither UTF-8 nor TOML
+        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error

@@ -12,7 +12,7 @@
 
 #include "internal.h"
 
-#define FULL 26 /* terms of the Taylor series that the tables are made from */
+#define FULL 22 /* terms of the Taylor series that the tables are made from */
 
 /* Changes of basis: of Chebyshev polynomials of degree k on [0, 1], and of s^i in Bernstein form. */
 typedef struct {

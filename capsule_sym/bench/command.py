@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
+from capsule_sym.options import json_option, make_console, make_progress, make_table
+
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from capsule_sym.bench.growth import Growth
     from capsule_sym.bench.ratios import Ratio
     from capsule_sym.bench.study import Row
@@ -28,7 +31,7 @@ _RESULTS = Path("results/bench")
 )
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set, for a first impression.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else.")
+@json_option
 def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     """Measure speed against error, beside other tools.
 
@@ -42,8 +45,6 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
     rows of tool and setting; "ratios" are of their times by ours; and "growth" is ours alone.
     """
-    from rich.progress import Progress
-
     from capsule_sym.bench.whole import Study
     from capsule_sym.records import dumps
 
@@ -51,8 +52,7 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     for line in study.record["skipped"]:
         click.echo(line, err=True)
     file = _RESULTS / ("part.json" if only or quick else "bench.json")
-    console = _console(stderr=True)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+    with make_progress() as progress:
         for part, turns in study.turns().items():
             task = progress.add_task(part, total=turns)
             study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
@@ -65,7 +65,7 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
 
 
 def _print(study: Study) -> None:
-    console = _console()
+    console = make_console(width=200)
     for title, rows in (
         ("One trajectory, 20 periods from rest, over the case study", study.trajectory),
         ("One trajectory, 20 periods, beside the tangencies", study.tangencies),
@@ -80,7 +80,7 @@ def _print(study: Study) -> None:
     console.print(_growth(study.growth))
 
 
-def _rows(rows: Sequence[Row]) -> Any:
+def _rows(rows: Sequence[Row]) -> Table:
     table = _table(
         "tool",
         "setting",
@@ -105,7 +105,7 @@ def _rows(rows: Sequence[Row]) -> Any:
     return table
 
 
-def _ratios(ratios: Sequence[Ratio]) -> Any:
+def _ratios(ratios: Sequence[Ratio]) -> Table:
     table = _table("tool", "setting", "part", "error up to", "ratio", "wanted")
     for r in ratios:
         limit = "" if r.max_error is None else f"{r.max_error:g}"
@@ -114,7 +114,7 @@ def _ratios(ratios: Sequence[Ratio]) -> Any:
     return table
 
 
-def _growth(growth: Sequence[Growth]) -> Any:
+def _growth(growth: Sequence[Growth]) -> Table:
     table = _table("against", "", "runs", "periods", "threads", "us/period", "switches/period")
     for g in growth:
         switches = "" if g.switches_per_period is None else f"{g.switches_per_period:g}"
@@ -128,19 +128,5 @@ def _growth(growth: Sequence[Growth]) -> Any:
     return table
 
 
-def _table(*columns: str) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for i, name in enumerate(columns):
-        table.add_column(name, justify="left" if i < 2 else "right")
-    return table
-
-
-def _console(stderr: bool = False) -> Any:
-    from rich.console import Console
-
-    file = sys.stderr if stderr else sys.stdout
-    width = None if file.isatty() else 200
-    return Console(file=file, width=width, highlight=False)
+def _table(*columns: str) -> Table:
+    return make_table(*columns, right=columns[2:])

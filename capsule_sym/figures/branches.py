@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym.figures.style import LABELS, PAGE, new_figure, styled
+from capsule_sym.figures.style import LABELS, PAGE, draw_points, mathematical, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,16 +78,8 @@ def _curve(record: Record, axes: Axes, of: Any) -> None:
 
 def _markers(record: Record, axes: Axes, of: Any) -> None:
     found = record["bifurcations"]
-    axes.plot(
-        [one["value"] for one in found],
-        [of(one) for one in found],
-        "o",
-        color="white",
-        markeredgecolor="black",
-        markeredgewidth=0.8,
-        zorder=5,
-        label="exact bifurcation points",
-    )
+    values = [one["value"] for one in found]
+    draw_points(axes, values, [of(one) for one in found], "exact bifurcation points")
 
 
 def mark_bifurcations(record: Record, axes: Axes) -> None:
@@ -118,11 +110,7 @@ def name_bifurcations(record: Record, axes: Axes) -> None:
 
 
 def _title(one: Record) -> str:
-    if not one["line"]:
-        return str(one["type"])
-    piece, _, part = one["line"].partition("^")
-    exponent = f"^{{{part}}}" if part else ""
-    return f"{one['type']} ${piece[0]}_{{{piece[1:]}}}{exponent}$"
+    return f"{one['type']} {mathematical(one['line'])}" if one["line"] else str(one["type"])
 
 
 def spread(places: Sequence[float], room: float) -> list[float]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym.figures.style import LABELS, PAGE, new_figure, styled
+from capsule_sym.figures.style import LABELS, PAGE, draw_points, new_figure, styled
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,16 +124,9 @@ def _draw_curve(axes: Axes, curve: Curve, first: str, second: str) -> None:
         linewidth=1.0,
         label=curve["type"],
     )
-    axes.plot(
-        [one[first] for one in curve["codimension_two"]],
-        [one[second] for one in curve["codimension_two"]],
-        "o",
-        color="white",
-        markeredgecolor="black",
-        markeredgewidth=0.7,
-        zorder=5,
-        label="two conditions",
-    )
+    meetings = curve["codimension_two"]
+    x, y = ([one[name] for one in meetings] for name in (first, second))
+    draw_points(axes, x, y, "two conditions")
 
 
 def _legend(figure: Figure, axes: Axes) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from capsule_sym.figures.catalogue import FIGURES, Study
-from capsule_sym.options import make_console
+from capsule_sym.options import track
 
 _REPORT = Path("results/report.html")
 _colours_option = click.option(
@@ -86,12 +86,3 @@ def _needs_plotting() -> Iterator[None]:
         yield
     except NotInstalled as missing:
         raise click.ClickException(str(missing)) from missing
-
-
-def track(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:
-    """The items, with a progress bar on stderr where that is a terminal."""
-    from rich.progress import track as bar
-
-    console = make_console(stderr=True)
-    hidden = not console.is_terminal
-    return bar(items, text, total, console=console, disable=hidden, transient=True)

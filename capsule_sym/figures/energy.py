@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym.figures.branches import Record, mark_bifurcations, name_bifurcations
-from capsule_sym.figures.style import LABELS, PAGE, new_figure, styled
+from capsule_sym.figures.style import LABELS, PAGE, SEAMLESS, column_edges, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,11 +31,9 @@ def energies(record: Record) -> Figure:
         figure = new_figure(PAGE, 4.8)
         upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (1.6, 1)})
         figure.subplots_adjust(left=0.075, right=0.985, bottom=0.085, top=0.66, hspace=0.1)
-        edges = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
+        edges = column_edges(values)
         left, width = edges[:-1], np.diff(edges)
-        # As pixels without antialiasing, so that no seam shows between neighbours.
-        bars: dict[str, Any] = {"align": "edge", "linewidth": 0, "antialiased": False}
-        bars["rasterized"] = True
+        bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
         upper.bar(left, damper, width, color=DAMPER, label="lost in the damper", **bars)
         upper.bar(left, friction, width, damper, color=FRICTION, label="lost to friction", **bars)
         upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")

@@ -12,7 +12,7 @@ from capsule_sym.figures.boundaries import LOOKS, Array
 from capsule_sym.figures.boundaries import lines as boundary_lines
 from capsule_sym.figures.portraits import field_handles
 from capsule_sym.figures.space import Box, add_space, box_of, draw_arcs, draw_space
-from capsule_sym.figures.style import PAGE, Colours, new_figure, styled
+from capsule_sym.figures.style import PAGE, Colours, mathematical, new_figure, styled
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -142,7 +142,7 @@ def nearest(drawn: Sequence[Arc], event: Event, parameters: Parameters) -> Array
 
 def _title(event: Event, group: Sequence[Motion]) -> str:
     alphas = ", ".join(f"{motion.parameters.alpha:g}" for motion in group)
-    return rf"{event.name} on ${event.line[0]}_{event.line[1]}$, $\alpha$ = {alphas}"
+    return rf"{event.name} on {mathematical(event.line)}, $\alpha$ = {alphas}"
 
 
 def _name_lines(axes: Any, parameters: Parameters, box: Box) -> None:
@@ -150,8 +150,7 @@ def _name_lines(axes: Any, parameters: Parameters, box: Box) -> None:
         return
     for name, line in boundary_lines(parameters, box.x_r, box.v_r).items():
         place = 0.12 * line[0] + 0.88 * line[1]
-        label = f"$L_{{{name[1:]}}}$"
-        axes.text(*place, 0.0, label, color=LOOKS[name][1], fontsize=6, zorder=20)
+        axes.text(*place, 0.0, mathematical(name), color=LOOKS[name][1], fontsize=6, zorder=20)
 
 
 def _style_handles() -> list[Any]:

@@ -10,13 +10,20 @@ import numpy as np
 from capsule_sym.figures.arcs import Motion, cycle
 from capsule_sym.figures.branches import Record, name_bifurcations
 from capsule_sym.figures.portraits import field_handles
-from capsule_sym.figures.style import LABELS, PAGE, Colours, field_colour, new_figure, styled
+from capsule_sym.figures.style import (
+    LABELS,
+    PAGE,
+    SEAMLESS,
+    Colours,
+    column_edges,
+    field_colour,
+    new_figure,
+    styled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
 
 
 def fig6(
@@ -68,7 +75,7 @@ def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "
 
     motions = sorted(motions, key=lambda m: m.parameters.alpha)
     alphas = np.array([m.parameters.alpha for m in motions])
-    edges = np.concatenate([alphas[:1], (alphas[1:] + alphas[:-1]) / 2, alphas[-1:]])
+    edges = column_edges(alphas)
     bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in range(1, 7)}
     longest = 1.0
     for motion, left, right in zip(motions, edges[:-1], edges[1:], strict=True):
@@ -80,10 +87,7 @@ def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "
             bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
     for field, corners in bars.items():
         colour = field_colour(field, colours)
-        axes.add_collection(
-            # As pixels without antialiasing, so that no seam shows between neighbours.
-            PolyCollection(corners, color=colour, label=f"F{field}", **_SEAMLESS)
-        )
+        axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))
     axes.set(xlim=(alphas[0], alphas[-1]), ylim=(0, longest))
     axes.set_xlabel(LABELS["alpha"])
     axes.set_ylabel(r"phase $\omega\tau/2\pi$")

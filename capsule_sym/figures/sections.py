@@ -13,7 +13,7 @@ import numpy as np
 
 from capsule_sym.figures.arcs import Arc, Array, opening
 from capsule_sym.figures.guards import interaction
-from capsule_sym.figures.style import Colours, field_colour
+from capsule_sym.figures.style import Colours, field_colour, mathematical
 from capsule_sym.map import Trajectory
 from capsule_sym.parameters import Parameters
 
@@ -46,8 +46,7 @@ class Section(NamedTuple):
     @property
     def name(self) -> str:
         """The piece in mathematical type, with its part such as L2^(1) if it has one."""
-        part = f"^{{({self.part})}}" if self.part else ""
-        return f"${self.piece[0]}_{{{self.piece[1:]}}}{part}$"
+        return mathematical(f"{self.piece}^({self.part})" if self.part else self.piece)
 
     def starts(self, parameters: Parameters) -> Array:
         """States on the rim of the window, shape (n, 3)."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from capsule_sym.figures.boundaries import LOOKS, Limits, corners, lines, surfaces
 from capsule_sym.figures.space import Box, add_space, draw_space, walls
-from capsule_sym.figures.style import PAGE, Colours, field_colour, new_figure, styled
+from capsule_sym.figures.style import PAGE, Colours, field_colour, mathematical, new_figure, styled
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def _name_space(axes: Any, parameters: Parameters) -> None:
 def _name(axes: Any, place: Iterable[float], name: str, colour: str = "black") -> None:
     axes.text(
         *place,
-        f"${name[0]}_{{{name[1:]}}}$",
+        mathematical(name),
         color=colour,
         ha="center",
         va="center",

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from capsule_sym.errors import CapsuleError, InvalidInput
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Colours = Literal["safe", "paper"]
@@ -42,6 +46,9 @@ LABELS = {
 }
 """Axis labels: what a quantity means, and its symbol."""
 
+SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
+"""Options of areas side by side: as pixels without antialiasing no seam shows between them."""
+
 
 class NotInstalled(CapsuleError, ImportError):
     """A library that figures need is missing; the message says how to install it."""
@@ -58,6 +65,13 @@ def field_colour(field: int, colours: Colours = "safe") -> str:
     if colours not in _FIELDS:
         raise InvalidInput("colours", colours, f"one of {', '.join(_FIELDS)}")
     return _FIELDS[colours][field - 1]
+
+
+def mathematical(name: str) -> str:
+    """The name of a surface, a line or its part, such as L2^(1), in mathematical type."""
+    piece, _, part = name.partition("^")
+    exponent = f"^{{{part}}}" if part else ""
+    return f"${piece[0]}_{{{piece[1:]}}}{exponent}$"
 
 
 @contextmanager
@@ -79,6 +93,17 @@ def new_figure(width: float, height: float, **options: Any) -> Figure:
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), **options)
+
+
+def draw_points(axes: Axes, x: Sequence[float], y: Sequence[float], label: str) -> None:
+    """Exact points: white ones with a black rim, above all curves."""
+    rim: dict[str, Any] = {"markeredgecolor": "black", "markeredgewidth": 0.8}
+    axes.plot(x, y, "o", color="white", zorder=5, label=label, **rim)
+
+
+def column_edges(middles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Edges, shape (n + 1,), of columns that meet halfway between their middles, shape (n,)."""
+    return np.concatenate([middles[:1], (middles[1:] + middles[:-1]) / 2, middles[-1:]])
 
 
 def save(figure: Figure, path: Path) -> None:

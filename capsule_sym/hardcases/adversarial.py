@@ -22,7 +22,7 @@ from capsule_sym.errors import Outcome
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.hardcases.judge import CONTRACT, Start, error, names
 from capsule_sym.hardcases.starts import RandomStart, random_start
-from capsule_sym.map import Segment, simulate
+from capsule_sym.map import Segment
 from capsule_sym.map.backend import Backend, default_backend
 from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard
@@ -174,14 +174,7 @@ def compare(random: RandomStart, backends: Iterable[str]) -> Tally:
         true = _first_switch(numbers, start)
         tally = Tally(starts=1, kinds={random.kind: 1})
         for name in dict.fromkeys(backends):
-            found = simulate(
-                start.parameters,
-                start.state,
-                start.phase,
-                start.periods,
-                backend=name,
-                max_segments=1,
-            )
+            found = start.run(name)
             tally.backends[name] = 1
             tally.settled = int(tally.settled or found.settled > 0)
             segment = found.segments[0] if found.segments else None

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
+
+from capsule_sym.options import json_option, make_console, make_table, track
 
 if TYPE_CHECKING:
     from capsule_sym.hardcases.adversarial import Tally
     from capsule_sym.hardcases.table import Row
 
 _RESULTS = Path("results/adversarial")
+_WIDTH = 200  # columns of a table that is piped
 _FAR = 1e-13  # from here on, double precision is expected to decide
-_json_option = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
-)
 
 
 @click.command("hardcases")
-@_json_option
+@json_option
 @click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
 def hardcases(as_json: bool, only: str) -> None:
     """Run every hard case and judge the switches found by 50 digits.
@@ -30,8 +29,6 @@ def hardcases(as_json: bool, only: str) -> None:
     200 samples per period with Brent's method, and SciPy's solve_ivp with events at 1e-10.
     Exits with 1 if a switch is missed, invented or off by more than is allowed.
     """
-    from rich.progress import track
-
     from capsule_sym.hardcases.cases import cases
     from capsule_sym.hardcases.table import cost, rows
     from capsule_sym.records import dumps
@@ -39,17 +36,7 @@ def hardcases(as_json: bool, only: str) -> None:
     chosen = [case for case in cases() if only in case.name]
     if not chosen:
         raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")
-    progress = _console(stderr=True)
-    table = list(
-        track(
-            rows(chosen),
-            "Judging the hard cases",
-            len(chosen),
-            console=progress,
-            disable=not progress.is_terminal,
-            transient=True,
-        )
-    )
+    table = list(track(rows(chosen), "Judging the hard cases", len(chosen)))
     median, most = cost()
     if as_json:
         evaluations = {"median": median, "maximum": most}
@@ -62,16 +49,8 @@ def hardcases(as_json: bool, only: str) -> None:
 
 
 def _print(rows: list[Row], median: float, most: int) -> None:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in ("case", "what is hard"):
-        table.add_column(name)
-    for name in ("error", "events", "true"):
-        table.add_column(name, justify="right")
-    for name in ("outcome", "verdict", "sampling", "solve_ivp"):
-        table.add_column(name)
+    numbers, words = ("error", "events", "true"), ("outcome", "verdict", "sampling", "solve_ivp")
+    table = make_table("case", "what is hard", *numbers, *words, right=numbers)
     for row in rows:
         table.add_row(
             row.name,
@@ -84,7 +63,7 @@ def _print(rows: list[Row], median: float, most: int) -> None:
             row.plain["sampling"],
             row.plain["solve_ivp"],
         )
-    console = _console()
+    console = make_console(width=_WIDTH)
     console.print(table)
     console.print(
         f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
@@ -102,7 +81,7 @@ def _all(rows: list[Row], way: str) -> int:
 @click.command("adversarial")
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
-@_json_option
+@json_option
 def adversarial(count: int, seed: int, as_json: bool) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
@@ -113,21 +92,11 @@ def adversarial(count: int, seed: int, as_json: bool) -> None:
     """
     from dataclasses import asdict
 
-    from rich.progress import track
-
     from capsule_sym.hardcases.adversarial import CHUNK, Tally, run
     from capsule_sym.records import dumps
 
-    progress = _console(stderr=True)
     total, log = Tally(), _RESULTS / f"seed-{seed}.jsonl"
-    for tally in track(
-        run(count, seed, log),
-        "Comparing with 50 digits",
-        -(-count // CHUNK),
-        console=progress,
-        disable=not progress.is_terminal,
-        transient=True,
-    ):
+    for tally in track(run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)):
         total.add(tally)
     if as_json:
         click.echo(dumps(asdict(total)))
@@ -138,15 +107,11 @@ def adversarial(count: int, seed: int, as_json: bool) -> None:
 
 
 def _print_tally(total: Tally) -> None:
-    from rich import box
-    from rich.table import Table
-
-    console = _console()
+    console = make_console(width=_WIDTH)
     for problem in total.disagreements + total.inaccurate:
         console.print(f"[red]{problem['problem']}[/red]  {problem}")
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in ("distance from", "starts", "settled by 50 digits", "open to 50 digits"):
-        table.add_column(name, justify="right")
+    columns = ("distance from", "starts", "settled by 50 digits", "open to 50 digits")
+    table = make_table(*columns, right=columns)
     for decade in sorted(total.distances, key=_size):
         table.add_row(decade, *map(str, total.distances[decade]))
     console.print(table)
@@ -167,11 +132,3 @@ def _print_tally(total: Tally) -> None:
 
 def _size(decade: str) -> float:
     return float("inf") if decade == "anywhere" else float(decade)
-
-
-def _console(stderr: bool = False) -> Any:
-    from rich.console import Console
-
-    file = sys.stderr if stderr else sys.stdout
-    width = None if file.isatty() else 200
-    return Console(file=file, width=width, highlight=False)

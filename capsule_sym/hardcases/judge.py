@@ -24,13 +24,24 @@ _GRID = np.arange(1, 17) / 16
 
 @dataclass(frozen=True)
 class Start:
-    """The start of a run and its length, the arguments of `simulate`."""
+    """The start of a run and its length."""
 
     parameters: Parameters
     state: tuple[float, float, float] = (0.0, 0.0, 0.0)
     phase: float = 0.0
     periods: int = 1
     max_segments: int = 3
+
+    def run(self, backend: str | None = None) -> Trajectory:
+        """The run, by a backend of `simulate`."""
+        return simulate(
+            self.parameters,
+            self.state,
+            self.phase,
+            self.periods,
+            backend=backend,
+            max_segments=self.max_segments,
+        )
 
 
 @dataclass(frozen=True)
@@ -57,15 +68,7 @@ def judge(start: Start) -> Judgement:
     """The run from a start, judged segment by segment and as a whole."""
     run = _Judged(NumpyBackend(), start.parameters, start.phase, settle=True)
     found = run.go(start.state, start.periods, start.max_segments)
-    true = simulate(
-        start.parameters,
-        start.state,
-        start.phase,
-        start.periods,
-        backend="mpmath",
-        max_segments=start.max_segments,
-    )
-    return Judgement(found, _fields(found), _fields(true), run.error, run.wrong)
+    return Judgement(found, _fields(found), _fields(start.run("mpmath")), run.error, run.wrong)
 
 
 class Error(NamedTuple):

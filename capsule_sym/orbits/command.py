@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+from capsule_sym.options import (
+    chosen_parameters,
+    json_option,
+    make_console,
+    make_progress,
+    make_table,
+    parameter_options,
+    state_option,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from rich.table import Table
 
     from capsule_sym.orbits.bifurcations import Bifurcation
     from capsule_sym.orbits.continuation import Branch
@@ -19,14 +29,7 @@ if TYPE_CHECKING:
     from capsule_sym.orbits.orbit import NoOrbit, Orbit
     from capsule_sym.parameters import Parameters
 
-_state_option = click.option(
-    "--state",
-    type=float,
-    nargs=3,
-    default=(0.0, 0.0, 0.0),
-    metavar="XR VR VC",
-    help="State at phase 0 from which the motion settles.  [default: 0 0 0]",
-)
+_settling_option = state_option("State at phase 0 from which the motion settles.")
 _out_option = click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
@@ -37,7 +40,7 @@ _out_option = click.option(
 
 @click.command("orbit")
 @parameter_options
-@_state_option
+@_settling_option
 @click.option(
     "--starts",
     type=click.IntRange(min=0),
@@ -85,12 +88,9 @@ def orbit(
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
-    from rich.progress import Progress
-
     from capsule_sym.orbits.search import random_search
 
-    console = make_console(stderr=True)
-    with Progress(console=console, disable=not console.is_terminal, transient=True) as progress:
+    with make_progress() as progress:
         task = progress.add_task("Searching", total=starts)
         return random_search(
             parameters,
@@ -156,7 +156,7 @@ def _complex(real: float, imaginary: float) -> str:
 @click.option("--from", "begin", type=float, required=True, help="Its value at the begin.")
 @click.option("--to", "end", type=float, required=True, help="Its value at the end.")
 @click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")
-@_state_option
+@_settling_option
 @_out_option
 @json_option
 def branch(
@@ -221,7 +221,9 @@ def _branch(
 def _print_branch(found: Branch) -> None:
     console = make_console()
     console.print(f"{len(found.points)} points, {found.ending.value}: {found.detail}\n")
-    table = _table(found.parameter, "progression", "|multiplier|", "tightest inequality")
+    table = make_table(
+        found.parameter, "progression", "|multiplier|", "tightest inequality", "word"
+    )
     shown = found.points[:: max(1, len(found.points) // 20)]
     for point in shown:
         word = point.orbit.word
@@ -234,20 +236,9 @@ def _print_branch(found: Branch) -> None:
     console.print(bifurcation_table(found.bifurcations))
 
 
-def _table(*numbers: str) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0), pad_edge=False)
-    for name in numbers:
-        table.add_column(name)
-    table.add_column("word")
-    return table
-
-
-def bifurcation_table(found: Sequence[Bifurcation]) -> Any:
+def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
     """Bifurcations as a table for the console."""
-    table = _table("type", "line", "value", "uncertainty")
+    table = make_table("type", "line", "value", "uncertainty", "word")
     for one in found:
         words = [one.word_before, one.word_after]
         names = [" ".join(word.rotated(word.first).names) if word else "none" for word in words]
@@ -280,7 +271,7 @@ def bifurcation_table(found: Sequence[Bifurcation]) -> Any:
     "--second", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Range of the second."
 )
 @click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
-@_state_option
+@_settling_option
 @_out_option
 @json_option
 def curve(

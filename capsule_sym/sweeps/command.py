@@ -14,7 +14,13 @@ from typing import Any, TypeVar
 import click
 
 from capsule_sym.errors import CapsuleError, InvalidInput
-from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+from capsule_sym.options import (
+    chosen_parameters,
+    json_option,
+    make_console,
+    parameter_options,
+    state_option,
+)
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
@@ -104,14 +110,7 @@ _WINDOW = click.Tuple([float, float, int])
 @click.option("--v-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_r.")
 @click.option("--v-c", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_c.")
 @click.option("--phase", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along the phase.")
-@click.option(
-    "--state",
-    type=float,
-    nargs=3,
-    default=(0.0, 0.0, 0.0),
-    metavar="XR VR VC",
-    help="What no axis changes of the start.  [default: 0 0 0]",
-)
+@state_option("What no axis changes of the start.")
 @click.option("--periods", default=300, show_default=True, help="Excitation periods to run.")
 @click.option("--tolerance", default=1e-9, show_default=True, help="Within which a motion repeats.")
 @_running

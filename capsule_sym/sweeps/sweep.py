@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -17,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.simulate import RANGES, check_count, check_start
-from capsule_sym.parameters import Parameters
+from capsule_sym.parameters import Parameters, read_toml
 
 PARAMETERS = tuple(RANGES)
 START = ("x_r", "v_r", "v_c", "phase")
@@ -253,12 +251,7 @@ def load_sweep(path: str | PathLike[str]) -> Sweep:
     perhaps `spacing = "log"`, or a table with `sobol` (ranges by name), `count` and `seed`.
     Raises InvalidInput when the file cannot be read, is not TOML, or holds what is not allowed.
     """
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
-    except ValueError as error:  # neither UTF-8 nor TOML
-        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
+    table = read_toml(path)
     keys = ("axes", "parameters", "start", "periods", "tolerance", "compute", "chunk")
     _check_keys("key", table, keys)
     start = table.pop("start", {})

@@ -14,19 +14,13 @@ from typing import Any
 
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.geometry import PIECES, empty
 from capsule_sym.symbolic.inner_products import outward
 from capsule_sym.symbolic.items import Item, implications, signed
-from capsule_sym.symbolic.proof import (
-    Relation,
-    always_solvable,
-    consistent,
-    force,
-    implies,
-    sign_under,
-)
+from capsule_sym.symbolic.proof import always_solvable, consistent, implies, sign_under
 from capsule_sym.symbolic.switching import leaves_of
-from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, v_c, v_r, x_r, zeta
+from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, v_c, v_r, x_r, zeta
 
 EDGES = ("L1", "L2", "L3", "L4")
 _UNKNOWNS = (x_r, v_r, v_c, force)

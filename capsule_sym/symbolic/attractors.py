@@ -17,6 +17,7 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.intervals import (
     ZERO,
     Interval,
@@ -30,7 +31,6 @@ from capsule_sym.symbolic.intervals import (
     upper,
 )
 from capsule_sym.symbolic.orbits import Box, Leg, System
-from capsule_sym.symbolic.proof import Undecided
 from capsule_sym.symbolic.switching import LocalMap
 
 _RADII = [Fraction(1, 10**n) for n in (5, 7, 9)]  # of the boxes to try

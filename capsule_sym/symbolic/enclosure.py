@@ -15,8 +15,7 @@ from math import ceil, comb
 import sympy as sp
 
 from capsule_sym.symbolic.model import Segment
-from capsule_sym.symbolic.proof import force
-from capsule_sym.symbolic.symbols import STATE, alpha, omega, tau
+from capsule_sym.symbolic.symbols import STATE, alpha, force, omega, tau
 
 Polynomial = list[Fraction]
 """Coefficients of the powers of a variable, from order 0."""

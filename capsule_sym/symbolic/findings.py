@@ -11,16 +11,18 @@ import sympy as sp
 
 from capsule_sym.symbolic import counterexample, printed
 from capsule_sym.symbolic.appendices import BOUNDS, bifurcations, part
-from capsule_sym.symbolic.errata import CASE_STUDY, CREST, OUT_2, described
+from capsule_sym.symbolic.elimination import Relation
+from capsule_sym.symbolic.errata import OUT_2
+from capsule_sym.symbolic.erratum import CASE_STUDY, CREST, described
 from capsule_sym.symbolic.geometry import PIECES, SCENARIOS, disjoint, empty
 from capsule_sym.symbolic.inner_products import outward
 from capsule_sym.symbolic.items import Item, implications
 from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.proof import Relation, consistent, example, force, negations
+from capsule_sym.symbolic.proof import consistent, example, negations
 from capsule_sym.symbolic.reachability import described as described_witness
 from capsule_sym.symbolic.reachability import witnesses
 from capsule_sym.symbolic.switching import LocalMap, allowed_maps, leaves_of, local_maps
-from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, gamma, v_r, x_r, zeta
+from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, gamma, v_r, x_r, zeta
 
 
 def _outside_all(claim: tuple[tuple[str, ...], tuple[Relation, ...]]) -> bool:
@@ -120,10 +122,7 @@ def _missing_maps() -> Item:
         claim=_MISSING,
         check=_is_missing,
         mutant=_MISSING - {LocalMap("Σ3", 5, "Σ5")},
-        formula=r",\ ".join(
-            rf"P_{{\Sigma_{{{m.target[1:]}}},F_{m.field},\Sigma_{{{m.source[1:]}}}}}"
-            for m in sorted(_MISSING)
-        ),
+        formula=r",\ ".join(local_map.formula for local_map in sorted(_MISSING)),
         verdict="refuted",
         printed="Table 3 lists all local maps: 42",
         derived="52: also " + ", ".join(map(str, sorted(_MISSING))),

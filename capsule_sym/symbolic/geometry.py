@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.model import P1, P2, P3, P4, segment
-from capsule_sym.symbolic.proof import Relation, consistent, implies
+from capsule_sym.symbolic.proof import consistent, implies
 from capsule_sym.symbolic.symbols import STATE, delta, f_b, v_r
 
 SCENARIOS: dict[str, Relation] = {

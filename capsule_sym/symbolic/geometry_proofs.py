@@ -8,10 +8,11 @@ from itertools import combinations, product
 import sympy as sp
 
 from capsule_sym.symbolic import printed
+from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.geometry import LINES, PIECES, SCENARIOS, Piece, disjoint, empty, meets
 from capsule_sym.symbolic.items import Item, implication, vanishes
 from capsule_sym.symbolic.model import P3, P4, SEGMENTS, Segment
-from capsule_sym.symbolic.proof import Relation, always_solvable, consistent, implies
+from capsule_sym.symbolic.proof import always_solvable, consistent, implies
 from capsule_sym.symbolic.switching import derivatives
 from capsule_sym.symbolic.symbols import (
     beta,

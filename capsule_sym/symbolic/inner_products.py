@@ -13,10 +13,11 @@ from functools import cache
 
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Relation, Sign
 from capsule_sym.symbolic.geometry import CELLS, LINES, PIECES, SURFACES, Piece
 from capsule_sym.symbolic.items import Item, signed, vanishes
 from capsule_sym.symbolic.model import P1, P2, P3, P4, SEGMENTS, Segment
-from capsule_sym.symbolic.proof import Relation, Sign, consistent, sign_under
+from capsule_sym.symbolic.proof import consistent, sign_under
 from capsule_sym.symbolic.switching import reduced
 from capsule_sym.symbolic.symbols import (
     STATE,

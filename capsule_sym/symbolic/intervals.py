@@ -20,9 +20,8 @@ from mpmath.libmp.libmpi import mpi_add, mpi_cos_sin, mpi_exp, mpi_mul
 from capsule_sym.symbolic import basis, flow
 from capsule_sym.symbolic.enclosure import EXTENDED, affine, extended_rates, quadrature
 from capsule_sym.symbolic.model import Segment
-from capsule_sym.symbolic.proof import force
 from capsule_sym.symbolic.switching import guards
-from capsule_sym.symbolic.symbols import alpha, h, omega, v_c, x_r
+from capsule_sym.symbolic.symbols import alpha, force, h, omega, v_c, x_r
 
 Interval: TypeAlias = Any
 """An interval of mpmath's; a comparison is true when it holds for all members."""

@@ -13,7 +13,8 @@ from typing import Any, Literal
 
 import sympy as sp
 
-from capsule_sym.symbolic.proof import Relation, Undecided, implies, sign_under
+from capsule_sym.symbolic.elimination import Relation, Undecided
+from capsule_sym.symbolic.proof import implies, sign_under
 
 Verdict = Literal["proved", "refuted", "conditional"]
 Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]

@@ -16,6 +16,7 @@ from functools import cache
 
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.intervals import (
     ONE,
     PRECISION,
@@ -36,7 +37,6 @@ from capsule_sym.symbolic.intervals import (
     upper,
 )
 from capsule_sym.symbolic.model import SEGMENTS, Segment
-from capsule_sym.symbolic.proof import Undecided
 from capsule_sym.symbolic.symbols import alpha, delta, f_b
 
 _C = 2  # place of v_c

@@ -22,6 +22,7 @@ from itertools import chain
 
 import sympy as sp
 
+from capsule_sym.symbolic.elimination import Relation, Sign
 from capsule_sym.symbolic.geometry import (
     LINES,
     PIECES,
@@ -31,7 +32,7 @@ from capsule_sym.symbolic.geometry import (
     Piece,
 )
 from capsule_sym.symbolic.model import SEGMENTS, Segment
-from capsule_sym.symbolic.proof import Relation, Sign, consistent, implies, sign_under
+from capsule_sym.symbolic.proof import consistent, implies, sign_under
 from capsule_sym.symbolic.symbols import STATE, delta, f_b, gamma, omega, tau, v_c, v_r, x_r, zeta
 
 # The state, the force and its first rate of change: derivatives that hold no more than these.
@@ -71,6 +72,12 @@ class LocalMap:
 
     def __str__(self) -> str:
         return f"P_{{{self.target},F{self.field},{self.source}}}"
+
+    @property
+    def formula(self) -> str:
+        """The map in LaTeX."""
+        target, source = (rf"\Sigma_{{{plane[1:]}}}" for plane in (self.target, self.source))
+        return f"P_{{{target},F_{self.field},{source}}}"
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,10 @@ x_c = sp.Symbol("x_c", real=True)
 
 STATE = (x_r, v_r, v_c)
 
+# Where the force of the excitation, which is bounded by alpha, stands for itself.
+force = sp.Symbol("u", real=True)  # alpha cos(omega tau)
+force_rate = sp.Symbol("u1", real=True)  # its time derivative
+
 tau = sp.Symbol("tau", real=True)  # time
 theta = sp.Symbol("theta", real=True)  # forcing angle omega * tau at the start of a segment
 h = sp.Symbol("h", nonnegative=True)  # time since the start of a segment

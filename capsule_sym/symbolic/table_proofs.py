@@ -9,12 +9,13 @@ import sympy as sp
 
 from capsule_sym.symbolic import printed
 from capsule_sym.symbolic.appendices import BOUNDS
+from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym.symbolic.inner_products import outward
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import SEGMENTS
 from capsule_sym.symbolic.printed import Row
-from capsule_sym.symbolic.proof import Relation, consistent, implies
+from capsule_sym.symbolic.proof import consistent, implies
 from capsule_sym.symbolic.reachability import Witness, described, proves, witnesses
 from capsule_sym.symbolic.switching import (
     Leaf,
@@ -196,8 +197,7 @@ def _map_item(local_map: LocalMap) -> Item:
         claim=(local_map, found),
         check=_occurs,
         mutant=(other, tuple(replace(w, local_map=other) for w in found)),
-        formula=rf"P_{{\Sigma_{{{local_map.target[1:]}}},F_{local_map.field},"
-        rf"\Sigma_{{{local_map.source[1:]}}}}}",
+        formula=local_map.formula,
         witness=lambda: described(found[0]),
     )
 

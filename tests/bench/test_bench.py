@@ -1,10 +1,7 @@
 """`capsule-sym bench` as a process: its JSON, its columns, its ratios, and bad input."""
 
 import json
-import subprocess
-import sys
 from importlib.util import find_spec
-from pathlib import Path
 
 import pytest
 
@@ -23,21 +20,11 @@ needs_cc = pytest.mark.skipif(compiled.compiler() is None, reason="there is no C
 needs_core = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
 
-def bench(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "capsule_sym", "bench", *arguments],
-        capture_output=True,
-        encoding="utf-8",
-        check=False,
-        cwd=cwd,
-    )
-
-
 @pytest.fixture(scope="module")
-def done(tmp_path_factory):
+def done(command, tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     only = "SciPy RK45" if compiled.compiler() is None else " in C"
-    process = bench("--quick", "--repeats", "1", "--only", only, "--json", cwd=folder)
+    process = command("bench", "--quick", "--repeats", "1", "--only", only, "--json", cwd=folder)
     assert process.returncode == 0, process.stderr
     return folder, process
 
@@ -162,8 +149,8 @@ def test_ratios_follow_from_the_rows(record) -> None:
     ("arguments", "named"),
     [(("--repeats", "0"), "--repeats"), (("--only", "nothing"), "nothing"), (("--bad",), "--bad")],
 )
-def test_bad_input_exits_with_2(tmp_path, arguments, named) -> None:
-    process = bench(*arguments, cwd=tmp_path)
+def test_bad_input_exits_with_2(command, tmp_path, arguments, named) -> None:
+    process = command("bench", *arguments, cwd=tmp_path)
     assert process.returncode == 2
     assert named in process.stderr
     assert "Traceback" not in process.stderr
@@ -189,8 +176,8 @@ def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
 
 
 @needs_cc
-def test_tables_show_the_rows(tmp_path) -> None:
-    process = bench("--quick", "--repeats", "1", "--only", "RK4 in C", cwd=tmp_path)
+def test_tables_show_the_rows(command, tmp_path) -> None:
+    process = command("bench", "--quick", "--repeats", "1", "--only", "RK4 in C", cwd=tmp_path)
     assert process.returncode == 0, process.stderr
     record = json.loads((tmp_path / "results/bench/part.json").read_text("utf-8"))
     for row in (*record["trajectory"], *record["tangencies"], *record["sweep"]):

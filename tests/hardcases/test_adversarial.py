@@ -17,7 +17,7 @@ from capsule_sym.hardcases import adversarial
 from capsule_sym.hardcases.adversarial import CHUNK, Tally, chunk, compare, run
 from capsule_sym.hardcases.judge import Start
 from capsule_sym.hardcases.starts import KINDS, RandomStart, random_start
-from capsule_sym.map import Segment
+from capsule_sym.map import Segment, Trajectory
 
 
 def test_a_small_run_agrees_with_50_digits() -> None:
@@ -57,15 +57,15 @@ def judged(backends: list[str]) -> Tally:
 
 def changed(monkeypatch: pytest.MonkeyPatch, **changes: Callable[[Segment], Any]) -> None:
     """Change the first segment of every run."""
-    simulate = adversarial.simulate
+    run_of = Start.run
 
-    def wrong(*arguments: Any, **options: Any) -> Any:
-        run = simulate(*arguments, **options)
-        segment, *others = run.segments
+    def wrong(start: Start, backend: str) -> Trajectory:
+        right = run_of(start, backend)
+        segment, *others = right.segments
         new = {name: change(segment) for name, change in changes.items()}
-        return replace(run, segments=(replace(segment, **new), *others))
+        return replace(right, segments=(replace(segment, **new), *others))
 
-    monkeypatch.setattr(adversarial, "simulate", wrong)
+    monkeypatch.setattr(Start, "run", wrong)
 
 
 def test_a_switch_at_a_wrong_time_is_inaccurate(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -191,7 +191,7 @@ def test_another_seed_or_other_code_is_not_counted(tmp_path: Path, quick: list[i
 def test_the_core_is_as_accurate_where_a_switch_is_many_expansions_away(
     parameters: tuple[float, ...], state: tuple[float, float, float], phase: float
 ) -> None:
-    start = Start(Parameters(*parameters), state, phase, periods=2)
+    start = Start(Parameters(*parameters), state, phase, periods=2, max_segments=1)
     tally = compare(RandomStart("anywhere", 1.0, start), ["c"])
     assert tally.disagreements == tally.inaccurate == []
     assert 0 < tally.worst <= 8.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from capsule_sym import simulate
 from capsule_sym._native import core
 from capsule_sym.hardcases.cases import Case, cases
 from capsule_sym.hardcases.judge import judge
@@ -46,14 +45,7 @@ def test_switches_are_those_of_50_digits_and_as_accurate_as_promised(name: str) 
 def test_fields_are_those_of_the_independent_judge(name: str) -> None:
     start = CASES[name].build()
     truth = taylor_events.run(start.parameters, start.state, start.phase, start.periods)
-    run = simulate(
-        start.parameters,
-        start.state,
-        start.phase,
-        start.periods,
-        max_segments=start.max_segments,
-    )
-    found = "".join(str(segment.field) for segment in run.segments)
+    found = "".join(str(segment.field) for segment in start.run().segments)
     assert found == truth.fields[: start.max_segments]
 
 
@@ -62,17 +54,7 @@ def test_fields_are_those_of_the_independent_judge(name: str) -> None:
 def test_the_core_switches_where_the_reference_map_does(name: str) -> None:
     start = CASES[name].build()
     passed = [
-        [
-            (segment.field, segment.target)
-            for segment in simulate(
-                start.parameters,
-                start.state,
-                start.phase,
-                start.periods,
-                backend=backend,
-                max_segments=start.max_segments,
-            ).segments
-        ]
+        [(segment.field, segment.target) for segment in start.run(backend).segments]
         for backend in ("c", "numpy")
     ]
     assert passed[0] == passed[1]

@@ -13,6 +13,7 @@ from capsule_sym.errors import InvalidInput
 from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
 from capsule_sym.orbits.search import find_orbit
 from capsule_sym.orbits.word import Word
+from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the words are the paper's.
 WORDS = {
@@ -26,15 +27,9 @@ WORDS = {
 }
 
 
-def orbit_at(parameters: Parameters) -> Orbit:
-    found = find_orbit(parameters)
-    assert isinstance(found, Orbit), found
-    return found
-
-
 @pytest.mark.parametrize("alpha", WORDS)
 def test_orbit_closes_with_the_printed_word(alpha: float) -> None:
-    orbit = orbit_at(Parameters(alpha=alpha))
+    orbit = settled(alpha=alpha)
     assert str(orbit.word) == WORDS[alpha]
     assert orbit.residual <= 1e-14
     assert sum(orbit.durations) == pytest.approx(orbit.parameters.period, rel=1e-15)
@@ -43,7 +38,7 @@ def test_orbit_closes_with_the_printed_word(alpha: float) -> None:
 @pytest.mark.parametrize("alpha", [0.7, 1.5])
 def test_orbit_is_where_a_long_run_goes(alpha: float) -> None:
     parameters = Parameters(alpha=alpha)
-    orbit, run = orbit_at(parameters), simulate(parameters, periods=300)
+    orbit, run = settled(alpha=alpha), simulate(parameters, periods=300)
     motion = run.steady()
     assert motion is not None
     assert orbit.motion.global_map == motion.global_map
@@ -53,12 +48,12 @@ def test_orbit_is_where_a_long_run_goes(alpha: float) -> None:
     trajectory = orbit.trajectory()
     start = trajectory.segments[0].start.phase
     times = np.linspace(start, start + 0.999 * parameters.period, 50)
-    settled = run(times + 290 * parameters.period)
-    assert np.max(abs(trajectory(times) - settled)) < 1e-11
+    reached = run(times + 290 * parameters.period)
+    assert np.max(abs(trajectory(times) - reached)) < 1e-11
 
 
 def test_refined_orbit_has_fifty_digits() -> None:
-    orbit = orbit_at(Parameters(alpha=1.2))
+    orbit = settled(alpha=1.2)
     fine = orbit.refined()
     assert isinstance(fine, Orbit)
     with mp.workdps(60):
@@ -99,7 +94,7 @@ def test_equilibrium_is_at_rest() -> None:
 
 def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
     """Along a direction with a part in every parameter."""
-    orbit = orbit_at(Parameters(alpha=0.7)).refined()
+    orbit = settled(alpha=0.7).refined()
     assert isinstance(orbit, Orbit)
     with mp.workdps(60):
         along = np.array([mpf(i) / 4 - 1 for i in (1, 2, 3, 5, 6, 7, 8)])
@@ -147,7 +142,7 @@ def test_guess_of_the_wrong_size_is_refused(guess: list[float] | None) -> None:
 
 def test_guess_may_be_rough() -> None:
     """Ten per cent off in every unknown, Newton's method comes to the same orbit."""
-    orbit = orbit_at(Parameters(alpha=0.7))
+    orbit = settled(alpha=0.7)
     again = close(orbit.parameters, orbit.word, [1.1 * value for value in orbit.z])
     assert isinstance(again, Orbit)
     assert max(abs(again.z[:3] - orbit.z[:3])) < 1e-13

@@ -16,17 +16,11 @@ from capsule_sym import Parameters, simulate
 from capsule_sym.errors import InvalidInput
 from capsule_sym.orbits import stability
 from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.search import find_orbit
 from capsule_sym.orbits.stability import field, jacobian, lyapunov, monodromy, multipliers
+from tests.orbits.branches import settled
 
 # All three directions alive, drift reversed at once, stick once and twice, at phase 0 and not.
 ALPHAS = (1.9, 1.5, 1.2, 0.7, 0.45)
-
-
-def orbit_at(alpha: float) -> Orbit:
-    found = find_orbit(Parameters(alpha=alpha))
-    assert isinstance(found, Orbit), found
-    return found
 
 
 def at_phase_0(orbit: Orbit) -> tuple[list[float], int]:
@@ -54,7 +48,7 @@ def differences(
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
-    orbit = orbit_at(alpha)
+    orbit = settled(alpha=alpha)
     state, size = at_phase_0(orbit)
 
     def final(start: list[float]) -> list[Any]:
@@ -75,7 +69,7 @@ def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
 @pytest.mark.parametrize("alpha", [1.9, 0.7])
 def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> None:
     heyoka_run = pytest.importorskip("tests.judges.heyoka_run")
-    orbit = orbit_at(alpha)
+    orbit = settled(alpha=alpha)
     state, size = at_phase_0(orbit)
     kind = heyoka_run.FLOAT
 
@@ -95,7 +89,7 @@ def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> Non
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     """The durations are eliminated from the equations by their own guards."""
-    orbit = orbit_at(alpha)
+    orbit = settled(alpha=alpha)
     shot, n = orbit.shot, len(orbit.word)
     # A deviation of the start moves every switch so that its guard still vanishes ...
     by_start, by_h = shot.by_z[:n, :3], shot.by_z[:n, 4:]
@@ -111,14 +105,14 @@ def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_stick_takes_one_multiplier_away(alpha: float) -> None:
-    values = multipliers(orbit_at(alpha))
+    values = multipliers(settled(alpha=alpha))
     assert (values[2] == 0) == (alpha < 1.7)
     assert abs(values[0]) < 1
 
 
 def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
     """exp((-zeta +- i sqrt(1 - zeta^2)) T) for the inner mass on its spring."""
-    orbit = orbit_at(0.005)
+    orbit = settled(alpha=0.005)
     parameters = orbit.parameters
     root = complex(-parameters.zeta, math.sqrt(1 - parameters.zeta**2))
     expected = [
@@ -131,7 +125,7 @@ def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> None:
-    orbit = orbit_at(alpha)
+    orbit = settled(alpha=alpha)
     state, _ = at_phase_0(orbit)
     run = simulate(orbit.parameters, state, periods=400)
     with np.errstate(divide="ignore"):
@@ -168,7 +162,7 @@ def test_exponents_of_a_long_rest_do_not_underflow() -> None:
 
 def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
     """Liouville: the flow contracts at the trace -2 zeta (gamma + 1)/gamma, rest apart."""
-    orbit = orbit_at(1.9)
+    orbit = settled(alpha=1.9)
     contraction = 1.0
     spans = orbit.shot.spans
     for span, following in zip(spans, spans[1:] + spans[:1], strict=True):
@@ -181,7 +175,7 @@ def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
 
 
 def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    orbit = orbit_at(1.9)
+    orbit = settled(alpha=1.9)
     right = monodromy(orbit)
     monkeypatch.setattr(stability, "saltation", lambda *_: np.eye(3))
     assert np.max(abs(monodromy(orbit) - right)) > 0.01

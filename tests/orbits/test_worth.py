@@ -19,15 +19,10 @@ from capsule_sym.orbits.word import Word
 from capsule_sym.orbits.worth import Worth, worth
 from capsule_sym.symbolic import model
 from capsule_sym.symbolic import symbols as s
+from tests.orbits.branches import settled
 
 ALPHAS = (0.005, 0.3, 0.45, 0.7, 1.2, 1.5, 1.9)
 FIGURES = tuple(name for name in Worth.__dataclass_fields__ if name != "imbalance")
-
-
-def orbit_at(parameters: Parameters) -> Orbit:
-    found = find_orbit(parameters)
-    assert isinstance(found, Orbit), found
-    return found
 
 
 @pytest.mark.parametrize("index", range(1, 7))
@@ -46,13 +41,13 @@ def test_energy_changes_by_work_less_losses_in_every_segment(index: int) -> None
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_energy_balance_closes_to_rounding(alpha: float) -> None:
-    found = worth(orbit_at(Parameters(alpha=alpha)))
+    found = worth(settled(alpha=alpha))
     assert abs(found.imbalance) < 3e-15 * found.work.value + 1e-18
 
 
 def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_nodes", lambda: np.polynomial.legendre.leggauss(5))
-    assert abs(worth(orbit_at(Parameters(alpha=0.7))).imbalance) > 1e-9
+    assert abs(worth(settled(alpha=0.7)).imbalance) > 1e-9
 
 
 def test_balance_holds_over_several_periods_of_excitation() -> None:
@@ -64,7 +59,7 @@ def test_balance_holds_over_several_periods_of_excitation() -> None:
 
 @pytest.mark.parametrize("alpha", [0.45, 1.5, 1.9])
 def test_terms_are_the_integrals_that_adaptive_quadrature_gives(alpha: float) -> None:
-    orbit = orbit_at(Parameters(alpha=alpha))
+    orbit = settled(alpha=alpha)
     parameters, trajectory = orbit.parameters, orbit.trajectory()
     period = parameters.period
 
@@ -92,7 +87,7 @@ def test_terms_are_the_integrals_that_adaptive_quadrature_gives(alpha: float) ->
 
 @pytest.mark.parametrize("alpha", [0.45, 1.5, 1.9])
 def test_peaks_are_those_of_dense_samples(alpha: float) -> None:
-    orbit = orbit_at(Parameters(alpha=alpha))
+    orbit = settled(alpha=alpha)
     p, trajectory = orbit.parameters, orbit.trajectory()
     start = trajectory.segments[0].start.phase
     x_r, v_r, _ = trajectory(np.linspace(start, start + 0.9999 * p.period, 40_000)).T
@@ -125,7 +120,7 @@ def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
 )
 def test_gradients_are_the_slopes_along_the_branch(alpha: float) -> None:
     """Against orbits in 50 digits, along a direction with a part in every parameter."""
-    orbit = orbit_at(Parameters(alpha=alpha))
+    orbit = settled(alpha=alpha)
     found = worth(orbit)
     with mp.workdps(60):
         along = np.array([mpf(i) / 5 - 1 for i in (1, 2, 3, 4, 6, 7, 8)])

@@ -15,11 +15,11 @@ from capsule_sym.casestudy import printed_map
 from capsule_sym.symbolic import case_study, printed
 from capsule_sym.symbolic.attractors import _contraction
 from capsule_sym.symbolic.case_study import CHANGES, Point, found, global_map, maps
+from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.intervals import ONE, ZERO, Motion, dot, exact, hull, middle
 from capsule_sym.symbolic.items import Item, settle
 from capsule_sym.symbolic.model import SEGMENTS, Segment
 from capsule_sym.symbolic.orbits import System
-from capsule_sym.symbolic.proof import Undecided
 from capsule_sym.symbolic.symbols import zeta
 
 POINT = Point("3.3", "1.64")

@@ -8,10 +8,11 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from capsule_sym.symbolic.errata import ERRATA, Erratum
+from capsule_sym.symbolic.errata import ERRATA
+from capsule_sym.symbolic.erratum import Erratum
 from capsule_sym.symbolic.findings import items
-from capsule_sym.symbolic.proof import consistent, force
-from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, gamma, v_c, v_r, x_r, zeta
+from capsule_sym.symbolic.proof import consistent
+from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, gamma, v_c, v_r, x_r, zeta
 
 BY_ID = {erratum.id: erratum for erratum in ERRATA}
 

@@ -11,17 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.proof import (
-    Undecided,
     always_solvable,
     consistent,
     evaluate,
     example,
-    force,
     implies,
     sign_under,
 )
-from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, gamma, v_c, v_r, x_r, zeta
+from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, gamma, v_c, v_r, x_r, zeta
 
 VALUES = {zeta: Fraction(1, 20), beta: Fraction(3, 2), gamma: Fraction(3), f_b: Fraction(1)}
 UNKNOWNS = (x_r, v_r, v_c, force, alpha, delta)

@@ -13,7 +13,6 @@ from capsule_sym.symbolic import printed
 from capsule_sym.symbolic.enclosure import Flow, first_order
 from capsule_sym.symbolic.geometry import PIECES, SCENARIOS
 from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.proof import force
 from capsule_sym.symbolic.switching import (
     allowed_maps,
     guards,
@@ -29,6 +28,7 @@ from capsule_sym.symbolic.symbols import (
     beta,
     delta,
     f_b,
+    force,
     gamma,
     omega,
     tau,

@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 from capsule_sym.symbolic import case_study, verify
 from capsule_sym.symbolic.command import verify as command
+from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.items import Item, Result, settle
-from capsule_sym.symbolic.proof import Undecided
 from capsule_sym.symbolic.report import markdown
 
 _APART = ("Closed-form flow, Eqs. (7)-(12)",)  # with tests of their own, as the case study
