@@ -202,7 +202,7 @@ def compare(random: RandomStart, backends: Iterable[str]) -> Tally:
 def _first_switch(numbers: Backend, start: Start) -> tuple[Departure | None, Switch | None]:
     """What takes over at a start, and the first switch before the run's end."""
     number, parameters = numbers.number, start.parameters
-    run = Run(numbers, parameters, start.phase, settle=False)
+    run = Run(numbers, parameters, settle=False)
     x_r, v_r, v_c = (number(value) for value in start.state)
     angle = number(start.phase) * number(parameters.omega)
     state = State(x_r, x_r - number(parameters.delta), v_r, v_c, angle)

@@ -66,8 +66,8 @@ class Judgement:
 
 def judge(start: Start) -> Judgement:
     """The run from a start, judged segment by segment and as a whole."""
-    run = _Judged(NumpyBackend(), start.parameters, start.phase, settle=True)
-    found = run.go(start.state, start.periods, start.max_segments)
+    run = _Judged(NumpyBackend(), start.parameters, settle=True)
+    found = run.go(start.state, start.phase, start.periods, start.max_segments)
     return Judgement(found, _fields(found), _fields(start.run("mpmath")), run.error, run.wrong)
 
 

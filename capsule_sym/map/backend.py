@@ -10,6 +10,7 @@ import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from fractions import Fraction
 from functools import cache
 from typing import Any, Protocol
 
@@ -41,8 +42,11 @@ class Backend(Protocol):
     def sqrt(self, value: Number) -> Number:
         """Square root."""
 
-    def cos_sin(self, angle: Number) -> tuple[Number, Number]:
-        """Cosine and sine."""
+    def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
+        """The forcing angle at a time, and by how much it is more than rounded."""
+
+    def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
+        """Cosine and sine of an angle and what rounding took from it."""
 
     def turns(self, angle: Number) -> tuple[int, Number]:
         """Whole turns in an angle >= 0, and the rest in [0, 2 pi)."""
@@ -71,8 +75,13 @@ class NumpyBackend:
     def sqrt(self, value: float) -> float:
         return math.sqrt(value)
 
-    def cos_sin(self, angle: float) -> tuple[float, float]:
-        return math.cos(angle), math.sin(angle)
+    def angle(self, phase: float, omega: float) -> tuple[float, float]:
+        angle = phase * omega
+        return angle, float(Fraction(phase) * Fraction(omega) - Fraction(angle))
+
+    def cos_sin(self, angle: float, rest: float = 0.0) -> tuple[float, float]:
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return cosine - rest * sine, sine + rest * cosine
 
     def turns(self, angle: float) -> tuple[int, float]:
         high, low = self._TURN
@@ -116,8 +125,11 @@ class MpmathBackend:
     def sqrt(self, value: Number) -> Number:
         return self._mpmath.sqrt(value)
 
-    def cos_sin(self, angle: Number) -> tuple[Number, Number]:
-        return self._mpmath.cos_sin(angle)  # type: ignore[no-any-return]
+    def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
+        return phase * omega, phase * 0
+
+    def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
+        return self._mpmath.cos_sin(angle + rest)  # type: ignore[no-any-return]
 
     def turns(self, angle: Number) -> tuple[int, Number]:
         whole = int(self._mpmath.floor(angle / self.full_turn))

@@ -103,7 +103,7 @@ def final_states(
             list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
-        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), float(times[i]), settle=True)
+        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), settle=True)
         _finish(run, records[i : i + 1].reshape(()), periods, marks, positions)
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
@@ -134,7 +134,7 @@ def final_state(
     values = check_start(parameters, state, phase, periods)
     found = _map_of(parameters).final(*values, phase, periods)
     if found is None:
-        run = Run(NumpyBackend(), parameters, phase, settle=True)
+        run = Run(NumpyBackend(), parameters, settle=True)
         record = core().Map(np.array(_row(parameters))).state_at(*values, phase)
         _finish(run, record, periods, None, False)
         if record["turn"] < periods:
@@ -165,7 +165,7 @@ def switches(
         stop, count, _ = native.run(record, periods, events=room)
         found.append(room[:count])
         if stop == core().OPEN:
-            run = Run(NumpyBackend(), parameters, phase, settle=True)
+            run = Run(NumpyBackend(), parameters, settle=True)
             journey = step(run, record, periods)
             if journey.departure is None and journey.turns < periods:
                 raise Stopped(journey.turns, periods)

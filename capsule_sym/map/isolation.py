@@ -162,9 +162,12 @@ def polish(
         e = about(h)
         step = _descending_root(e.values, low - h, high - h, unit * h)
         h, size = h + step, abs(step)
+        inverse = factorials(len(e.errors) + 1)
         terms = [*e.errors[1:], e.rest + e.growth * size]
-        added = sum(a * size**i / factorials(len(terms) + 1)[i] for i, a in enumerate(terms, 1))
-        if added <= unit * h * abs(e.values[1]) or 2 * size > last or h in bracket:
+        added = sum(a * size**i / inverse[i] for i, a in enumerate(terms, 1))
+        # Near a tangency the slope there is far below the one that the step was taken from.
+        slope = sum(a * step**i / inverse[i] for i, a in enumerate(e.values[1:]))
+        if added <= unit * h * abs(slope) or 2 * size > last or h in bracket:
             return h
         last = size
 

@@ -35,6 +35,7 @@ class Start(NamedTuple):
     margin: Number
     angle: Number
     zeros: Mapping[Guard, int]
+    angle_rest: Number = 0
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class Flow:
         self.backend, self.c, self.start = backend, c, departure.start
         self.field, start = departure.field, departure.start
         self.evaluations = 0
-        cosine, sine = backend.cos_sin(start.angle)
+        cosine, sine = backend.cos_sin(start.angle, start.angle_rest)
         self.closed = backend.kernels.Start(
             start.x_r, start.gap, start.v_r, start.v_c, start.margin, cosine, sine
         )
@@ -123,7 +124,7 @@ class Flow:
         x_r, gap = start.x_r + position, start.gap + position
         v_c = start.v_c + number(values[2]) if c.drift else start.v_c
         turned = c.omega * h
-        cosine, sine = self.backend.cos_sin(start.angle + turned)
+        cosine, sine = self.backend.cos_sin(start.angle + turned, start.angle_rest)
         margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
         errors = self._errors(h, x_r, v_r, v_c)
         error_angle = 2 * self.backend.unit * (start.angle + turned)

@@ -60,7 +60,7 @@ class NativeRun:
             stop, count, _ = self.map.run(record, periods, segments=room, strobe=strobe)
             self.segments += [self._segment(s) for s in buffer[:count].tolist()]
             if stop == core().OPEN and len(self.segments) < most:
-                run = Run(NumpyBackend(), self.parameters, phase, self.settle, self.deadline)
+                run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
                 self.settled += run.settled
@@ -116,10 +116,9 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
 
     More, up to `most`, as long as 50 digits have to settle them: a record has none to go on from.
     """
-    x_r, gap, v_r, v_c, angle, _, position, turn, bound, plane = record.tolist()
+    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
-    state = State(x_r, gap, v_r, v_c, angle, bound)
-    run.begun = turn > 0 or angle != run.phase * run.parameters.omega
+    state = State(x_r, gap, v_r, v_c, angle, bound, rest)
     journey = run.depart(state, source, turn, position)
     if journey.departure is not None and not source and v_c == 0:
         journey = journey._replace(source=f"Σ{journey.departure.field}")
@@ -134,4 +133,5 @@ def write(record: NDArray[np.void], journey: Journey) -> None:
     """Puts where a run of the reference map stands into a state record of the core."""
     state, source = journey.state, journey.source
     plane = int(source[1:]) if source else 0
-    record[...] = (*state[:5], 0.0, journey.position, journey.turns, state.bound, plane)
+    rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane)
+    record[...] = (*state[:5], rest, *place)

@@ -54,8 +54,8 @@ def simulate(
         native = NativeRun(parameters, settle, deadline)
         return native.go(values, phase, periods, max_segments)
     with _backend(chosen) as numbers:
-        run = Run(numbers, parameters, phase, settle, deadline)
-        return run.go(values, periods, max_segments)
+        run = Run(numbers, parameters, settle, deadline)
+        return run.go(values, phase, periods, max_segments)
 
 
 TIME_IS_UP = "at its time limit"
@@ -147,11 +147,10 @@ class Run:
         self,
         numbers: Backend,
         parameters: Parameters,
-        phase: float,
         settle: bool,
         deadline: float = math.inf,
     ) -> None:
-        self.numbers, self.parameters, self.phase = numbers, parameters, phase
+        self.numbers, self.parameters = numbers, parameters
         self.deadline = deadline
         self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
@@ -161,15 +160,17 @@ class Run:
         self.marks = 2 * LONGEST
         """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
         self.settled = 0
-        self.begun = False
         self.exact: State | None = None
         """The present state in 50 digits, where these settled the switch that led to it."""
 
-    def go(self, values: tuple[float, float, float], periods: int, most: int) -> Trajectory:
-        """The trajectory from a state and the run's phase."""
-        number, phase = self.numbers.number, self.phase
+    def go(
+        self, values: tuple[float, float, float], phase: float, periods: int, most: int
+    ) -> Trajectory:
+        """The trajectory from a state at a phase."""
+        number = self.numbers.number
         x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
-        state = State(x_r, x_r - self.delta, v_r, v_c, number(phase) * self.omega)
+        angle, rest = self.numbers.angle(number(phase), self.omega)
+        state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
         departure = self.take_over(state)
@@ -178,7 +179,7 @@ class Run:
         return Trajectory(
             self.parameters,
             self.numbers.name,
-            (instant(0, number(phase) * self.omega, self.omega), origin),
+            (instant(0, angle, self.omega), origin),
             tuple(self.segments),
             tuple(self.stroboscopic),
             self.settled,
@@ -207,10 +208,11 @@ class Run:
         while departure and turns < periods and len(self.segments) < most:
             if perf_counter() > self.deadline:
                 break
-            limit = self._remaining(periods - turns, state.angle)
+            limit = self._remaining(periods - turns, state.angle + state.angle_rest)
             flow, switch = self.first_switch(state, departure, limit)
-            self.begun = True
-            passed, angle = self.numbers.turns(state.angle + self.omega * switch.duration)
+            passed, angle = self.numbers.turns(
+                state.angle + (self.omega * switch.duration + state.angle_rest)
+            )
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
                 switch = replace(switch, point=flow.at_mark(switch.duration))
@@ -272,18 +274,13 @@ class Run:
         """The present state in a wider number system."""
         if self.exact is not None:
             return self.exact
-        exact = state.exactly(numbers.number, self.parameters.delta)
-        if self.begun:
-            return exact
-        # The run's phase is given, and its angle is a rounded product.
-        angle = numbers.number(self.phase) * numbers.number(self.parameters.omega)
-        return exact._replace(angle=angle)
+        return state.exactly(numbers.number, self.parameters.delta)
 
     def _settle_departure(self, state: State, source: int | None) -> Departure | None:
         self.settled += self.exact is None
         with fifty_digits() as numbers:
             exact = self.exactly(numbers, state)
-            settled = Run(numbers, self.parameters, self.phase, False).take_over(exact, source)
+            settled = Run(numbers, self.parameters, False).take_over(exact, source)
             if settled is None:
                 return None
             start = start_at(self.constants[settled.field - 1], state)

@@ -22,7 +22,8 @@ FIELDS = {(0, 1): 1, (0, 0): 2, (0, -1): 3, (1, 1): 4, (1, 0): 5, (1, -1): 6}
 class State(NamedTuple):
     """A state with what is known exactly: gap = 0 on the impact surface, v_c = 0 at rest.
 
-    `bound` is +1 (-1) where P = f_b (-f_b) is known to hold, else 0.
+    `bound` is +1 (-1) where P = f_b (-f_b) is known to hold, else 0. `angle_rest` is by how much
+    the forcing angle is more than rounded.
     """
 
     x_r: Number
@@ -31,6 +32,7 @@ class State(NamedTuple):
     v_c: Number
     angle: Number
     bound: int = 0
+    angle_rest: Number = 0
 
     def exactly(self, number: Callable[[Number], Number], delta: float) -> State:
         """The same state in a wider number system.
@@ -39,6 +41,7 @@ class State(NamedTuple):
         follows without the rounding that it has here.
         """
         x_r, gap, v_r, v_c, angle = (number(value) for value in self[:5])
+        angle += number(self.angle_rest)
         if 2 * abs(self.gap) > delta:
             gap = x_r - number(delta)
         else:
@@ -133,7 +136,9 @@ def start_at(c: Any, state: State) -> Start:
     if state.bound:
         force = state.bound * c.f_b
     margin = force - c.friction
-    return Start(state.x_r, state.gap, state.v_r, state.v_c, margin, state.angle, {})
+    return Start(
+        state.x_r, state.gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest
+    )
 
 
 def _departing(
@@ -143,7 +148,7 @@ def _departing(
 
     Raises Undetermined where a sign that decides is open.
     """
-    cosine, sine = backend.cos_sin(start.angle)
+    cosine, sine = backend.cos_sin(start.angle, start.angle_rest)
     zero = state.x_r * 0
     point = Point(*start[:5], cosine, sine, zero, zero, zero, 2 * backend.unit * start.angle)
     zeros: dict[Guard, int] = {}

@@ -80,7 +80,7 @@ class Beside(Run):
         if not (known and switch.guards):
             return flow, switch
         record, segments = np.zeros((), core.STATE), np.empty(1, core.SEGMENT)
-        record[...] = (*state[:5], 0.0, 0.0, 0, state.bound, 0)
+        record[...] = (*state[:5], state.angle_rest, 0.0, 0, state.bound, 0)
         native = core.Map(parameter_rows(self.parameters)[0])
         assert native.run(record, 10**6, segments=segments)[1] == 1
         with fifty_digits() as digits:
@@ -95,8 +95,8 @@ class Beside(Run):
 
 @pytest.mark.parametrize("alpha", [0.3, 0.939, 1.5, 1.6148])
 def test_switching_times_keep_the_accuracy_contract(alpha: float) -> None:
-    run = Beside(NumpyBackend(), Parameters(alpha=alpha), 0.0, settle=True)
-    run.go((0.0, 0.0, 0.0), 3, 100)
+    run = Beside(NumpyBackend(), Parameters(alpha=alpha), settle=True)
+    run.go((0.0, 0.0, 0.0), 0.0, 3, 100)
     assert 0 < run.worst <= CONTRACT
 
 
@@ -113,8 +113,8 @@ def test_switching_times_of_random_motions_keep_the_accuracy_contract() -> None:
             gamma=random.uniform(0.2, 8),
             f_b=random.uniform(0.2, 2),
         )
-        run = Beside(NumpyBackend(), parameters, 0.0, settle=True)
-        run.go(tuple(random.uniform(-0.5, 0.5, 3).tolist()), 1, 8)
+        run = Beside(NumpyBackend(), parameters, settle=True)
+        run.go(tuple(random.uniform(-0.5, 0.5, 3).tolist()), 0.0, 1, 8)
         assert run.worst <= CONTRACT, parameters
 
 
