@@ -46,6 +46,7 @@ cdef extern from "capsule.h" nogil:
     capsule_stop capsule_steady(const capsule_map *, const capsule_state *, void *, int, double,
                                 capsule_event *, size_t, capsule_motion *, capsule_outcome *)
     ctypedef struct capsule_many:
+        size_t stride
         const capsule_parameters *parameters
         capsule_state *states
         int8_t *stops
@@ -265,8 +266,8 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
 
 
 def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
-             double[:, :, ::1] strobe=None, bint position=False):
-    """Runs every row to the end of period `periods`, leaving in `states` where it came to.
+             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1):
+    """Runs every row, or every so many, to the end of period `periods`, leaving in `states` where it came to.
 
     `stops` receives why each run stopped; `strobe`, shape (rows, periods + 1, 3), the states at
     the ends of the periods.
@@ -277,6 +278,7 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     cdef capsule_crew *crew = <capsule_crew *> malloc(sizeof(capsule_crew))
     if crew is NULL:
         raise MemoryError()
+    many.stride = stride
     many.parameters = <const capsule_parameters *> &parameters[0, 0]
     many.states = <capsule_state *> &at[0]
     many.stops = &stops[0]

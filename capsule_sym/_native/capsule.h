@@ -119,6 +119,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
 
 /* Many runs, side by side. */
 typedef struct {
+    size_t stride; /* every so many rows is one of them: threads share rows out like cards */
     const capsule_parameters *parameters; /* of each run */
     capsule_state *states;                /* where each starts, and where it came to */
     int8_t *stops;                        /* why each came back, a capsule_stop */
@@ -143,8 +144,8 @@ typedef struct {
     int waiting[4 * CAPSULE_LEVELS + 4], idlers;
 } capsule_crew;
 
-/* Takes `count` runs to the end of period `periods`, as `capsule_run` does one; fastest where
-   neighbouring runs share omega, zeta, beta and gamma. */
+/* Takes the runs among `count` rows to the end of period `periods`, as `capsule_run` does one;
+   fastest where neighbouring runs share omega, zeta, beta and gamma. */
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew);
 
 /* The motion that a run has come to. */

@@ -182,7 +182,8 @@ static void work_through(work *w, size_t end)
     for (;;) {
         while (crew->idlers && w->next < end) {
             const int slot = crew->idle[--crew->idlers];
-            crew->row[slot] = w->next++;
+            crew->row[slot] = w->next;
+            w->next += w->many->stride;
             memset(crew->guess[slot], 0, sizeof crew->guess[slot]);
             begin(w, slot, w->many->states[crew->row[slot]], 0);
         }
@@ -228,16 +229,16 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
 #endif
     while (w.next < count) {
         const capsule_parameters *p = &many->parameters[w.next];
-        size_t end = w.next + 1;
+        size_t end = w.next + many->stride;
         while (end < count && same_flows(p, &many->parameters[end]))
-            end++;
+            end += many->stride;
         capsule_map_make(p, &crew->map);
         crew->idlers = 0;
         for (int slot = 0; slot < CAPSULE_CREW; slot++)
             crew->idle[crew->idlers++] = (int16_t)slot;
         memset(crew->waiting, 0, sizeof crew->waiting);
-        if (end - w.next == 1 || w.lanes == 1) {
-            for (; w.next < end; w.next++)
+        if (end - w.next == many->stride || w.lanes == 1) {
+            for (; w.next < end; w.next += many->stride)
                 alone(&w);
             continue;
         }

@@ -86,21 +86,19 @@ def final_states(
     stops = np.empty(count, np.int8)
     core().start_many(rows, starts, np.ascontiguousarray(times), records)
 
-    def part(low: int, high: int) -> None:
-        marks = None if strobe is None else strobe[low:high]
-        core().run_many(
-            rows[low:high], records[low:high], periods, stops[low:high], marks, positions
-        )
+    # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
+    # side by side.
+    hands = min(threads, max(1, count // _SIDE_BY_SIDE))
 
-    # Two parts a thread, so that none is left with all the long runs; but enough runs in each to
-    # be taken side by side.
-    parts = min(2 * threads, max(1, count // _SIDE_BY_SIDE))
-    if threads == 1 or parts == 1:
-        part(0, count)
+    def hand(i: int) -> None:
+        marks = None if strobe is None else strobe[i:]
+        core().run_many(rows[i:], records[i:], periods, stops[i:], marks, positions, hands)
+
+    if hands == 1:
+        hand(0)
     else:
-        edges = np.linspace(0, count, parts + 1, dtype=int)
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
+        with ThreadPoolExecutor(hands) as pool:
+            list(pool.map(hand, range(hands)))
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
         run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), settle=True)
@@ -171,7 +169,7 @@ def switches(
                 raise Stopped(journey.turns, periods)
             write(record, journey)
             events = [
-                (s.end.period, s.end.phase, s.field, int(s.target[1:]))
+                (s.end.period, s.end.phase * parameters.omega, s.field, int(s.target[1:]))
                 for s in run.segments
                 if s.target
             ]

@@ -73,7 +73,7 @@ int main(void)
         printf("%zu %.9f %.9f ", count, alone.x_r, alone.v_c);
     }
     static double strobe[RUNS * (PERIODS + 1)][3];
-    const capsule_many many = {rows, states, stops, strobe, 0};
+    const capsule_many many = {1, rows, states, stops, strobe, 0};
     capsule_run_many(&many, RUNS, PERIODS, &crew);
     printf("|");
     for (int i = 0; i < RUNS; i++)

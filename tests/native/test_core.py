@@ -221,6 +221,27 @@ def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
     assert final_state(parameters, state, periods=1) == tuple(finals.states[0])
 
 
+def test_switches_found_behind_the_core_have_their_angles() -> None:
+    """A start that all but grazes: its first switch is left to the reference map."""
+    parameters = Parameters(
+        alpha=0.04994727037814717,
+        omega=2.9303608550896656,
+        delta=0.007097380007022424,
+        zeta=0.022939879501777064,
+        beta=312.110062316957,
+        gamma=25.924490273736783,
+    )
+    state = (-0.0034319350101247492, 0.01843567543633385, -1.5488089627794381)
+    phase = 0.045770434012766245
+    native = core.Map(parameter_rows(parameters)[0])
+    assert native.run(native.state_at(*state, phase), 2)[0] == core.OPEN
+    found = switches(parameters, state, phase, periods=2)
+    reference = simulate(parameters, state, phase, periods=2, backend="numpy").segments
+    ended = [s.end.phase * parameters.omega for s in reference if s.target]
+    assert len(ended) == 2
+    np.testing.assert_allclose(found["angle"], ended, rtol=0, atol=1e-11)
+
+
 def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """The core leaves this start open, and here nothing behind it decides either."""
     monkeypatch.setattr(Run, "take_over", lambda *_: None)
