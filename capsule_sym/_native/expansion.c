@@ -171,8 +171,7 @@ root polish(const capsule_constants *c, const capsule_table *t, const stand *fro
         else
             high = s;
         double step = -value / slope;
-        if (fabs(step) <= 0x1p-26 * s ||
-            step * step * bend <= UNIT * s * fabs(slope) * (zeros ? s : 1.0) * (zeros > 1 ? s : 1.0)) {
+        if (fabs(step) <= 0x1p-26 * s) {
             r.s = s + step;
             break;
         }

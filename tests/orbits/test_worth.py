@@ -42,7 +42,9 @@ def test_energy_changes_by_work_less_losses_in_every_segment(index: int) -> None
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_energy_balance_closes_to_rounding(alpha: float) -> None:
     found = worth(settled(alpha=alpha))
-    assert abs(found.imbalance) < 3e-15 * found.work.value + 1e-18
+    # What the springs store is rounded too: most where the work is small beside it.
+    stored = found.peak_force.value**2 / 2
+    assert abs(found.imbalance) < 8 * 2.0**-53 * (found.work.value + stored)
 
 
 def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.MonkeyPatch) -> None:
