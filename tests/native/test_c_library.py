@@ -57,12 +57,11 @@ int main(void)
         rows[i] = (capsule_parameters){0.016 * (i + 1), 0.8, 0.02, 0.05, 1.5, 3.3, 1};
         capsule_map_remake(&rows[i], &map);
         states[i] = capsule_state_at(&map, 0, 0, 0, 0);
-        if (i == RUNS - 1) { /* v_c would vanish at 0.4, 0.6 and 1.6: within one expansion */
-            rows[i].alpha = 1.545210526148077;
+        if (i == RUNS - 1) { /* v_c would vanish at 0.3, 0.6 and 1.1: within one expansion */
+            rows[i].alpha = 3.01;
             rows[i].delta = 50;
             capsule_map_remake(&rows[i], &map);
-            states[i] = capsule_state_at(&map, 0.018745324174684663, 2.111691326171904, 0.05,
-                                         2.2860990794059366 / 0.8);
+            states[i] = capsule_state_at(&map, 0.41877449, 1.76297973, 0.02, 4.8771432);
         }
         capsule_state alone = states[i];
         static capsule_event events[1000];
