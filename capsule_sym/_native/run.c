@@ -9,6 +9,7 @@
 
 /* A segment that takes more is left to the caller: another method looks further ahead there. */
 #define MOST_EXPANSIONS 8192
+#define MOST_ADDED 4 /* expansions whose roundings may add up to a switch */
 
 typedef struct {
     const capsule_map *map;
@@ -165,6 +166,40 @@ static capsule_outcome tangency(guard_name guard)
     return guard == GAP ? CAPSULE_GRAZE : CAPSULE_SLIDING_TANGENCY;
 }
 
+/* Moves a switch and the state there to where the closed form from the segment's start has it.
+   Expansions add up their roundings; the switch stays within what they prove, `error` of time. */
+static void refine(const capsule_constants *c, const departure *from, guard_name guard,
+                   double error, ending *end)
+{
+    const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
+                                 from->margin, from->cosine, from->sine};
+    double change[3] = {0.0, 0.0, 0.0};
+    capsule_flow(c, &start, end->duration, change);
+    point *p = &end->at;
+    const double x_r = from->x_r + change[0], gap = from->gap + change[0], v_r = change[1];
+    const double force = x_r + c->kappa * gap + 2.0 * c->zeta * v_r;
+    const double v_rate =
+        c->push - c->m * (x_r + c->kappa * gap) - 2.0 * c->sigma * v_r + c->alpha * p->cosine;
+    const double v_c_rate = c->drift != 0.0 ? (force - c->friction) / c->gamma : 0.0;
+    const double value = guard == GAP     ? gap
+                         : guard == DRIFT ? from->v_c + change[2]
+                         : guard == UPPER ? force - c->f_b
+                                          : force + c->f_b;
+    const double slope = guard == GAP     ? v_r
+                         : guard == DRIFT ? v_c_rate
+                                          : (1.0 + c->kappa) * v_r + 2.0 * c->zeta * v_rate;
+    const double by = -value / slope;
+    if (!(fabs(by) <= error))
+        return;
+    p->x_r = x_r + by * v_r;
+    p->gap = gap + by * v_r;
+    p->v_r = v_r + by * v_rate;
+    p->v_c = from->v_c + change[2] + by * v_c_rate;
+    p->angle_rest += c->omega * by;
+    cosine_sine(p->angle, p->angle_rest, &p->cosine, &p->sine);
+    end->duration += by;
+}
+
 /* Takes a segment from its start to its first switch or to the end of the run. */
 static void locate(run *r, const departure *start, int plane, int64_t turn, ending *end)
 {
@@ -261,6 +296,8 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
         if (first.guard != NONE) {
             end->guard = first.guard;
             end->outcome = CAPSULE_REGULAR;
+            if (end->evaluations > MOST_ADDED)
+                refine(c, start, first.guard, first.root.error * t->reach, end);
             return;
         }
         if (ends) {

@@ -230,10 +230,11 @@ def _problem(
         return f"{found}: {fired.value if fired else 'none'}, not {names(true)}", 0.0
     if not true.guards:
         return "", 0.0
-    # With M = 0 the error is larger than it is: mostly that is little enough already.
+    # With M = 0 the error is larger than it is.
     off = float(abs(segment.duration / true.duration - 1)) * 2**53 if true.duration else math.inf
     if off > _SMALL:
-        off = error(numbers, start.parameters, departure, segment.duration, true).amplitude
+        judged = error(numbers, start.parameters, departure, segment.duration, true, _SMALL)
+        off = judged.amplitude
     return "", off
 
 

@@ -84,11 +84,17 @@ class Error(NamedTuple):
 
 
 def error(
-    numbers: Backend, parameters: Parameters, departure: Departure, duration: float, exact: Switch
+    numbers: Backend,
+    parameters: Parameters,
+    departure: Departure,
+    duration: float,
+    exact: Switch,
+    negligible: float = 0.0,
 ) -> Error:
     """The error of a switching time that is found to be `duration` where `exact` is true.
 
-    Zero where g'(t*) = 0: there the contract asks for no digits.
+    Zero where g'(t*) = 0: there the contract asks for no digits. An error that is certainly no more
+    than `negligible` is given by a bound.
     """
     c = numbers.constants(departure.field, parameters)
     guard = exact.guards[0]
@@ -96,11 +102,23 @@ def error(
     if slope == 0:
         return Error(0.0, 0.0)
     off = abs(numbers.number(duration) - exact.duration) * 2**53
-    amplitude, phase = (
-        float(off / (exact.duration + term / slope))
-        for term in largest_terms(parameters, departure, guard, float(exact.duration))
-    )
-    return Error(amplitude, phase)
+
+    def units(term: float) -> float:
+        return float(off / (exact.duration + term / slope))
+
+    # M is no less than a term of the start; mostly the error is little enough with that already.
+    most = units(_term_of_start(c, departure, guard))
+    if most <= negligible:
+        return Error(most, most)
+    return Error(*map(units, largest_terms(parameters, departure, guard, float(exact.duration))))
+
+
+def _term_of_start(c: Any, departure: Departure, guard: Guard) -> float:
+    start = departure.start
+    if guard is Guard.DRIFT:
+        return float(abs(start.v_c))
+    x_r = max(abs(start.x_r), c.delta)
+    return float(x_r if guard is Guard.GAP else (1 + c.kappa) * x_r)
 
 
 def largest_terms(
