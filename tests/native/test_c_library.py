@@ -8,13 +8,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym import Parameters, simulate
-
-ROOT = Path(__file__).parents[2]
-LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
-SOURCES = [
-    *("tables", "search", "depart", "expansion", "run", "fused", "processor"),
-    *("crew", "lanes_4", "lanes_8"),
-]
+from tests.native import LIBRARY, built
 
 pytestmark = pytest.mark.skipif(
     shutil.which("make") is None or shutil.which("cc") is None, reason="no C compiler here"
@@ -84,20 +78,8 @@ int main(void)
 
 def output(directory: Path, mutation: tuple[str, str, str] | None) -> tuple[str, str]:
     """What runs one by one and side by side print, from sources one line of which is changed."""
-    shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
-    if mutation:
-        name, old, new = mutation
-        text = (directory / name).read_text()
-        assert old in text
-        (directory / name).write_text(text.replace(old, new))
-    (directory / "program.c").write_text(PROGRAM)
-    command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-I.", f"-I{KERNELS}", "program.c"]
-    command += [*(f"{source}.c" for source in SOURCES), str(KERNELS / "capsule_kernels.c"), "-lm"]
-    done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    ran = subprocess.run(
-        [directory / "a.out"], capture_output=True, text=True, check=False, timeout=60
-    )
+    program = built(directory, PROGRAM, change=mutation)
+    ran = subprocess.run([program], capture_output=True, text=True, check=False, timeout=60)
     alone, _, beside = ran.stdout.partition("|")
     return alone, beside
 
