@@ -62,7 +62,7 @@ def _running(command: _Command) -> _Command:
 )
 @_running
 def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) -> None:
-    r"""Run every cell of the sweep in FILE.toml and keep the results in DIR.
+    """Run every cell of the sweep in FILE.toml and keep the results in DIR.
 
     A file for a chart of motion types:
 
@@ -80,7 +80,7 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
     `[start]` holds what no axis changes of the start. `compute` names any of word, progression,
     final, multipliers, energies, lyapunov. Every chunk is written when it is finished: an
     interrupted sweep goes on with --resume. DIR/results.zarr opens with xarray.
-    """
+    """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     _require_extra()
     from capsule_sym.sweeps import load_sweep, refine, run
 

@@ -55,6 +55,12 @@ def test_a_sweep_is_run_and_told(
     assert "done              81" in said(capsys, ["sweep-info", store])
 
 
+def test_help_shows_a_file_line_by_line(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = [line.strip() for line in said(capsys, ["sweep", "--help"]).splitlines()]
+    assert "omega = 0.8" in lines
+    assert 'compute = ["word", "progression"]' in lines
+
+
 def test_json_is_one_object_with_the_speed(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
