@@ -244,18 +244,21 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    from rich.progress import BarColumn, Progress, Task, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TimeRemainingColumn
+    from rich.text import Text
 
-    class Rate(TextColumn):
-        def render(self, task: Task) -> Any:
-            self.text_format = f"{task.speed or 0:,.0f} cells/s"
-            return super().render(task)
+    class Cells(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            # How many there are is known only when the store is open.
+            if task.total is None:
+                return Text("starting")
+            done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
+            return Text(f"{done}, {task.speed or 0:,.0f} a second")
 
     screen = make_console(stderr=True)
     bar = Progress(
-        TextColumn("{task.completed:,.0f} of {task.total:,.0f} cells"),
-        BarColumn(),
-        Rate(""),
+        Cells(),
+        BarColumn(bar_width=20),
         TimeRemainingColumn(),
         console=screen,
         disable=not screen.is_terminal,
