@@ -67,7 +67,7 @@ class _Approach:
 
     def near(self, distance: float) -> Start:
         """The start whose guard has a minimum of -distance."""
-        from mpmath import findroot
+        from capsule_sym.map.precision import workspace
 
         with backend("mpmath") as numbers:
 
@@ -79,7 +79,7 @@ class _Approach:
                 above = flow.guard(self.guard, point) + numbers.number(distance)
                 return above, _rate(flow, self.guard, point)
 
-            v_r, _ = findroot(excess, self.touch, tol=1e-40)
+            v_r, _ = workspace().findroot(excess, self.touch, tol=1e-40)
         return Start(self.parameters, (self.x_r, float(v_r), self.v_c), self.phase, periods=2)
 
 

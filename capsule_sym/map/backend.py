@@ -17,9 +17,10 @@ from typing import Any, Protocol
 from capsule_sym.errors import InvalidInput
 from capsule_sym.parameters import Parameters
 
-Number = Any  # float or mpmath.mpf
+Number = Any  # float, or a number of the mpmath kernels
 DIGITS = 50
-_GUARD_DIGITS = 10
+MOST_DIGITS = DIGITS + 10
+"""What 50 digits are computed with."""
 
 
 class Backend(Protocol):
@@ -99,40 +100,35 @@ class NumpyBackend:
 
 
 class MpmathBackend:
-    """Any precision on the mpmath kernels."""
+    """Numbers of so many decimal digits, whatever `mpmath.mp` is set to, on the mpmath kernels."""
 
     name = "mpmath"
 
-    def __init__(self) -> None:
-        import mpmath
+    def __init__(self, digits: int = MOST_DIGITS) -> None:
+        from capsule_sym.map.precision import mpmath_kernels, of_mpmath
 
-        from capsule_sym.generated.mp import kernels
+        self._set(of_mpmath(digits), mpmath_kernels(digits))
 
+    def _set(self, functions: Any, kernels: Any) -> None:
         self.kernels: Any = kernels
-        self._mpmath = mpmath
-
-    @property
-    def unit(self) -> Number:
-        return self._mpmath.mp.eps / 2
-
-    @property
-    def full_turn(self) -> Number:
-        return 2 * self._mpmath.mp.pi
+        self._functions = functions
+        self.unit: Number = functions.eps / 2
+        self.full_turn: Number = 2 * functions.pi
 
     def number(self, value: object) -> Number:
-        return self._mpmath.mpf(value)
+        return self._functions.mpf(value)
 
     def sqrt(self, value: Number) -> Number:
-        return self._mpmath.sqrt(value)
+        return self._functions.sqrt(value)
 
     def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
         return phase * omega, phase * 0
 
     def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
-        return self._mpmath.cos_sin(angle + rest)  # type: ignore[no-any-return]
+        return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
 
     def turns(self, angle: Number) -> tuple[int, Number]:
-        whole = int(self._mpmath.floor(angle / self.full_turn))
+        whole = int(self._functions.floor(angle / self.full_turn))
         return whole, angle - whole * self.full_turn
 
     def constants(self, field: int, parameters: Parameters) -> Any:
@@ -167,16 +163,13 @@ def _is_compiled() -> bool:
 
 @contextmanager
 def backend(name: str) -> Iterator[Backend]:
-    """The backend of this name, `numpy` or `mpmath`, the latter at 50 digits while in use.
+    """The backend of this name, `numpy`, or `mpmath` with 50 digits and 10 to guard them.
 
     Raises InvalidInput for another name.
     """
     if name == "numpy":
         yield NumpyBackend()
     elif name == "mpmath":
-        import mpmath
-
-        with mpmath.workdps(DIGITS + _GUARD_DIGITS):
-            yield MpmathBackend()
+        yield MpmathBackend()
     else:
         raise InvalidInput("backend", name, "c, numpy or mpmath")

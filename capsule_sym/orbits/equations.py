@@ -122,14 +122,16 @@ def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
     """
     if numbers.name != "mpmath":
         return np.linalg.solve(matrix, right)
-    from mpmath import mp
+    from capsule_sym.map.precision import workspace
 
+    mp, number = workspace(), numbers.number
     columns = right.reshape(len(right), -1)
     try:
         solved = [mp.lu_solve(mp.matrix(matrix.tolist()), mp.matrix(list(b))) for b in columns.T]
     except ZeroDivisionError as error:
         raise np.linalg.LinAlgError("singular matrix") from error
-    return np.array([list(x) for x in solved], dtype=object).T.reshape(right.shape)
+    rows = [[number(value) for value in x] for x in solved]
+    return np.array(rows, dtype=object).T.reshape(right.shape)
 
 
 def _zeros(numbers: Backend, *shape: int) -> NDArray[Any]:

@@ -156,9 +156,7 @@ def _sample(
 def _panels(numbers: Backend, reach: float) -> tuple[Vector, Vector]:
     """Nodes and weights on (0, 1), for functions of exponential type `reach` there."""
     if numbers.name == "mpmath":
-        from mpmath import mp
-
-        (nodes, weights), longest = _mpmath_nodes(mp.prec), _MPMATH_REACH
+        (nodes, weights), longest = _mpmath_nodes(), _MPMATH_REACH
     else:
         (nodes, weights), longest = _nodes(), _REACH
     count = max(1, math.ceil(reach / longest))
@@ -172,9 +170,12 @@ def _nodes() -> tuple[Vector, Vector]:
 
 
 @lru_cache(maxsize=1)
-def _mpmath_nodes(precision: int) -> tuple[Vector, Vector]:
-    from mpmath import mp
+def _mpmath_nodes() -> tuple[Vector, Vector]:
     from mpmath.calculus.quadrature import GaussLegendre
 
-    rule = np.array(GaussLegendre(mp).calc_nodes(_MPMATH_DEGREE, precision))
-    return rule[:, 0], rule[:, 1]
+    from capsule_sym.map.precision import mpf, workspace
+
+    mp = workspace()
+    rule = GaussLegendre(mp).calc_nodes(_MPMATH_DEGREE, mp.prec)
+    nodes, weights = np.array([[mpf(value) for value in row] for row in rule]).T
+    return nodes, weights

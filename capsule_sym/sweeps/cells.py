@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import IntEnum
-from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +25,6 @@ from capsule_sym.sweeps.sweep import PARAMETERS, Sweep
 KERNELS = f"{DIGEST}, {default_backend()}"
 """What computes the cells: the digest of the generated kernels, and the backend."""
 
-# The precision of mpmath, which may settle a cell, belongs to the whole process.
-_ONE_AT_A_TIME = Lock()
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
 _SHARED = ("gamma", "beta", "zeta", "omega")
 _FURTHER = 1000  # excitation periods, at most, that a Lyapunov exponent of a run is taken over
@@ -137,8 +134,7 @@ class _Cells:
 
     def guarded(self, i: int, work: Callable[[int], None]) -> None:
         try:
-            with _ONE_AT_A_TIME:
-                work(i)
+            work(i)
         except Exception as error:
             self.fail(i, f"{type(error).__name__}: {error}")
 

@@ -18,6 +18,8 @@ from capsule_sym.map.expansion import Expansion, Guard, expand, watched
 from tests.map import CASES, DIGITS, FIELDS, Motion, constants, random_motion
 
 UNIT = NumpyBackend.unit
+# With mpmath at fewer digits than the judge's, its rounding errors can be seen.
+SYSTEMS: list[Backend] = [NumpyBackend(), MpmathBackend(DIGITS - 6)]
 
 
 @pytest.fixture(autouse=True)
@@ -29,11 +31,9 @@ def _digits() -> Iterator[None]:
 def expansions(
     numbers: Backend, motion: Motion, h: float, forced: bool = False
 ) -> Mapping[Guard, Expansion]:
-    # With mpmath at fewer digits than the judge's, its rounding errors can be seen.
-    with mp.workdps(DIGITS - 6):
-        flow = motion.flow(numbers)
-        at = flow(numbers.number(h)) if h else flow.origin
-        return (quasistatic.expand_forced if forced else expand)(numbers, flow.c, at)
+    flow = motion.flow(numbers)
+    at = flow(numbers.number(h)) if h else flow.origin
+    return (quasistatic.expand_forced if forced else expand)(numbers, flow.c, at)
 
 
 def label(case: tuple[Motion, float]) -> str:
@@ -65,10 +65,9 @@ def value(e: Expansion, d: Any, less: int = 0) -> Any:
     return mp.fsum(mpf(a) * d ** (i - less) / factorial(i - less) for i, a in terms(e.values, less))
 
 
-@pytest.mark.parametrize("numbers", [NumpyBackend(), MpmathBackend()], ids=lambda b: b.name)
+@pytest.mark.parametrize("numbers", SYSTEMS, ids=lambda b: b.name)
 def test_derivatives_are_those_of_the_motion_within_their_error_bounds(numbers: Backend) -> None:
-    with mp.workdps(DIGITS - 6):
-        unit = numbers.unit
+    unit = numbers.unit
     for motion, h in CASES:
         vector = motion.state_at(h)
         for guard, e in expansions(numbers, motion, h).items():
@@ -79,7 +78,7 @@ def test_derivatives_are_those_of_the_motion_within_their_error_bounds(numbers: 
                 assert off <= error, (label((motion, h)), guard, order, float(off / error))
 
 
-@pytest.mark.parametrize("numbers", [NumpyBackend(), MpmathBackend()], ids=lambda b: b.name)
+@pytest.mark.parametrize("numbers", SYSTEMS, ids=lambda b: b.name)
 def test_the_error_bounds_grow_with_the_forcing_angle(numbers: Backend) -> None:
     # The forcing angle of 10^4 is known to 10^4 units only, and all derivatives depend on it.
     fast = Parameters(alpha=0.3, zeta=5.0, omega=100.0)

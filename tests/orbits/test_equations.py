@@ -52,7 +52,8 @@ def everything(shot: Shot) -> Any:
 
 def shoot_exactly(word: Word, z: list[Any], values: list[Any]) -> Shot:
     with backend("mpmath") as numbers:
-        return shoot(numbers, values, word, np.array([mpf(value) for value in z]))
+        number = numbers.number
+        return shoot(numbers, [number(v) for v in values], word, np.array([number(v) for v in z]))
 
 
 @pytest.mark.parametrize("text", WORDS)

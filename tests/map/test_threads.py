@@ -1,0 +1,91 @@
+"""Runs in threads give what they give one by one; mpmath's precision stays the user's."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import mpmath
+import pytest
+
+from capsule_sym import Parameters, simulate
+
+# Starts near tangencies and corners, in threads that change hands very often, while another thread
+# does as it likes with mpmath's precision. What the runs give is compared with the same, serial.
+_SCRIPT = """
+import sys
+backend, blocked = sys.argv[1], sys.argv[2] == "blocked"
+if blocked:
+    sys.modules["gmpy2"] = None
+from concurrent.futures import ThreadPoolExecutor
+from random import Random
+from threading import Event, Thread
+import mpmath
+from capsule_sym.hardcases.starts import random_start
+from capsule_sym.map import simulate
+from capsule_sym.map.digits import fifty_digits
+
+with fifty_digits() as numbers:
+    assert numbers.name == ("mpmath" if blocked else "mpfr"), numbers.name
+
+def run(start):
+    found = simulate(start.parameters, start.state, start.phase, 2, backend=backend, max_segments=2)
+    segments = [(s.field, s.source, s.target, s.outcome, s.end_state) for s in found.segments]
+    return found.settled, repr(segments)
+
+random, starts = Random(7), []
+while len(starts) < int(sys.argv[3]):
+    near = random_start(random)
+    if near.distance < 1e-13:
+        starts.append(near.start)
+serial = [run(start) for start in starts]
+settled = sum(found[0] for found in serial)
+
+mpmath.mp.dps = 23
+over = Event()
+def meddle():
+    while not over.wait(1e-4):
+        with mpmath.workdps(8):
+            mpmath.sin(1)
+meddler = Thread(target=meddle)
+sys.setswitchinterval(1e-5)
+meddler.start()
+with ThreadPoolExecutor(8) as pool:
+    threaded = list(pool.map(run, starts))
+over.set()
+meddler.join()
+differ = sum(a != b for a, b in zip(serial, threaded))
+assert not differ, f"{differ} of {len(starts)} runs differ in threads"
+assert mpmath.mp.dps == 23, mpmath.mp.dps
+print(settled)
+"""
+
+
+@pytest.mark.parametrize(
+    ("backend", "gmpy2", "count"),
+    [("numpy", "blocked", 24), ("mpmath", "blocked", 12), ("mpmath", "as it is", 12)],
+)
+def test_threads_give_what_serial_runs_give(backend: str, gmpy2: str, count: int) -> None:
+    if gmpy2 != "blocked":
+        pytest.importorskip("gmpy2")
+    command = [sys.executable, "-c", _SCRIPT, backend, gmpy2, str(count)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert backend == "mpmath" or int(done.stdout) > count // 2
+
+
+def test_a_users_mpmath_is_neither_read_nor_changed() -> None:
+    parameters = Parameters(alpha=1.3)
+    right = simulate(parameters, periods=1, backend="mpmath").final
+    with mpmath.workdps(7):
+        found = simulate(parameters, periods=1, backend="mpmath").final
+        assert mpmath.mp.dps == 7
+    assert found == right
+
+
+def test_numbers_keep_their_digits_whatever_mpmath_is_set_to() -> None:
+    run = simulate(Parameters(alpha=1.3), periods=2, backend="mpmath")
+    advance = run.advance
+    with mpmath.workdps(60):
+        exact = mpmath.fsum(mpmath.mpf(s.advance) for s in run.segments)
+        assert abs(advance - exact) < 1e-55
