@@ -27,9 +27,8 @@ cdef extern from "capsule.h" nogil:
         pass
     ctypedef struct capsule_event:
         int32_t field, plane
-    ctypedef double triple "double"
     ctypedef struct capsule_wish:
-        void *strobe
+        double (*strobe)[3]
         capsule_segment *segments
         capsule_event *events
         size_t room
@@ -43,14 +42,14 @@ cdef extern from "capsule.h" nogil:
     capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
     capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
                              size_t *, capsule_outcome *)
-    capsule_stop capsule_steady(const capsule_map *, const capsule_state *, void *, int, double,
+    capsule_stop capsule_steady(const capsule_map *, const capsule_state *, double (*)[3], int, double,
                                 capsule_event *, size_t, capsule_motion *, capsule_outcome *)
     ctypedef struct capsule_many:
         size_t stride
         const capsule_parameters *parameters
         capsule_state *states
         int8_t *stops
-        void *strobe
+        double (*strobe)[3]
         int position
     ctypedef struct capsule_crew:
         pass
@@ -226,7 +225,7 @@ cdef class Map:
             marks = strobe
             if marks.shape[0] <= periods or marks.shape[1] != 3:
                 raise ValueError("strobe must have shape (periods + 1, 3)")
-            wish.strobe = &marks[0, 0]
+            wish.strobe = <double (*)[3]> &marks[0, 0]
         if segments is not None:
             if segments.dtype != SEGMENT or not len(segments):
                 raise TypeError("segments must be of dtype SEGMENT, and not empty")
@@ -282,7 +281,7 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     many.parameters = <const capsule_parameters *> &parameters[0, 0]
     many.states = <capsule_state *> &at[0]
     many.stops = &stops[0]
-    many.strobe = NULL if strobe is None else <void *> &strobe[0, 0, 0]
+    many.strobe = NULL if strobe is None else <double (*)[3]> &strobe[0, 0, 0]
     many.position = position
     with nogil:
         capsule_run_many(&many, count, periods, crew)
@@ -323,8 +322,8 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
                 capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
             else:
                 capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
-            stops[i] = <int8_t> capsule_steady(work, &records[i], &strobe[i, 1, 0], periods,
-                                               tolerance, events, room, &found[i], &open_)
+            stops[i] = <int8_t> capsule_steady(work, &records[i], <double (*)[3]> &strobe[i, 1, 0],
+                                               periods, tolerance, events, room, &found[i], &open_)
             for k in range(found[i].switches):
                 switches[i, k] = <uint8_t> (16 * events[k].field + events[k].plane)
     free(work)
