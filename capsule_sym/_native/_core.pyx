@@ -19,6 +19,7 @@ cdef extern from "capsule.h" nogil:
     void capsule_flow(const capsule_constants *, const capsule_start *, double, double *)
     double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
     void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
+    double capsule_margin_at(const capsule_constants *, double, double, double)
     ctypedef struct capsule_state:
         double x_r, gap, v_r, v_c, angle, angle_rest, position
         int64_t turn
@@ -188,8 +189,7 @@ cdef class Map:
                 c = &self.map.field[fields[i] - 1]
                 start.x_r, start.v_r, start.v_c = at[i, 0], at[i, 1], at[i, 2]
                 start.gap = start.x_r - c.delta
-                start.margin = (start.x_r + c.kappa * start.gap + 2.0 * c.zeta * start.v_r
-                                - c.friction)
+                start.margin = capsule_margin_at(c, start.x_r, start.gap, start.v_r)
                 start.cos_theta, start.sin_theta = cos(angle), sin(angle)
                 _closed_form(c, &start, durations[i], values, &slopes[i, 0, 0])
                 at[i + 1, 0] = start.x_r + values[0]

@@ -168,6 +168,9 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             capsule_event *events, size_t room, capsule_motion *motion,
                             capsule_outcome *open);
 
+/* P - friction at a state. */
+double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);
+
 /* Digest of the generator's inputs that the kernels were made from. */
 const char *capsule_digest(void);
 

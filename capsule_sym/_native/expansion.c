@@ -24,29 +24,25 @@ static inline double dot(const double *a, const double *b)
 static double margin_error(const capsule_constants *c, const stand *from)
 {
     const departure *d = &from->at;
-    return 6.0 * UNIT * (fabs(d->x_r) + c->kappa * fabs(d->gap) + 2.0 * c->zeta * fabs(d->v_r) +
-                         fabs(c->friction) + c->f_b);
+    return 6.0 * UNIT * (margin_at_size(c, fabs(d->x_r), fabs(d->gap), fabs(d->v_r)) + c->f_b);
 }
 
 void expand(const capsule_constants *c, const capsule_table *t, const stand *from, expansion *e)
 {
     const departure *d = &from->at;
-    const double pull = c->m * (d->x_r + c->kappa * d->gap);
-    e->u[0] = c->push - pull;
+    e->u[0] = rest_force(c, d->x_r, d->gap);
     e->u[1] = d->v_r;
-    e->u[2] = c->alpha * d->cosine;
-    e->u[3] = -c->alpha * c->omega * d->sine;
-    e->size[0] = fabs(c->push) + c->m * (fabs(d->x_r) + c->kappa * fabs(d->gap));
+    forcing_terms(c, d->cosine, d->sine, &e->u[2], &e->u[3]);
+    e->size[0] = rest_force_size(c, fabs(d->x_r), fabs(d->gap));
     e->size[1] = fabs(d->v_r);
-    e->size[2] = c->alpha;
-    e->size[3] = c->alpha * c->omega;
+    forcing_terms_size(c, &e->size[2], &e->size[3]);
     e->slope = 0.0;
     e->x_rounding = dot(t->x_error, e->size) + 2.0 * UNIT * fabs(d->gap) + UNDERFLOW;
     e->second_rounding = dot(t->second_error, e->size) + UNDERFLOW;
     if (c->drift != 0.0) {
-        e->slope = d->margin * t->reach / c->gamma;
+        e->slope = v_c_rate(c, d->margin) * t->reach;
         if (d->zeros[DRIFT] < 2)
-            e->second_rounding += margin_error(c, from) * t->reach / c->gamma;
+            e->second_rounding += v_c_rate(c, margin_error(c, from)) * t->reach;
     } else if (!(d->zeros[UPPER] || d->zeros[LOWER])) {
         e->second_rounding += margin_error(c, from);
     }
@@ -59,7 +55,7 @@ void expand(const capsule_constants *c, const capsule_table *t, const stand *fro
         e->second_rounding += from->v_c_error + 2.0 * from->energy_error / (c->gamma + 1.0) +
                               UNIT * fabs(d->v_c);
     else
-        e->second_rounding += ((1.0 + c->kappa) / t->root_K + 2.0 * c->zeta) * from->energy_error;
+        e->second_rounding += force_per_energy(c, t->root_K) * from->energy_error;
 }
 
 void coefficients(const capsule_table *t, const expansion *e, double x[POLYNOMIAL])
@@ -236,7 +232,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     out->v_r = v_r;
     out->v_c = 0.0;
     out->advance = 0.0;
-    out->margin = out->x_r + c->kappa * out->gap + 2.0 * c->zeta * v_r - c->friction;
+    out->margin = margin_at(c, out->x_r, out->gap, v_r);
     if (c->drift == 0.0)
         return;
     const int is_short = x && c->rate * h < 1.0;
@@ -246,7 +242,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
     if (is_short) {
         second_terms(c, t, x, 1.0, terms);
         polynomial(terms, s, &value, &slope);
-        out->v_c = d->v_c + (d->margin * h / c->gamma + s * value);
+        out->v_c = d->v_c + (v_c_rate(c, d->margin) * h + s * value);
     } else {
         /* As a product: the difference of the sines would cancel where the forcing is slow. */
         const double half = 0.5 * c->omega * h, swept = 2.0 * cos(d->angle + half) * sin(half);
@@ -259,7 +255,7 @@ void evaluate(const capsule_constants *c, const capsule_table *t, const stand *f
         for (int n = 0; n <= TERMS; n++)
             terms[n] /= n + 2;
         polynomial(terms, s, &value, &slope);
-        out->advance = h * (d->v_c + 0.5 * d->margin * h / c->gamma + s * value);
+        out->advance = h * (d->v_c + 0.5 * v_c_rate(c, d->margin) * h + s * value);
     } else {
         const double swing = (d->cosine - out->cosine) / c->omega - h * d->sine;
         out->advance = h * d->v_c + (c->alpha / c->omega * swing - 0.5 * c->friction * h * h +

@@ -6,6 +6,24 @@
 
 #include "capsule.h"
 
+#ifndef LANES
+/* The number type of the formulas here: double. */
+typedef double real;
+typedef double bound;
+typedef capsule_constants segment;
+typedef capsule_constants segment_sizes;
+#define num(a) (a)
+#define add(a, b) ((a) + (b))
+#define sub(a, b) ((a) - (b))
+#define mul(a, b) ((a) * (b))
+#define mad(a, b, c) ((a) * (b) + (c))
+#define over(a, b) ((a) / (b))
+#define neg(a) (-(a))
+#define size_of(a) fabs(a)
+
+#include "capsule_formulas.h"
+#endif
+
 #define UNIT 0x1p-53 /* unit roundoff */
 #define TERMS CAPSULE_TERMS
 #define DEGREE CAPSULE_DEGREE

@@ -57,15 +57,13 @@ static rest resting(const capsule_constants *c, const stand *from)
 {
     const departure *d = &from->at;
     rest q = {0.0, 0.0, 0};
-    const double real = c->K - c->omega * c->omega, imaginary = 2.0 * c->sigma * c->omega;
     /* Rounding of K - omega^2 is felt near resonance; there the proof is not tried. */
     const double distance = sqrt(c->Z2), rounded = 4.0 * UNIT * (c->K + c->omega * c->omega);
     if (distance <= 64.0 * rounded)
         return q;
     const double relative = 4.0 * rounded / distance;
-    const double size = c->alpha / c->Z2, amplitude = distance * size * (1.0 + relative);
-    q.x = size * (real * d->cosine + imaginary * d->sine);
-    q.v = size * c->omega * (imaginary * d->cosine - real * d->sine);
+    const double amplitude = c->alpha / distance * (1.0 + relative);
+    forced(c, d->cosine, d->sine, &q.x, &q.v);
     const double rounding = 32.0 * UNIT + relative + 2.0 * UNIT * d->angle;
     const double error =
         from->energy_error +
@@ -74,10 +72,9 @@ static rest resting(const capsule_constants *c, const stand *from)
     const double inflation = 1.0 + 64.0 * UNIT + relative;
     const double energy = inflation * sqrt(high * high + c->K * low * low);
     const double reach = inflation * (amplitude + energy / sqrt(c->K));
-    const double stiffness = sqrt(c->K * c->K + 4.0 * c->zeta * c->zeta * c->omega * c->omega);
-    const double force =
-        inflation * (amplitude * stiffness + (sqrt(c->K) + 2.0 * c->zeta) * energy);
-    q.for_ever = reach < c->delta && force < c->f_b;
+    const double most = inflation * (amplitude * sqrt(force_gain2(c)) +
+                                     force_per_energy(c, sqrt(c->K)) * energy);
+    q.for_ever = reach < c->delta && most < c->f_b;
     return q;
 }
 
@@ -91,12 +88,10 @@ static void settle(const capsule_constants *c, const departure *d, rest q, doubl
     const double x = d->x_r - q.x, v = d->v_r - q.v;
     const capsule_start start = {x, 0.0, v, 0.0, 0.0, 1.0, 0.0};
     capsule_flow(&still, &start, h, change);
-    /* Not with Z2: its rounding of K - omega^2 need not be this one. */
-    const double real = c->K - c->omega * c->omega, imaginary = 2.0 * c->sigma * c->omega;
-    const double size = c->alpha / (real * real + imaginary * imaginary);
     memset(out, 0, sizeof *out);
-    out->x_r = size * real + (x + change[0]);
-    out->v_r = size * c->omega * imaginary + change[1];
+    forced(c, 1.0, 0.0, &out->x_r, &out->v_r);
+    out->x_r += x + change[0];
+    out->v_r += change[1];
     out->gap = out->x_r - c->delta;
     out->cosine = 1.0;
 }
@@ -177,24 +172,22 @@ static void refine(const capsule_constants *c, const departure *from, guard_name
     capsule_flow(c, &start, end->duration, change);
     point *p = &end->at;
     const double x_r = from->x_r + change[0], gap = from->gap + change[0], v_r = change[1];
-    const double force = x_r + c->kappa * gap + 2.0 * c->zeta * v_r;
-    const double v_rate =
-        c->push - c->m * (x_r + c->kappa * gap) - 2.0 * c->sigma * v_r + c->alpha * p->cosine;
-    const double v_c_rate = c->drift != 0.0 ? (force - c->friction) / c->gamma : 0.0;
+    const double pull = force(c, x_r, gap, v_r), rate = v_rate(c, x_r, gap, v_r, p->cosine);
+    const double slip = c->drift != 0.0 ? v_c_rate(c, pull - c->friction) : 0.0;
     const double value = guard == GAP     ? gap
                          : guard == DRIFT ? from->v_c + change[2]
-                         : guard == UPPER ? force - c->f_b
-                                          : force + c->f_b;
+                         : guard == UPPER ? pull - c->f_b
+                                          : pull + c->f_b;
     const double slope = guard == GAP     ? v_r
-                         : guard == DRIFT ? v_c_rate
-                                          : (1.0 + c->kappa) * v_r + 2.0 * c->zeta * v_rate;
+                         : guard == DRIFT ? slip
+                                          : force_change(c, v_r, rate);
     const double by = -value / slope;
     if (!(fabs(by) <= error))
         return;
     p->x_r = x_r + by * v_r;
     p->gap = gap + by * v_r;
-    p->v_r = v_r + by * v_rate;
-    p->v_c = from->v_c + change[2] + by * v_c_rate;
+    p->v_r = v_r + by * rate;
+    p->v_c = from->v_c + change[2] + by * slip;
     p->angle_rest += c->omega * by;
     cosine_sine(p->angle, p->angle_rest, &p->cosine, &p->sine);
     end->duration += by;
@@ -349,9 +342,7 @@ static int plane_of(const capsule_state *state, int following)
 {
     if (state->v_c == 0.0)
         return following;
-    if (state->v_c > 0.0)
-        return state->v_r > 0.0 ? 7 : 8;
-    return state->v_r > 0.0 ? 9 : 10;
+    return IMPACT_PLANE[state->v_c > 0.0][state->v_r > 0.0];
 }
 
 capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,

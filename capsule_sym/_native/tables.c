@@ -60,22 +60,17 @@ static void economize(const bases *b, double (*a)[4], int from, int to, double *
    recurrence adds up without the signs. Coefficient n is computed within 5 n roundings of it. */
 static void response(const capsule_constants *c, double reach, int which, double *phi, double *size)
 {
-    const double damping = 2.0 * c->sigma * reach, stiffness = c->K * reach * reach;
-    const double angle = c->omega * reach;
     /* drive[n] h^n/n!, alternating between zero and a term */
     double term = which == 1 ? 0.0 : which == 3 ? reach : 1.0;
     const int parity = which == 3;
     phi[0] = size[0] = 0.0;
     phi[1] = size[1] = which == 1 ? reach : 0.0;
     for (int n = 0; n < FULL; n++) {
-        const double pair = (n + 1) * (n + 2);
-        double drive = 0.0;
-        if (n % 2 == parity) {
-            drive = term * reach * reach / pair;
-            term = which == 0 ? 0.0 : -term * angle * angle / ((n + 1) * (n + 2));
-        }
-        phi[n + 2] = drive - damping / (n + 2) * phi[n + 1] - stiffness / pair * phi[n];
-        size[n + 2] = fabs(drive) + damping / (n + 2) * size[n + 1] + stiffness / pair * size[n];
+        const double drive = n % 2 == parity ? term : 0.0;
+        if (n % 2 == parity)
+            term = which == 0 ? 0.0 : forcing_next(c, n, reach, term);
+        phi[n + 2] = response_next(c, n, reach, drive, phi[n + 1], phi[n]);
+        size[n + 2] = response_next_size(c, n, reach, fabs(drive), size[n + 1], size[n]);
     }
 }
 
@@ -112,11 +107,11 @@ static void wholes_make(const capsule_constants *c, capsule_table *t)
         capsule_flow(&unit, start[k], h, change);
         t->x_whole[k] = change[0];
         t->v_whole[k] = change[1];
-        const double gained = change[1] - (k == 1), damped = 2.0 * c->sigma * gained;
+        const double gained = change[1] - (k == 1);
         t->second_whole[k] =
             c->drift != 0.0
                 ? (impulse[k] - gained - 2.0 * c->sigma * h * (k == 1)) / (c->gamma + 1.0)
-                : (1.0 + c->kappa) * change[0] + damped / c->m;
+                : force_change(c, change[0], gained);
     }
 }
 
@@ -129,11 +124,11 @@ static void table_make(const bases *b, const capsule_constants *c, double part, 
     t->reach = part * lesser(CAPSULE_REACH / c->rate, CAPSULE_GROWTH / growth);
     /* P - P(0) = (1 + kappa) x + 2 zeta (v - v(0)), and gamma v_c' = P - friction. */
     const int drift = c->drift != 0.0;
-    const double share = 1.0 + c->kappa, damper = 2.0 * c->zeta / t->reach;
+    const double share = force_change(c, 1.0, 0.0), damper = force_change(c, 0.0, 1.0);
     double by[FULL + 1], rate[FULL + 1];
     for (int n = 1; n <= FULL; n++) {
         by[n] = !drift ? share : n > 1 ? share * t->reach / (c->gamma * n) : 0.0;
-        rate[n] = !drift ? damper * (n + 1) : n > 1 ? 2.0 * c->zeta / c->gamma : 0.0;
+        rate[n] = !drift ? damper * (n + 1) / t->reach : n > 1 ? damper / c->gamma : 0.0;
     }
     for (int n = 1; n <= TERMS + 1; n++) {
         t->from_position[n - 1] = by[n];
@@ -167,8 +162,8 @@ static void table_make(const bases *b, const capsule_constants *c, double part, 
     for (int k = 0; k < 4; k++) {
         const double x_left = rest[k] + change[k];
         const double v_left = ((FULL + 1) * rest[k] + bend[k]) / t->reach;
-        const double left = drift ? (share * t->reach + 2.0 * c->zeta) / c->gamma * x_left
-                                  : share * x_left + 2.0 * c->zeta * v_left;
+        const double left = drift ? (share * t->reach + damper) / c->gamma * x_left
+                                  : force_change_size(c, x_left, v_left);
         t->x_error[k] += x_left;
         t->v_error[k] += v_left;
         t->second_error[k] += left;
@@ -206,7 +201,7 @@ void capsule_tables_make(const capsule_map *map, int levels, capsule_table *tabl
     bases_make(&b);
     for (int flow = 0; flow < 4; flow++)
         for (int level = 0; level < levels; level++)
-            table_make(&b, &map->field[3 * (flow / 2) + !(flow % 2)], ldexp(1.0, -level),
+            table_make(&b, &map->field[FIELD_OF[flow / 2][1 + flow % 2] - 1], ldexp(1.0, -level),
                        &table[levels * flow + level]);
 }
 
@@ -218,9 +213,7 @@ static void constants_of(const capsule_parameters *p, capsule_map *map)
                              p->f_b, &map->field[field - 1]);
     const capsule_constants *c = &map->field[1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
-    const double damper = 2.0 * c->zeta * c->omega;
-    map->may_rest =
-        amplitude < c->delta && amplitude * sqrt(c->K * c->K + damper * damper) < c->f_b;
+    map->may_rest = amplitude < c->delta && amplitude * sqrt(force_gain2(c)) < c->f_b;
 }
 
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
@@ -237,6 +230,11 @@ void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
         constants_of(parameters, map); /* alpha, delta and f_b are in no table */
     else
         capsule_map_make(parameters, map);
+}
+
+double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r)
+{
+    return margin_at(c, x_r, gap, v_r);
 }
 
 const char *capsule_digest(void)

@@ -10,12 +10,12 @@ from collections.abc import Callable
 import sympy as sp
 
 from capsule_sym.symbolic import basis, flow, jacobian, jets
-from capsule_sym.symbolic.model import SEGMENTS
+from capsule_sym.symbolic.model import SEGMENTS, kappa
 from capsule_sym.symbolic.symbols import delta, x_r
 
 Assignments = list[tuple[sp.Symbol, sp.Expr]]
 
-_CONSTANTS = (flow.m, flow.kappa, flow.push, flow.friction, basis.sigma, basis.K)
+_CONSTANTS = (flow.m, kappa, flow.push, flow.friction, basis.sigma, basis.K)
 
 position, velocity, drift_change, advance = sp.symbols("position velocity drift_change advance")
 
@@ -36,8 +36,7 @@ def _relative_flow() -> Assignments:
 
 
 def _spring() -> sp.Expr:
-    # x_r + kappa (x_r - delta), with the gap as a variable of its own.
-    return flow.SPRING.subs(x_r - delta, jets.gap)
+    return jets.with_gap(flow.SPRING)
 
 
 def _drift_short() -> Assignments:

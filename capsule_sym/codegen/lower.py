@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import sympy as sp
@@ -19,8 +20,13 @@ class Kernel:
     arguments: tuple[str, ...]
     constants: tuple[str, ...]
     steps: tuple[tuple[str, sp.Expr], ...]
+    returns: tuple[str, ...]
     results: tuple[sp.Expr, ...]
     operations: int
+    typed: bool = False
+    """Whether Python's function has annotations."""
+    single: bool = False
+    """Whether Python gets its one result alone, not in a tuple."""
 
     def text(self, language: Language) -> str:
         """The function in a target language."""
@@ -29,21 +35,65 @@ class Kernel:
             language.assign.format(name, language.expression(step)) for name, step in self.steps
         ]
         results = [language.expression(result) for result in self.results]
+        fields = returned = ""
         if language.comment == "#":
             signature = ", ".join(("c", *self.arguments))
+            if self.typed:
+                signature = ", ".join(f"{name}: Any" for name in ("c", *self.arguments))
+                returned = " -> Any"
+            joined = ", ".join(results) if self.single else f"({', '.join(results)},)"
+        elif language.kind == "double":
+            doubles = (f"double {name}" for name in self.arguments)
+            signature = ", ".join(("const capsule_constants *restrict c", *doubles))
             joined = ", ".join(results)
+            fields = f"    double {', '.join(self.returns)};\n"
         else:
-            arguments = (f"double {name}" for name in self.arguments)
-            signature = ", ".join(("const capsule_constants *restrict c", *arguments))
-            joined = "".join(f"    out[{i}] = {result};\n" for i, result in enumerate(results))
-        return language.function.format(
+            constants = "segment" if language.kind == "real" else "segment_sizes"
+            arguments = tuple(f"{language.kind} {name}" for name in self.arguments)
+            given = (f"const {constants} *c", *arguments)
+            if self.single:
+                returned, joined = language.kind, f"    return {results[0]};\n"
+            else:
+                returned = "void"
+                given += tuple(f"{language.kind} *{name}" for name in self.returns)
+                pairs = zip(self.returns, results, strict=True)
+                joined = "".join(f"    *{name} = {value};\n" for name, value in pairs)
+            signature = ", ".join(given)
+        text = language.function.format(
             name=self.name,
             doc=self.doc,
             operations=self.operations,
             signature=signature,
             body="".join(f"    {line}\n" for line in lines),
             results=joined,
+            fields=fields,
+            returned=returned,
         )
+        return text
+
+
+_WIDTH = 100
+
+
+def wrapped(text: str) -> str:
+    """The text with its long lines broken at spaces."""
+    lines: list[str] = []
+    for line in text.splitlines():
+        start = re.match(r"\s*", line)
+        indent = (start[0] if start else "") + "    "
+        if len(line) > _WIDTH and (named := _ASSIGNED.fullmatch(line)):
+            line = f"{named[1]}({named[2]})"  # Python breaks lines within brackets only
+        while len(line) > _WIDTH:
+            cut = line.rfind(" ", len(indent), _WIDTH + 1)
+            if cut < 0:
+                break
+            lines.append(line[:cut])
+            line = indent + line[cut + 1 :]
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+_ASSIGNED = re.compile(r"(\s*\w+ = )([^(].*[^;])")
 
 
 def lower(
@@ -53,6 +103,8 @@ def lower(
     arguments: tuple[str, ...],
     returns: tuple[str, ...],
     constants: frozenset[str],
+    *,
+    single: bool = False,
 ) -> Kernel:
     """The kernel of a block: only what the results need, common subexpressions shared.
 
@@ -75,7 +127,9 @@ def lower(
         raise ValueError(f"kernel {name}: unknown symbols {sorted(unknown)}")
     used = tuple(sorted(free & constants))
     operations = int(sp.count_ops([*steps.values(), *results]))
-    return Kernel(name, doc, arguments, used, tuple(ordered), results, operations)
+    return Kernel(
+        name, doc, arguments, used, tuple(ordered), returns, results, operations, single=single
+    )
 
 
 def _needed(block: Assignments, returns: tuple[str, ...], given: set[str]) -> dict[str, sp.Expr]:

@@ -13,6 +13,8 @@ from capsule_sym.figures.boundaries import lines as boundary_lines
 from capsule_sym.figures.portraits import field_handles
 from capsule_sym.figures.space import Box, add_space, box_of, draw_arcs, draw_space
 from capsule_sym.figures.style import PAGE, Colours, mathematical, new_figure, styled
+from capsule_sym.generated import formulas
+from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -129,10 +131,13 @@ def nearest(drawn: Sequence[Arc], event: Event, parameters: Parameters) -> Array
     )
     x_r, v_r, v_c = candidates.T
     p = parameters
-    force = x_r + 2 * p.zeta * v_r
+    free, pressed = (
+        formulas.force(NumpyBackend().constants(field, p), x_r, x_r - p.delta, v_r)
+        for field in (2, 5)
+    )
     misses = {
-        "L2": force + p.f_b,
-        "L3": force + p.beta * (x_r - p.delta) - p.f_b,
+        "L2": free + p.f_b,
+        "L3": pressed - p.f_b,
         "L6": np.where(v_r > 0, x_r - p.delta, np.inf),
         "L7": np.where(v_r < 0, x_r - p.delta, np.inf),
     }

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 from capsule_sym.figures.arcs import Arc, Array, Motion, arcs
 from capsule_sym.figures.portraits import field_handles
 from capsule_sym.figures.style import LABELS, PAGE, Colours, field_colour, new_figure, styled
+from capsule_sym.generated import formulas
+from capsule_sym.generated.switching import FIELDS
+from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -52,10 +55,8 @@ def margins(result: Motion, *, periods: int = 1, colours: Colours = "safe") -> F
 
 def interaction(arc: Arc, parameters: Parameters) -> Array:
     """The force between mass and capsule along an arc: P3, in contact P4 (dimensionless)."""
-    force = arc.x_r + 2 * parameters.zeta * arc.v_r
-    if arc.contact:
-        force = force + parameters.beta * (arc.x_r - parameters.delta)
-    return force
+    c = NumpyBackend().constants(FIELDS[int(arc.contact), 0], parameters)
+    return formulas.force(c, arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]
 
 
 def word_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -> None:

@@ -14,7 +14,9 @@ import numpy as np
 from capsule_sym.figures.arcs import Arc, Array, opening
 from capsule_sym.figures.guards import interaction
 from capsule_sym.figures.style import Colours, field_colour, mathematical
+from capsule_sym.generated import formulas
 from capsule_sym.map import Trajectory
+from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -62,12 +64,11 @@ class Section(NamedTuple):
 
 def line_point(parameters: Parameters, line: str, v_r: float) -> tuple[float, float, float]:
     """The state of a line L1 to L8 at a relative velocity v_r."""
-    p = parameters
+    p, constants = parameters, NumpyBackend().constants
     if line in ("L1", "L2"):
-        return _SIGNS[line] * p.f_b - 2 * p.zeta * v_r, v_r, 0.0
+        return formulas.position_at(constants(2, p), _SIGNS[line] * p.f_b, v_r), v_r, 0.0
     if line in ("L3", "L4"):
-        bound = _SIGNS[line] * p.f_b - 2 * p.zeta * v_r
-        return (bound + p.beta * p.delta) / (1 + p.beta), v_r, 0.0
+        return formulas.position_at(constants(5, p), _SIGNS[line] * p.f_b, v_r), v_r, 0.0
     return p.delta, v_r, 0.0
 
 

@@ -12,7 +12,9 @@ from capsule_sym.figures.portraits import field_handles
 from capsule_sym.figures.sections import Section, draw_section, line_point
 from capsule_sym.figures.statespace import PATCH, SCHEMATIC, top_view
 from capsule_sym.figures.style import PAGE, Colours, new_figure, styled
+from capsule_sym.generated import formulas
 from capsule_sym.map import Trajectory
+from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -131,13 +133,10 @@ def derivatives(
     parameters: Parameters, field: int, place: tuple[float, float], cosine: float
 ) -> tuple[float, float, float]:
     """(x_r', v_r', v_c') of a field on P1 = 0 at (x_r, v_r) and cos(omega tau), Eqs. (7)-(12)."""
-    p, (x_r, v_r) = parameters, place
-    force = x_r + 2 * p.zeta * v_r + (p.beta * (x_r - p.delta) if field >= 4 else 0.0)
-    if field in (2, 5):
-        return v_r, p.alpha * cosine - force, 0.0
-    friction = p.f_b if field in (1, 4) else -p.f_b
-    capsule = (force - friction) / p.gamma
-    return v_r, p.alpha * cosine - force - capsule, capsule
+    c, (x_r, v_r) = NumpyBackend().constants(field, parameters), place
+    gap = x_r - parameters.delta
+    driven = formulas.v_c_rate(c, formulas.margin_at(c, x_r, gap, v_r)) if c.drift else 0.0
+    return v_r, formulas.v_rate(c, x_r, gap, v_r, cosine), driven
 
 
 def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:

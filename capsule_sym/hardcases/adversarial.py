@@ -20,6 +20,7 @@ from typing import Any
 
 from capsule_sym.errors import Outcome
 from capsule_sym.generated.py import DIGEST
+from capsule_sym.generated.switching import FIELDS
 from capsule_sym.hardcases.judge import CONTRACT, Start, error, names
 from capsule_sym.hardcases.starts import RandomStart, random_start
 from capsule_sym.map import Segment
@@ -28,7 +29,7 @@ from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.location import Departure, Switch
 from capsule_sym.map.simulate import Run
-from capsule_sym.map.transitions import FIELDS, State
+from capsule_sym.map.transitions import State
 
 CHUNK = 200
 """Starts in one line of the log."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from capsule_sym.generated import formulas
 from capsule_sym.hardcases.judge import Start
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard, Point
@@ -97,7 +98,7 @@ def flow_from(
     c = numbers.constants(field, parameters)
     x_r, v_r, v_c = number(x_r), number(v_r), number(v_c)
     gap = x_r - c.delta
-    margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
+    margin = formulas.margin_at(c, x_r, gap, v_r)
     angle = number(phase) * c.omega
     return Flow(numbers, c, Departure(field, Beginning(x_r, gap, v_r, v_c, margin, angle, {})))
 
@@ -108,9 +109,8 @@ def _rate(flow: Flow, guard: Guard, at: Point) -> Number:
     side = 1 if c.contact else -1
     if guard is Guard.GAP:
         return side * at.v_r
-    force = at.x_r + c.kappa * at.gap + 2 * c.zeta * at.v_r
-    change = c.push - c.m * force + c.alpha * at.cos_theta
-    rate = (1 + c.kappa) * at.v_r + 2 * c.zeta * change
+    change = formulas.v_rate(c, at.x_r, at.gap, at.v_r, at.cos_theta)
+    rate = formulas.force_change(c, at.v_r, change)
     return -rate if guard is Guard.UPPER else rate
 
 

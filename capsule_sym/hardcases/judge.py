@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from capsule_sym.generated import formulas
 from capsule_sym.map import Trajectory, simulate
 from capsule_sym.map.backend import Backend, Number, NumpyBackend
 from capsule_sym.map.digits import fifty_digits
@@ -118,7 +119,7 @@ def _term_of_start(c: Any, departure: Departure, guard: Guard) -> float:
     if guard is Guard.DRIFT:
         return float(abs(start.v_c))
     x_r = max(abs(start.x_r), c.delta)
-    return float(x_r if guard is Guard.GAP else (1 + c.kappa) * x_r)
+    return float(x_r if guard is Guard.GAP else formulas.force_change_size(c, x_r, 0))
 
 
 def largest_terms(
@@ -136,7 +137,9 @@ def largest_terms(
     x, gap, v, v_c, _, angle = (float(value) for value in begun[:6])
     kernels, times = numbers.kernels, h * _GRID
     free = c._replace(alpha=0.0, push=0.0)
-    force = max(abs(c.push), c.m * abs(x), c.m * c.kappa * abs(gap))
+    sizes = (abs(x), 0.0), (0.0, abs(gap))
+    unpushed = c._replace(push=0.0)
+    force = max(abs(c.push), *(formulas.rest_force_size(unpushed, *size) for size in sizes))
 
     def response(constants: Any, v_r: float = 0.0, cosine: float = 0.0, sine: float = 0.0) -> Any:
         rest = kernels.Start(0.0, 0.0, v_r, 0.0, 0.0, cosine, sine)
@@ -157,7 +160,8 @@ def largest_terms(
         if guard is Guard.DRIFT:
             momenta = max(v_r, abs(c.friction) * h, impulse)
             return float(max(abs(v_c), momenta / (1 + c.gamma)))
-        return float(max((1 + c.kappa) * x_r, 2 * c.zeta * max(v_r, abs(v)), c.f_b))
+        in_x, in_v = (x_r, 0.0), (0.0, max(v_r, abs(v)))
+        return float(max(*(formulas.force_change_size(c, *part) for part in (in_x, in_v)), c.f_b))
 
     amplitude = largest(np.hypot(in_phase, quadrature), impulse)
     return amplitude, largest(cosine * in_phase + sine * quadrature, at_phase)

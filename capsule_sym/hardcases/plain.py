@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from capsule_sym.generated import formulas
+from capsule_sym.generated.switching import FIELDS
 from capsule_sym.hardcases.judge import Start
 from capsule_sym.map.backend import NumpyBackend
-from capsule_sym.map.transitions import FIELDS
 from capsule_sym.parameters import Parameters
 
 _SAMPLES = 200  # per excitation period
@@ -76,7 +77,8 @@ def _sign(value: float) -> int:
 
 
 def _force(p: Parameters, contact: int, x_r: Any, v_r: Any) -> Any:
-    return x_r + 2 * p.zeta * v_r + contact * p.beta * (x_r - p.delta)
+    c = NumpyBackend().constants(FIELDS[contact, 0], p)
+    return formulas.force(c, x_r, x_r - p.delta, v_r)
 
 
 def _drift_at_rest(p: Parameters, contact: int, state: State) -> int:

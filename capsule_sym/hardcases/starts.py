@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from capsule_sym.generated import formulas
 from capsule_sym.hardcases.judge import Start
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.parameters import Parameters
@@ -105,12 +106,10 @@ def _target(random: Random, kind: str, c: Any, angle: float) -> _Target | None:
         return _Target((_moved(delta, first), second, v_c), touching)
     force = random.choice((-1.0, 1.0)) * _moved(c.f_b, first)
     if kind == "sliding" and not c.drift:
-        # P' = 0 there: (1 + kappa) v_r = -2 zeta x_r''
-        rate = c.alpha * math.cos(angle) - force
-        v_r = -2 * c.zeta * rate / (1 + c.kappa)
+        v_r = formulas.turning_velocity(c, c.alpha * math.cos(angle) - force)
         return _Target((_position(c, force, v_r), _moved(v_r, second), 0.0), touching)
     if kind == "corner" and c.zeta:
-        v_r = float((force - delta) / (2 * c.zeta))
+        v_r = float(formulas.velocity_at(c, force))
         return _Target((_moved(delta, second), v_r, 0.0), meeting)
     if kind == "slip start":
         return _Target((_position(c, force, speed), speed, 0.0), abs(first))
@@ -121,7 +120,7 @@ def _target(random: Random, kind: str, c: Any, angle: float) -> _Target | None:
 
 def _position(c: Any, force: float, v_r: float) -> float:
     """x_r at which the interaction force has this value."""
-    return float((force + c.kappa * c.delta - 2 * c.zeta * v_r) / (1 + c.kappa))
+    return float(formulas.position_at(c, force, v_r))
 
 
 def _before(
@@ -131,10 +130,8 @@ def _before(
     cosine, sine = numbers.cos_sin(angle)
 
     def reached(x_r: float, v_r: float) -> Any:
-        force = x_r + c.kappa * (x_r - c.delta) + 2 * c.zeta * v_r
-        closed = numbers.kernels.Start(
-            x_r, x_r - c.delta, v_r, 0.0, force - c.friction, cosine, sine
-        )
+        margin = formulas.margin_at(c, x_r, x_r - c.delta, v_r)
+        closed = numbers.kernels.Start(x_r, x_r - c.delta, v_r, 0.0, margin, cosine, sine)
         values = [float(value) for value in numbers.kernels.flow(c, closed, h)]
         return np.array([x_r + values[0], values[1], values[2] if c.drift else 0.0])
 
@@ -153,5 +150,5 @@ def _inside(c: Any, state: tuple[float, float, float]) -> bool:
         return False
     if c.drift:
         return (gap >= 0 or not c.contact) and c.drift * v_c >= 0
-    force = x_r + c.kappa * gap + 2 * c.zeta * v_r
+    force = formulas.force(c, x_r, gap, v_r)
     return (gap >= 0 or not c.contact) and abs(force) <= 1.5 * c.f_b

@@ -16,10 +16,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import factorial
 from typing import Any, NamedTuple
 
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 
 
@@ -102,8 +103,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
         return (1 + 8 * unit) * backend.sqrt(high * high + c.K * low * low)
 
     drive = c.alpha * c.omega ** (order - 1)
-    # |P^(n)| <= (sqrt(K)/m + 2 zeta) times the energy bound of x^(n).
-    force = (1 + 8 * unit) * (backend.sqrt(c.K) / c.m + 2 * c.zeta)
+    force = (1 + 8 * unit) * formulas.force_per_energy(c, backend.sqrt(c.K))
     side = 1 if c.contact else -1
     expansions = {
         Guard.GAP: Expansion(
@@ -114,13 +114,16 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
         )
     }
     if c.drift:
-        scale = c.drift / c.gamma
+        rate = partial(formulas.v_c_rate, c)
         expansions[Guard.DRIFT] = Expansion(
-            [c.drift * at.v_c, scale * at.margin, *(scale * value for value in p[1 : order - 1])],
-            [at.error_v_c, _margin_error(c, at, unit) / c.gamma]
-            + [error / c.gamma for error in error_p[1 : order - 1]],
-            force * energy(order - 1) / c.gamma,
-            force * drive / c.gamma,
+            [
+                c.drift * at.v_c,
+                *(c.drift * rate(value) for value in (at.margin, *p[1 : order - 1])),
+            ],
+            [at.error_v_c, rate(margin_error(c, at, unit))]
+            + [rate(error) for error in error_p[1 : order - 1]],
+            rate(force * energy(order - 1)),
+            rate(force * drive),
         )
         return expansions
     rest, growth = force * energy(order), force * drive * c.omega
@@ -129,15 +132,15 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
         first = c.f_b + sign * at.margin
         expansions[guard] = Expansion(
             [first, *(sign * value for value in p[1:order])],
-            [_margin_error(c, at, unit) + 2 * unit * abs(first), *error_p[1:order]],
+            [margin_error(c, at, unit) + 2 * unit * abs(first), *error_p[1:order]],
             rest,
             growth,
         )
     return expansions
 
 
-def _margin_error(c: Any, at: Point, unit: Number) -> Number:
+def margin_error(c: Any, at: Point, unit: Number) -> Number:
     """Bound on the error of P - friction: of the point's quantities, and of adding them up."""
-    added = abs(at.x_r) + c.kappa * abs(at.gap) + 2 * c.zeta * abs(at.v_r) + abs(c.friction)
-    carried = (1 + c.kappa) * at.error_x + 2 * c.zeta * at.error_v
+    added = formulas.margin_at_size(c, abs(at.x_r), abs(at.gap), abs(at.v_r))
+    carried = formulas.force_change_size(c, at.error_x, at.error_v)
     return carried + 6 * unit * added

@@ -10,6 +10,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from capsule_sym.errors import Outcome
+from capsule_sym.generated import formulas
 from capsule_sym.map import quasistatic
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Expansion, Guard, Point, expand, watched
@@ -100,12 +101,12 @@ class Flow:
         self.origin = Point(
             *start[:5], cosine, sine, self._error_gap, zero, zero, 2 * backend.unit * start.angle
         )
-        self._force = abs(c.push) + c.m * (abs(start.x_r) + c.kappa * abs(start.gap))
+        magnitudes = abs(start.x_r), abs(start.gap), abs(start.v_r)
+        self._force = formulas.rest_force_size(c, *magnitudes[:2])
         self._root_K = backend.sqrt(c.K)
         # What the margin was added up from; where a slip begins it is 0 and exact.
         exact = start.zeros.get(Guard.DRIFT, 0) > 1
-        added = abs(start.x_r) + c.kappa * abs(start.gap) + 2 * c.zeta * abs(start.v_r)
-        self._margin = zero if exact else added + abs(c.friction)
+        self._margin = zero if exact else formulas.margin_at_size(c, *magnitudes)
         # The response to forcing from rest, in units of alpha, never exceeds these.
         detuning = abs(c.K - c.omega * c.omega)
         if c.Z2 > 0:
@@ -125,7 +126,7 @@ class Flow:
         v_c = start.v_c + number(values[2]) if c.drift else start.v_c
         turned = c.omega * h
         cosine, sine = self.backend.cos_sin(start.angle + turned, start.angle_rest)
-        margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
+        margin = formulas.margin_at(c, x_r, gap, v_r)
         errors = self._errors(h, x_r, v_r, v_c)
         error_angle = 2 * self.backend.unit * (start.angle + turned)
         return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
@@ -140,11 +141,9 @@ class Flow:
         c, start = self.c, self.start
         if c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
             return self(h)
-        real, imaginary, size = c.K - c.omega * c.omega, 2 * c.sigma * c.omega, c.alpha / c.Z2
         cosine, sine = self.closed.cos_theta, self.closed.sin_theta
-        before = size * (real * cosine + imaginary * sine)
-        rate_before = size * c.omega * (imaginary * cosine - real * sine)
-        after, rate_after = size * real, size * c.omega * imaginary
+        before, rate_before = formulas.forced(c, cosine, sine)
+        after, rate_after = formulas.forced(c, h * 0 + 1, h * 0)
         free = self.closed._replace(
             x_r=start.x_r - before, gap=start.gap - before, v_r=start.v_r - rate_before
         )
@@ -157,7 +156,7 @@ class Flow:
         if c.drift:
             forced = rate_before - rate_after - c.alpha * sine / c.omega
             v_c = v_c + number(values[2]) + forced / (c.gamma + 1)
-        margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
+        margin = formulas.margin_at(c, x_r, gap, v_r)
         zero = h * 0
         errors = self._errors(h, x_r, v_r, v_c)
         return Point(x_r, gap, v_r, v_c, margin, zero + 1, zero, *errors, zero)
@@ -187,8 +186,8 @@ class Flow:
         if not c.drift:
             return error_x, error_v, h * 0
         if c.rate * h < 1:
-            grown = (1 + c.kappa) * terms_x * h + 2 * c.zeta * (terms_x + abs(start.v_r) * h)
-            terms = (self._margin * h + grown) / c.gamma
+            grown = formulas.force_change_size(c, terms_x * h, terms_x + abs(start.v_r) * h)
+            terms = formulas.v_c_rate(c, self._margin * h + grown)
         else:
             impulse = abs(c.friction) * h + c.alpha * min(h, 2 / c.omega)
             terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)
@@ -380,22 +379,20 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
         return False
     # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate. Rounding of K - omega^2 is
     # felt in it near resonance; there the proof is not tried.
-    real, imaginary = c.K - c.omega * c.omega, 2 * c.sigma * c.omega
     distance = backend.sqrt(c.Z2)
     rounded = 4 * backend.unit * (c.K + c.omega * c.omega)
     if distance <= 64 * rounded:
         return False
-    size = c.alpha / c.Z2
-    forced = size * (real * at.cos_theta + imaginary * at.sin_theta)
-    rate = size * c.omega * (imaginary * at.cos_theta - real * at.sin_theta)
+    forced, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
     relative = 4 * rounded / distance
     inflation = 1 + 64 * backend.unit + relative
-    amplitude = distance * size * (1 + relative)
+    amplitude = c.alpha / distance * (1 + relative)
     rounding = 32 * backend.unit + relative + at.error_angle
     low = abs(at.x_r - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
     high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
     energy = inflation * backend.sqrt(high * high + c.K * low * low)
     reach = inflation * (amplitude + energy / backend.sqrt(c.K))
-    stiffness = backend.sqrt(c.K * c.K + 4 * c.zeta * c.zeta * c.omega * c.omega)
-    force = inflation * (amplitude * stiffness + (backend.sqrt(c.K) + 2 * c.zeta) * energy)
+    gain = backend.sqrt(formulas.force_gain2(c))
+    free = formulas.force_per_energy(c, backend.sqrt(c.K))
+    force = inflation * (amplitude * gain + free * energy)
     return bool(reach < c.delta and force < c.f_b)

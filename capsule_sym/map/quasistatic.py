@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Expansion, Guard, Point
 
@@ -29,16 +30,15 @@ def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]
     Meaningful only away from resonance, where the forced response is well defined.
     """
     order, unit = backend.kernels.JET_ORDER, backend.unit
-    real, imaginary = c.K - c.omega * c.omega, 2 * c.sigma * c.omega
-    in_phase = c.alpha * (real * at.cos_theta + imaginary * at.sin_theta) / c.Z2
-    quadrature = c.alpha * (imaginary * at.cos_theta - real * at.sin_theta) / c.Z2
+    in_phase, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
+    quadrature = rate / c.omega
     amplitude = c.alpha / backend.sqrt(c.Z2)
     # x^(n) of the forced response: in_phase and quadrature in turn, the sign changing every two.
     cycle = (in_phase, quadrature, -in_phase, -quadrature)
     steps = [cycle[n % 4] * c.omega**n for n in range(order + 2)]
     sizes = [8 * amplitude * c.omega**n for n in range(order + 2)]
 
-    centre = (c.m * c.kappa * c.delta + c.push) / c.K
+    centre = formulas.centre(c)
     y, y_rate = at.x_r - centre - in_phase, at.v_r - c.omega * quadrature
     rounding = 8 * unit + at.error_angle
     error_y = at.error_x + rounding * (abs(at.x_r) + abs(centre) + amplitude)
@@ -52,14 +52,14 @@ def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]
             steps[n] = steps[n] + slow_part * c.slow**n
             spread = 8 * abs(slow_part) + slow_error / unit
             sizes[n] = sizes[n] + spread * abs(c.slow) ** n
-        free = _Free(size, -fast * size, abs(1 + c.kappa + 2 * c.zeta * fast) * size, -fast)
+        free = _Free(size, -fast * size, abs(formulas.force_change(c, 1, fast)) * size, -fast)
     else:
         low, high = abs(y) + error_y, abs(y_rate) + error_rate
         energy = backend.sqrt(high * high + c.K * low * low)
         root = backend.sqrt(c.K)
-        force = (root / c.m + 2 * c.zeta) * energy
+        force = formulas.force_per_energy(c, root) * energy
         free = _Free(energy / root, 2 * energy, force, 2 * (c.sigma + root))
-    return _guards(c, at, unit, order, centre, steps, sizes, free)
+    return _guards(backend, c, at, centre, steps, sizes, free)
 
 
 class _Free:
@@ -70,15 +70,15 @@ class _Free:
 
 
 def _guards(
+    backend: Backend,
     c: Any,
     at: Point,
-    unit: Number,
-    order: int,
     centre: Number,
     x: list[Number],
     sizes: list[Number],
     free: _Free,
 ) -> dict[Guard, Expansion]:
+    unit, order = backend.unit, backend.kernels.JET_ORDER
     side = 1 if c.contact else -1
     errors = [(unit + at.error_angle) * size for size in sizes]
     zero = x[0] * 0
@@ -113,17 +113,18 @@ def _guards(
         )
         result[Guard.DRIFT] = expansion(values, slack, last, free.v / (c.gamma + 1))
         return result
-    stiffness = 1 + c.kappa
     for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
-        mean = stiffness * centre - c.kappa * c.delta
+        mean = formulas.force(c, centre, centre - c.delta, zero)
         values, slack = [], []
         for n in range(order):
-            force = stiffness * x[n] + 2 * c.zeta * x[n + 1]
+            force = formulas.force_change(c, x[n], x[n + 1])
             values.append(c.f_b * (n == 0) + sign * (force + mean * (n == 0)))
-            slack.append(stiffness * errors[n] + 2 * c.zeta * errors[n + 1])
-        slack[0] = slack[0] + rounding * (c.f_b + stiffness * abs(centre) + c.kappa * c.delta)
-        last = stiffness * (abs(x[order]) + sizes[order]) + 2 * c.zeta * (
-            abs(x[order + 1]) + sizes[order + 1]
+            slack.append(formulas.force_change_size(c, errors[n], errors[n + 1]))
+        slack[0] = slack[0] + rounding * (
+            c.f_b + formulas.force_size(c, abs(centre), abs(centre) + c.delta, zero)
+        )
+        last = formulas.force_change_size(
+            c, abs(x[order]) + sizes[order], abs(x[order + 1]) + sizes[order + 1]
         )
         result[guard] = expansion(values, slack, last, free.force)
     return result

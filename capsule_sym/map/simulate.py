@@ -11,6 +11,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.generated.switching import IMPACT_PLANES
 from capsule_sym.map.backend import Backend, Number, backend, default_backend
 from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard, Point
@@ -350,6 +351,4 @@ def _plane(state: State, following: Departure | None) -> str:
         return ""
     if state.v_c == 0:
         return f"Σ{following.field}"
-    if state.v_c > 0:
-        return "Σ7" if state.v_r > 0 else "Σ8"
-    return "Σ9" if state.v_r > 0 else "Σ10"
+    return f"Σ{IMPACT_PLANES[1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1]}"

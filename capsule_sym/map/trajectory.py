@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Number, backend
 from capsule_sym.parameters import Parameters
 
@@ -186,6 +188,8 @@ class Trajectory:
         """The last excitation period of a run that ends without switches, as a segment."""
         last, (x_r, v_r, v_c) = self.segments[-1], self.stroboscopic[-2]
         delta, zeta = type(x_r)(self.parameters.delta), type(x_r)(self.parameters.zeta)
+        free = SimpleNamespace(kappa=x_r * 0, zeta=zeta)
+        force = formulas.force(free, x_r, x_r - delta, v_r)
         plane = f"Σ{last.field}"
         return replace(
             last,
@@ -197,9 +201,7 @@ class Trajectory:
             tangencies=(),
             position=last.position + last.advance,
             advance=last.advance * 0,
-            closed=type(last.closed)(
-                x_r, x_r - delta, v_r, v_c, x_r + 2 * zeta * v_r, x_r * 0 + 1, x_r * 0
-            ),
+            closed=type(last.closed)(x_r, x_r - delta, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
         )
 
     def _last_periods(self, multiple: int, back: int) -> tuple[Segment, ...]:

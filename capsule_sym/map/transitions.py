@@ -10,13 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from capsule_sym.generated.switching import TRANSITIONS
+from capsule_sym.generated import formulas
+from capsule_sym.generated.switching import FIELDS, PLACES, TRANSITIONS
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Expansion, Guard, Point, expand
 from capsule_sym.map.location import Departure, Start
-
-FIELDS = {(0, 1): 1, (0, 0): 2, (0, -1): 3, (1, 1): 4, (1, 0): 5, (1, -1): 6}
-"""Index of the field by contact and drift."""
 
 
 class State(NamedTuple):
@@ -96,46 +94,29 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
 
     None off all of them, and where rounding leaves open on which of them the state is.
     """
-    rest, impact = state.v_c == 0, state.gap == 0
-    if not rest:
-        if not impact:
-            return None
-        if state.v_r == 0:
-            return "L9"
-        return _IMPACTS[state.v_c > 0, state.v_r > 0]
-    c = constants[4 if state.gap > 0 else 1]
-    force = state.x_r + c.kappa * state.gap + 2 * c.zeta * state.v_r
-    added = abs(state.x_r) + c.kappa * abs(state.gap) + 2 * c.zeta * abs(state.v_r)
-    error = 6 * backend.unit * added
+    signs = _sign(state.v_c), _sign(state.gap), _sign(state.v_r)
+    if state.v_c != 0:
+        return PLACES.get((*signs, 0))
     if state.bound:
-        level = 2 * state.bound
-    elif abs(abs(force) - c.f_b) <= error + backend.unit * c.f_b:
+        return PLACES[*signs, 2 * state.bound]
+    c = constants[FIELDS[int(state.gap > 0), 0] - 1]
+    force = formulas.force(c, state.x_r, state.gap, state.v_r)
+    added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
+    if abs(abs(force) - c.f_b) <= 6 * backend.unit * added + backend.unit * c.f_b:
         return None
-    else:
-        level = 0 if abs(force) < c.f_b else (3 if force > 0 else -3)
-    if not impact:
-        contact = int(state.gap > 0)
-        if abs(level) == 2:
-            return f"L{(1 if level > 0 else 2) + 2 * contact}"
-        return f"S{FIELDS[contact, (level > 0) - (level < 0)]}"
-    if abs(level) == 2:
-        return "O1" if level > 0 else "O2"
-    if state.v_r == 0:
-        return "O3"
-    if state.v_r > 0:
-        return "L6" if level == 0 else "L5"
-    return {0: "L7", -3: "L8", 3: "L10"}[level]
+    return PLACES.get((*signs, 3 * _sign(force) if abs(force) > c.f_b else 0))
 
 
-_IMPACTS = {(True, True): "S7", (True, False): "S8", (False, True): "S9", (False, False): "S10"}
+def _sign(value: Number) -> int:
+    return int(value > 0) - int(value < 0)
 
 
 def start_at(c: Any, state: State) -> Start:
     """The start of a segment with constants `c` at a state, before its zeros are known."""
-    force = state.x_r + c.kappa * state.gap + 2 * c.zeta * state.v_r
     if state.bound:
-        force = state.bound * c.f_b
-    margin = force - c.friction
+        margin = state.bound * c.f_b - c.friction
+    else:
+        margin = formulas.margin_at(c, state.x_r, state.gap, state.v_r)
     return Start(
         state.x_r, state.gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest
     )

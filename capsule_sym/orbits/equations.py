@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.closed import ClosedForms
@@ -152,7 +153,7 @@ def _run(
     numbers, c = forms.numbers, forms.constants(leg.field)
     x_r, v_r, v_c = state.tolist()
     gap = x_r - c.delta
-    margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
+    margin = formulas.margin_at(c, x_r, gap, v_r)
     closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *numbers.cos_sin(angle))
     # A duration of 0 would leave nothing to divide by; within rounding the limit is the same.
     duration = h if abs(h) > numbers.unit else numbers.unit
@@ -250,15 +251,15 @@ def _value(span: Span) -> tuple[Number, Vector]:
     side = 1 if span.leg.guard is Guard.UPPER else -1
     gradient = force_by(c, x_r, v_r, by)
     gradient[-7 + _F_B] = gradient[-7 + _F_B] - side
-    return x_r + c.kappa * (x_r - c.delta) + 2 * c.zeta * v_r - side * c.f_b, gradient
+    return formulas.force(c, x_r, x_r - c.delta, v_r) - side * c.f_b, gradient
 
 
 def force_by(c: Any, x_r: Number, v_r: Number, by: Matrix) -> Vector:
     """Gradient (n + 11,) of the interaction force P where x_r and v_r have the derivatives `by`."""
-    gradient = (1 + c.kappa) * by[0] + 2 * c.zeta * by[1]
-    gradient[-7 + _DELTA] = gradient[-7 + _DELTA] - c.kappa
-    gradient[-7 + _ZETA] = gradient[-7 + _ZETA] + 2 * v_r
-    gradient[-7 + _BETA] = gradient[-7 + _BETA] + c.contact * (x_r - c.delta)
+    gradient = formulas.force_change(c, by[0], by[1])
+    slopes = formulas.force_slopes(c, x_r - c.delta, v_r)
+    for parameter, slope in zip((_DELTA, _ZETA, _BETA), slopes, strict=True):
+        gradient[-7 + parameter] = gradient[-7 + parameter] + slope
     return gradient  # type: ignore[no-any-return]
 
 

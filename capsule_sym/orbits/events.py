@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.changes import around
@@ -169,9 +170,9 @@ def _edge(span: Span) -> str:
 def _part(span: Span, line: str) -> int:
     """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
     c, (_, v_r, _) = span.c, span.start
-    turn = 2 * c.zeta * c.f_b * (1 if line in ("L1", "L3") else -1)
-    reach = 2 * c.zeta * c.alpha
-    speed = (1 + c.kappa) * v_r
+    side = 1 if line in ("L1", "L3") else -1
+    turn, reach = -formulas.force_change(c, 0, -side * c.f_b), formulas.force_change(c, 0, c.alpha)
+    speed = formulas.force_change(c, v_r, 0)
     return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
 
 
@@ -182,7 +183,7 @@ def _corner(guards: set[Guard | None], span: Span) -> str:
     if Guard.LOWER in guards:
         return "O2"
     c, (x_r, v_r, _) = span.c, span.start
-    force = x_r + 2 * c.zeta * v_r
+    force = formulas.force(c, x_r, 0, v_r)
     if abs(force) < c.f_b:
         return "L6" if v_r > 0 else "L7"
     if v_r > 0:

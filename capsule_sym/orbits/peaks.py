@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Number
 from capsule_sym.orbits.closed import ClosedForms
 from capsule_sym.orbits.equations import PARAMETERS, Matrix, Span, Vector, force_by
@@ -31,7 +32,7 @@ def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     place = max(_places(forms, orbit, Quantity.FORCE), key=lambda found: found.size)
     x_r, v_r, by = _state(forms, place)
     c = place.span.c
-    force = x_r + c.kappa * (x_r - c.delta) + 2 * c.zeta * v_r
+    force = formulas.force(c, x_r, x_r - c.delta, v_r)
     side = 1 if force > 0 else -1
     return side * force, side * force_by(c, x_r, v_r, by)
 
@@ -56,7 +57,7 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
         c, (x_r, v_r, _) = span.c, span.end
         gap = x_r - c.delta
         if quantity is Quantity.FORCE:
-            yield _Place(abs(x_r + c.kappa * gap + 2 * c.zeta * v_r), span, None)
+            yield _Place(abs(formulas.force(c, x_r, gap, v_r)), span, None)
         elif c.contact:
             yield _Place(gap, span, None)
         else:

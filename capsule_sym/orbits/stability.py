@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
+from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.trajectory import Segment, Trajectory
@@ -29,11 +30,11 @@ from capsule_sym.orbits.word import drift
 def field(c: Any, state: Vector, cosine: Number) -> Vector:
     """Right side (x_r', v_r', v_c') of the segment with constants `c`, Eqs. (7)-(12)."""
     x_r, v_r, v_c = state
-    spring = x_r + c.kappa * (x_r - c.delta)
-    acceleration = c.alpha * cosine - c.m * spring + c.push - 2 * c.sigma * v_r
+    place = x_r, x_r - c.delta, v_r
+    acceleration = formulas.v_rate(c, *place, cosine)
     if not c.drift:
         return np.array([v_r, acceleration, 0 * v_c])
-    return np.array([v_r, acceleration, (spring + 2 * c.zeta * v_r - c.friction) / c.gamma])
+    return np.array([v_r, acceleration, formulas.v_c_rate(c, formulas.margin_at(c, *place))])
 
 
 def saltation(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:

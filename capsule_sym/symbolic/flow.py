@@ -20,11 +20,10 @@ import sympy as sp
 
 from capsule_sym.symbolic import basis
 from capsule_sym.symbolic.basis import K, W, s, sigma
-from capsule_sym.symbolic.model import Segment
+from capsule_sym.symbolic.model import P, Segment, kappa
 from capsule_sym.symbolic.symbols import (
     alpha,
     beta,
-    delta,
     f_b,
     gamma,
     h,
@@ -33,16 +32,16 @@ from capsule_sym.symbolic.symbols import (
     v_c,
     v_r,
     x_r,
-    zeta,
 )
 
 m = sp.Symbol("m", positive=True)  # inertia factor of the relative motion
-kappa = sp.Symbol("kappa", nonnegative=True)  # stiffness of the second spring while it acts
 push = sp.Symbol("push", real=True)  # acceleration of the relative motion by friction
 friction = sp.Symbol("friction", real=True)  # drift * f_b, the friction bound with its sign
 
 cos_theta, sin_theta = sp.symbols("cos_theta sin_theta", real=True)  # forcing angle at the start
-spring = sp.Symbol("spring", real=True)  # x_r + kappa (x_r - delta) at the start
+STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in v_r
+
+spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
 margin = sp.Symbol("margin", real=True)  # interaction force minus `friction` at the start
 
 
@@ -50,12 +49,12 @@ def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
     """The constants m, kappa, push, friction, sigma and K of a segment, read off its field."""
     _, acceleration, capsule = segment.field
     unforced = sp.expand(acceleration - alpha * sp.cos(omega * tau))
-    inertia = sp.cancel(-unforced.coeff(v_r) / (2 * zeta))
+    inertia = sp.cancel(unforced.coeff(v_r) / -DAMPER)
     rest = sp.expand(unforced + inertia * segment.interaction)
     held = sp.expand(gamma * capsule - (0 if segment.stick else segment.interaction))
     return {
         m: inertia,
-        kappa: sp.diff(segment.interaction, x_r) - 1,
+        kappa: sp.solve(sp.diff(segment.interaction, x_r) - STIFFNESS, kappa)[0],
         push: rest,
         friction: -held,
         sigma: sp.expand(-unforced.coeff(v_r) / 2),
@@ -64,8 +63,8 @@ def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
 
 
 # Definitions that keep x_r - delta together: near the impact surface it is small and exact.
-SPRING = x_r + kappa * (x_r - delta)
-MARGIN = SPRING + 2 * zeta * v_r - friction
+SPRING = P.subs(v_r, 0)
+MARGIN = P - friction
 FORCE = push - m * spring  # what the equation of motion leaves when v_r = 0 and alpha = 0
 
 
@@ -107,7 +106,7 @@ def derive() -> Flow:
     motion = sp.Eq(s**2 * X - v_r + 2 * sigma * s * X + K * X, force / s + forcing)
     increment = sp.solve(motion, X)[0]
     velocity = s * increment
-    growth = ((1 + kappa) * increment + 2 * zeta * (velocity - v_r / s)) / (gamma * s)
+    growth = (STIFFNESS * increment + DAMPER * (velocity - v_r / s)) / (gamma * s)
 
     def in_time(image: sp.Expr) -> sp.Expr:
         sources = (v_r, force, cos_theta, sin_theta, friction)
@@ -142,6 +141,6 @@ def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
         kappa: contact * beta,
         push: sp.S.Zero if stick else drift * f_b / gamma,
         friction: sp.S.Zero if stick else drift * f_b,
-        sigma: inertia * zeta,
-        K: inertia * (1 + contact * beta),
+        sigma: inertia * DAMPER / 2,
+        K: inertia * STIFFNESS.subs(kappa, contact * beta),
     }

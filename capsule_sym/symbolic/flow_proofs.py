@@ -24,7 +24,7 @@ from capsule_sym.symbolic.basis_proofs import (
     Residuals,
 )
 from capsule_sym.symbolic.flow import contact, cos_theta, drift, sin_theta
-from capsule_sym.symbolic.model import P3, P4, SEGMENTS, Segment
+from capsule_sym.symbolic.model import P3, P4, SEGMENTS, Segment, kappa
 from capsule_sym.symbolic.symbols import (
     PARAMETERS,
     alpha,
@@ -168,7 +168,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Proof]:
             for name, value in general.constants.items()
         },
         "stiffness": (
-            general.constants[flow.m] * (1 + general.constants[flow.kappa]),
+            general.constants[flow.m] * (1 + general.constants[kappa]),
             motion.constants[K],
         ),
     }
@@ -193,7 +193,7 @@ def _jet_proofs() -> Iterator[Proof]:
 
     def follows(previous: sp.Expr, claim: sp.Expr) -> Residuals:
         rate = sum(sp.diff(previous, name) * slope for name, slope in moving.items())
-        stiffness = {K: flow.m * (1 + flow.kappa)}
+        stiffness = {K: flow.m * (1 + kappa)}
         return (sp.expand((claim - rate).subs(drives).subs(stiffness)),)
 
     successors = [(x(n), x(n + 1)) for n in range(2, JET_ORDER + 1)]

@@ -19,13 +19,13 @@ from capsule_sym.symbolic.flow import (
     derive,
     friction,
     general_constants,
-    kappa,
     m,
     push,
     sin_theta,
     spring,
 )
 from capsule_sym.symbolic.jets import gap
+from capsule_sym.symbolic.model import kappa
 from capsule_sym.symbolic.symbols import PARAMETERS, delta, h, omega, theta, v_c, v_r, x_r
 
 COLUMNS = (x_r, v_r, v_c, theta, h, *PARAMETERS)

@@ -2,7 +2,7 @@
 
 Once x_r, v_r and the forcing angle are known, every further derivative follows from the equation
 of motion, x^(n+2) = -2 sigma x^(n+1) - K x^(n) + alpha (d/dtau)^n cos, and the interaction force
-P = spring + 2 zeta v_r gives those of v_c' = (P - friction)/gamma.
+P, linear in x_r and v_r, gives those of v_c' = (P - friction)/gamma.
 """
 
 from __future__ import annotations
@@ -10,10 +10,16 @@ from __future__ import annotations
 import sympy as sp
 
 from capsule_sym.symbolic.basis import K, sigma
-from capsule_sym.symbolic.flow import cos_theta, kappa, m, push, sin_theta
-from capsule_sym.symbolic.symbols import alpha, omega, v_r, x_r, zeta
+from capsule_sym.symbolic.flow import DAMPER, SPRING, STIFFNESS, cos_theta, m, push, sin_theta
+from capsule_sym.symbolic.model import P
+from capsule_sym.symbolic.symbols import alpha, delta, omega, v_r, x_r
 
 gap = sp.Symbol("gap", real=True)  # x_r - delta
+
+
+def with_gap(expression: sp.Expr) -> sp.Expr:
+    """The expression with x_r - delta, small and exact near the impact surface, as a variable."""
+    return expression.subs(x_r - delta, gap)
 
 
 def position_symbol(order: int) -> sp.Symbol:
@@ -31,7 +37,8 @@ def _drive(order: int) -> sp.Symbol:
     return alpha if order == 0 else sp.Symbol(f"drive{order}", nonnegative=True)
 
 
-def _forcing(order: int) -> sp.Expr:
+def forcing(order: int) -> sp.Expr:
+    """The forcing's derivative of this order."""
     angle = sp.Symbol("angle")
     value = sp.diff(sp.cos(angle), angle, order) * _drive(order)
     return value.subs({sp.cos(angle): cos_theta, sp.sin(angle): sin_theta})
@@ -44,12 +51,10 @@ def jet(order: int) -> list[tuple[sp.Symbol, sp.Expr]]:
     """
     x = position_symbol
     steps = [(_drive(n), omega * _drive(n - 1)) for n in range(1, order)]
-    steps += [(x(2), push - m * (x_r + kappa * gap) - 2 * sigma * v_r + _forcing(0))]
-    steps += [(x(n + 2), -2 * sigma * x(n + 1) - K * x(n) + _forcing(n)) for n in range(1, order)]
-    steps += [(force_symbol(0), x_r + kappa * gap + 2 * zeta * v_r)]
-    steps += [
-        (force_symbol(n), (1 + kappa) * x(n) + 2 * zeta * x(n + 1)) for n in range(1, order + 1)
-    ]
+    steps += [(x(2), push - m * with_gap(SPRING) - 2 * sigma * v_r + forcing(0))]
+    steps += [(x(n + 2), -2 * sigma * x(n + 1) - K * x(n) + forcing(n)) for n in range(1, order)]
+    steps += [(force_symbol(0), with_gap(P))]
+    steps += [(force_symbol(n), STIFFNESS * x(n) + DAMPER * x(n + 1)) for n in range(1, order + 1)]
     return steps
 
 

@@ -26,11 +26,16 @@ from capsule_sym.symbolic.symbols import (
     zeta,
 )
 
+kappa = sp.Symbol("kappa", nonnegative=True)  # stiffness of the second spring while it acts
+
+P = x_r + 2 * zeta * v_r + kappa * (x_r - delta)
+"""Force of the inner mass on the capsule: the one place of the tree where its terms stand."""
+
 # Auxiliary functions of Section 2.
 P1 = v_c
 P2 = x_r
-P3 = x_r + 2 * zeta * v_r
-P4 = P3 + beta * (x_r - delta)
+P3 = P.subs(kappa, 0)
+P4 = P.subs(kappa, beta)
 
 _FRICTION_NAMES = {+1: "FD", 0: "S", -1: "BD"}
 
