@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from importlib.util import find_spec
 from types import ModuleType
 
+from capsule_sym._native.watch import Watch
 from capsule_sym.errors import CapsuleError
 from capsule_sym.generated.py import DIGEST
+
+__all__ = ["StaleCore", "Watch", "core", "live"]
 
 
 class StaleCore(CapsuleError, ImportError):
@@ -13,17 +18,22 @@ class StaleCore(CapsuleError, ImportError):
 
 
 def _load() -> ModuleType | None:
-    try:
-        from capsule_sym._native import _core  # type: ignore[attr-defined]
-    except ImportError:
+    if find_spec("capsule_sym._native._core") is None:
         return None
-    if _core.digest() != DIGEST:
+    module = import_module("capsule_sym._native._core")
+    if module.digest() != DIGEST:
         raise StaleCore(
-            f"the compiled core has kernels {_core.digest()}, the package has {DIGEST}: "
+            f"the compiled core has kernels {module.digest()}, the package has {DIGEST}: "
             "install capsule-sym again, so that it is compiled anew"
         )
-    module: ModuleType = _core
     return module
 
 
 core = _load()
+
+
+def live() -> str:
+    """What computes here: c-avx512, c-avx2 or c-plain, whose last bits differ, or numpy."""
+    if core is None:
+        return "numpy"
+    return {8: "c-avx512", 4: "c-avx2", 1: "c-plain"}[core.lanes()]

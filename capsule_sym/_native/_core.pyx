@@ -1,9 +1,16 @@
 # cython: boundscheck=False, wraparound=False, embedsignature=True
-"""Binding of the C core: arrays in, arrays out, the GIL released while it runs."""
+"""Binding of the C core: arrays in, arrays out, the GIL released while it runs.
 
-from libc.math cimport cos, sin
+What takes long stops at Ctrl-C, by the exception of its handler, and at a `Watch`.
+"""
+
+import threading
+from time import perf_counter
+
+from libc.math cimport INFINITY, NAN, cos, sin
 from libc.stdint cimport int8_t, int32_t, int64_t, uint8_t
 from libc.stdlib cimport free, malloc
+from libc.string cimport memset
 
 import numpy as np
 
@@ -28,12 +35,19 @@ cdef extern from "capsule.h" nogil:
         pass
     ctypedef struct capsule_event:
         int32_t field, plane
+    ctypedef struct capsule_watch:
+        int (*ask)(void *) noexcept nogil
+        void *about
+        int64_t work
+    int capsule_asked(capsule_watch *, int64_t)
     ctypedef struct capsule_wish:
         double (*strobe)[3]
+        int64_t rows
         capsule_segment *segments
         capsule_event *events
         size_t room
         int position
+        capsule_watch *watch
     ctypedef struct capsule_motion:
         int32_t switches
     ctypedef int capsule_outcome
@@ -44,7 +58,8 @@ cdef extern from "capsule.h" nogil:
     capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
                              size_t *, capsule_outcome *)
     capsule_stop capsule_steady(const capsule_map *, const capsule_state *, double (*)[3], int, double,
-                                capsule_event *, size_t, capsule_motion *, capsule_outcome *)
+                                capsule_event *, size_t, capsule_watch *, capsule_motion *,
+                                capsule_outcome *)
     ctypedef struct capsule_many:
         size_t stride
         const capsule_parameters *parameters
@@ -52,13 +67,33 @@ cdef extern from "capsule.h" nogil:
         int8_t *stops
         double (*strobe)[3]
         int position
+        capsule_watch *watch
     ctypedef struct capsule_crew:
         pass
     void capsule_run_many(const capsule_many *, size_t, int64_t, capsule_crew *)
+    int capsule_lanes()
     const char *capsule_digest()
 
+cdef extern from *:
+    """
+    #include <time.h>
+    static double now(void) /* in seconds, of a clock that nobody sets */
+    {
+        struct timespec t;
+    #ifdef _WIN32
+        timespec_get(&t, TIME_UTC);
+    #else
+        clock_gettime(CLOCK_MONOTONIC, &t);
+    #endif
+        return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+    }
+    """
+    double now() noexcept nogil
+    int PyErr_CheckSignals() noexcept
+
 OUTCOMES = ("regular", "graze", "corner", "sliding-tangency", "never", "undecided", "end")
-DONE, FULL, OPEN = range(3)
+DONE, FULL, OPEN, STOPPED, REFUSED = range(5)
+ROWS = 8192  # of a strobe whose rows are taken again and again, at least
 
 STATE = np.dtype(
     [(name, "f8") for name in ("x_r", "gap", "v_r", "v_c", "angle", "angle_rest", "position")]
@@ -88,6 +123,53 @@ assert MOTION.itemsize == sizeof(capsule_motion)
 def digest():
     """Digest of the generator's inputs that the kernels were made from."""
     return capsule_digest().decode()
+
+
+def lanes():
+    """How many runs are taken side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1."""
+    return capsule_lanes()
+
+
+ctypedef struct attention:
+    capsule_watch watch
+    const int *flag
+    double deadline, looked
+    bint signals, raised, stopped
+
+
+# Signals are handled by the main thread alone, and need the GIL, which others may hold.
+cdef int _ask(void *about) noexcept nogil:
+    cdef attention *a = <attention *> about
+    cdef double time = now()
+    if (a.flag is not NULL and (<const volatile int *> a.flag)[0]) or time > a.deadline:
+        a.stopped = True
+    elif a.signals and not (0.0 <= time - a.looked < 0.01):
+        a.looked = time
+        with gil:
+            if PyErr_CheckSignals() != 0:
+                a.raised = a.stopped = True
+    return a.stopped
+
+
+cdef capsule_watch *_attend(attention *a, watch, const int[::1] flag):
+    a.watch.ask = _ask
+    a.watch.about = a
+    a.watch.work = 0
+    a.flag = NULL if watch is None else &flag[0]
+    a.deadline = INFINITY if watch is None else now() + (watch.deadline - perf_counter())
+    a.looked = now()
+    a.signals = threading.current_thread() is threading.main_thread()
+    a.raised = a.stopped = False
+    return &a.watch
+
+
+cdef enum:
+    MAP_WORK = 32  # what making a map takes for a watch, in expansions
+
+
+cdef int _raised(attention *a) except -1:
+    """Passes on what the handler of a signal raised."""
+    return -1 if a.raised else 0
 
 
 cdef void _closed_form(const capsule_constants *c, const capsule_start *start, double h,
@@ -130,20 +212,21 @@ cdef class Map:
 
     def final(self, double x_r, double v_r, double v_c, double phase, int64_t periods):
         """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
+        cdef attention a
         cdef capsule_state state
         cdef capsule_wish wish
         cdef size_t written
         cdef capsule_outcome open_
         cdef capsule_stop stop
-        wish.strobe = NULL
-        wish.segments = NULL
-        wish.events = NULL
-        wish.room = 0
-        wish.position = False
+        memset(&wish, 0, sizeof(wish))
+        wish.watch = _attend(&a, None, None)
         with nogil:
             state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
             stop = capsule_run(self.map, &state, periods, &wish, &written, &open_)
-        return (state.x_r, state.v_r, state.v_c) if stop == 0 else None
+        _raised(&a)
+        if stop == REFUSED:
+            raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
+        return (state.x_r, state.v_r, state.v_c) if stop == DONE else None
 
     def closed_form(self, int field, const double[::1] start, double h):
         """Values (4,) and Jacobian (4, 12) of one segment's closed form a duration h after start.
@@ -200,13 +283,18 @@ cdef class Map:
         return states, advances, jacobians
 
     def run(self, state, int64_t periods, segments=None, events=None, strobe=None,
-            bint position=False):
+            bint position=False, watch=None):
         """Goes on until period `periods` is over; what is asked for is written to given arrays.
 
         `state` is a record of STATE, left where the run came to; `segments` or `events` are
-        arrays of their dtypes; `strobe` has shape (periods + 1, 3). Returns why it stopped, how
-        many segments or events it wrote, and the outcome that stayed open.
+        arrays of their dtypes; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS:
+        the state at the end of period k then is in row k % rows, and the run pauses when half of
+        them are new. Of a motion that rests for ever the last ones are written. Returns why it
+        stopped, how many segments or events it wrote, and the outcome that stayed open.
         """
+        if state.dtype != STATE:
+            raise TypeError("state must be of dtype STATE")
+        cdef attention a
         cdef char[::1] at = state.reshape(1).view("i1")
         cdef char[::1] bytes_
         cdef double[:, ::1] marks
@@ -214,17 +302,14 @@ cdef class Map:
         cdef size_t written = 0
         cdef capsule_outcome open_ = 0
         cdef capsule_stop stop
-        wish.strobe = NULL
-        wish.segments = NULL
-        wish.events = NULL
-        wish.room = 0
+        memset(&wish, 0, sizeof(wish))
+        wish.watch = _attend(&a, watch, None if watch is None else watch.flag)
         wish.position = position
-        if state.dtype != STATE:
-            raise TypeError("state must be of dtype STATE")
         if strobe is not None:
             marks = strobe
-            if marks.shape[0] <= periods or marks.shape[1] != 3:
-                raise ValueError("strobe must have shape (periods + 1, 3)")
+            if (marks.shape[0] <= periods and marks.shape[0] < ROWS) or marks.shape[1] != 3:
+                raise ValueError(f"strobe must have shape (periods + 1, 3), or {ROWS} rows")
+            wish.rows = marks.shape[0] if marks.shape[0] <= periods else 0
             wish.strobe = <double (*)[3]> &marks[0, 0]
         if segments is not None:
             if segments.dtype != SEGMENT or not len(segments):
@@ -241,20 +326,46 @@ cdef class Map:
         with nogil:
             stop = capsule_run(self.map, <capsule_state *> &at[0], periods, &wish, &written,
                                &open_)
+        _raised(&a)
+        if stop == REFUSED:
+            raise ValueError(f"no run from {state}")
         return stop, written, OUTCOMES[open_]
 
 
+def _check_rows(parameters, states, **columns):
+    """Refuses what the loops below would read or write beside: every array has a row for each run."""
+    count = len(states)
+    if states.dtype != STATE or states.ndim != 1:
+        raise TypeError("states must be of dtype STATE, shape (n,)")
+    if parameters.shape[0] != count or parameters.shape[1] != 7:
+        raise ValueError(f"parameters must have shape {(count, 7)}")
+    for name, (array, shape) in columns.items():
+        if array is not None and (len(array) != count or tuple(array.shape[1:]) != shape):
+            raise ValueError(f"{name} must have shape {(count, *shape)}")
+
+
 def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
-               const double[::1] phases, states):
-    """Writes the state records that the runs start from, one per row of the others."""
+               const double[::1] phases, states, watch=None):
+    """Writes the state records that the runs start from, one per row of the others.
+
+    Those that the watch keeps from being made have a gap that is nan, and no run takes them on.
+    """
+    _check_rows(parameters, states, starts=(starts, (3,)), phases=(phases, ()))
+    cdef attention a
     cdef char[::1] at = states.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
     cdef Py_ssize_t i, count = len(states)
     cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
     if work is NULL:
         raise MemoryError()
+    _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         for i in range(count):
+            if capsule_asked(&a.watch, MAP_WORK):
+                memset(&records[i], 0, sizeof(capsule_state))
+                records[i].x_r, records[i].v_r = starts[i, 0], starts[i, 1]
+                records[i].v_c, records[i].gap = starts[i, 2], NAN
+                continue
             if i == 0:
                 capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
             else:
@@ -262,15 +373,20 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
             records[i] = capsule_state_at(work, starts[i, 0], starts[i, 1], starts[i, 2],
                                           phases[i])
     free(work)
+    _raised(&a)
 
 
 def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
-             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1):
+             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None):
     """Runs every row, or every so many, to the end of period `periods`, leaving in `states` where it came to.
 
     `stops` receives why each run stopped; `strobe`, shape (rows, periods + 1, 3), the states at
-    the ends of the periods.
+    the ends of the periods. Runs that the watch stops can go on by another call.
     """
+    if stride < 1:
+        raise ValueError("stride must be at least 1")
+    _check_rows(parameters, states, stops=(stops, ()), strobe=(strobe, (periods + 1, 3)))
+    cdef attention a
     cdef char[::1] at = states.view("i1")
     cdef size_t count = len(states)
     cdef capsule_many many
@@ -283,13 +399,18 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     many.stops = &stops[0]
     many.strobe = NULL if strobe is None else <double (*)[3]> &strobe[0, 0, 0]
     many.position = position
+    many.watch = _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         capsule_run_many(&many, count, periods, crew)
     free(crew)
+    _raised(&a)
+    if (np.asarray(stops)[::stride] == REFUSED).any():
+        raise ValueError("no runs from some of the states")
 
 
 def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strobe,
-                double tolerance, int8_t[::1] stops, motions, uint8_t[:, ::1] switches):
+                double tolerance, int8_t[::1] stops, motions, uint8_t[:, ::1] switches,
+                watch=None):
     """Finds the motion that every finished row is in, one whose stop is DONE.
 
     `states` holds where runs came to, at the end of a period, and row i of `strobe` the state
@@ -298,6 +419,12 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
     byte 16 field + plane for every switch of a period of the motion, from the end of the run on;
     a motion with more switches than half the row holds stops at FULL.
     """
+    if motions.dtype != MOTION:
+        raise TypeError("motions must be of dtype MOTION")
+    _check_rows(parameters, states, stops=(stops, ()), motions=(motions, ()),
+                strobe=(strobe, (max(strobe.shape[1], 2), 3)),
+                switches=(switches, (max(switches.shape[1], 1),)))
+    cdef attention a
     cdef char[::1] at = states.view("i1")
     cdef char[::1] to = motions.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
@@ -313,9 +440,13 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
         free(work)
         free(events)
         raise MemoryError()
+    _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         for i in range(count):
             if stops[i] != 0:
+                continue
+            if capsule_asked(&a.watch, MAP_WORK):
+                stops[i] = 3
                 continue
             if not made:
                 made = True
@@ -323,8 +454,10 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
             else:
                 capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
             stops[i] = <int8_t> capsule_steady(work, &records[i], <double (*)[3]> &strobe[i, 1, 0],
-                                               periods, tolerance, events, room, &found[i], &open_)
+                                               periods, tolerance, events, room, &a.watch,
+                                               &found[i], &open_)
             for k in range(found[i].switches):
                 switches[i, k] = <uint8_t> (16 * events[k].field + events[k].plane)
     free(work)
     free(events)
+    _raised(&a)

@@ -86,30 +86,60 @@ typedef struct {
     int32_t field, plane;
 } capsule_event;
 
+/* Who may stop work that takes long. `ask` is called in the thread that works, after every
+   CAPSULE_WORK expansions or so, which take milliseconds; 0 lets it go on. Once it has said
+   otherwise it must say so again. Each thread has a watch of its own. */
+typedef struct {
+    int (*ask)(void *about);
+    void *about;
+    int64_t work; /* since it was last asked; 0 at first */
+} capsule_watch;
+
+#define CAPSULE_WORK 8192
+
+/* Counts work of about so many expansions; whether to stop. A null watch never says so. */
+static inline int capsule_asked(capsule_watch *watch, int64_t work)
+{
+    if (!watch || (watch->work += work) < CAPSULE_WORK)
+        return 0;
+    watch->work = 0;
+    return watch->ask(watch->about);
+}
+
 /* What a run writes besides the final state; a null pointer is neither written nor paid for. */
 typedef struct {
-    double (*strobe)[3]; /* [k] for the state at the end of period k, k = 1 .. periods */
+    double (*strobe)[3]; /* the state at the end of period k in row k, k = 1 .. periods */
+    int64_t rows;        /* of strobe, if they are too few for that, else 0: row k % rows then;
+                            at least 8192, and the run pauses when half of them are new */
     capsule_segment *segments;
     capsule_event *events;
     size_t room;   /* of segments or events; the run pauses when it is used up */
     int position;  /* whether x_c is followed */
+    capsule_watch *watch; /* or null */
 } capsule_wish;
 
 /* Why a run came back. */
 typedef enum {
     CAPSULE_DONE,  /* all periods are over */
     CAPSULE_FULL,  /* no room is left: call again with more, the state goes on */
-    CAPSULE_OPEN   /* double precision leaves the next switch or departure open */
+    CAPSULE_OPEN,  /* double precision leaves the next switch or departure open */
+    CAPSULE_STOPPED, /* the watch said so: call again to go on */
+    CAPSULE_REFUSED  /* the parameters, the state or the wish are none; nothing was done */
 } capsule_stop;
 
-/* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0. A map that
-   was made before may be made anew; what does not change is kept. */
+/* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0; otherwise
+   what runs on it is refused. A map that was made before may be made anew; what does not change
+   is kept. */
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
 /* A state off every surface but those it lies on exactly, at a time in [0, 2 pi/omega). */
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase);
+
+/* How many runs this processor takes side by side: 8 (AVX-512), 4 (AVX2) or 1. Their last bits
+   differ. */
+int capsule_lanes(void);
 
 /* Goes on from `state` until the end of excitation period `periods` (forcing angle 0), and leaves
    in `state` where it came to. `written` counts segments or events; `open` tells, where the run
@@ -119,12 +149,13 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
 
 /* Many runs, side by side. */
 typedef struct {
-    size_t stride; /* every so many rows is one of them: threads share rows out like cards */
+    size_t stride; /* at least 1; every so many rows is one: threads share them out like cards */
     const capsule_parameters *parameters; /* of each run */
     capsule_state *states;                /* where each starts, and where it came to */
     int8_t *stops;                        /* why each came back, a capsule_stop */
     double (*strobe)[3];                  /* periods + 1 rows a run, or null; as in a wish */
     int position;                         /* whether x_c is followed */
+    capsule_watch *watch;                 /* or null; runs that it stops can go on, too */
 } capsule_many;
 
 #define CAPSULE_CREW 128  /* runs in hand at a time */
@@ -162,11 +193,11 @@ typedef struct {
    last of them repeat within `tolerance`, and the next switches exactly in field and plane.
    `events` holds those of one period of the motion, from the end of the run on; there must be
    room for those of two. CAPSULE_FULL says that there is not, CAPSULE_OPEN that a switch stayed
-   open on the way. */
+   open on the way. `watch` may be null. */
 capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             double (*states)[3], int count, double tolerance,
-                            capsule_event *events, size_t room, capsule_motion *motion,
-                            capsule_outcome *open);
+                            capsule_event *events, size_t room, capsule_watch *watch,
+                            capsule_motion *motion, capsule_outcome *open);
 
 /* P - friction at a state. */
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);

@@ -55,7 +55,8 @@ static int side_by_side(int i)
         capsule_map_remake(&rows[k], &map);
         states[k] = starts[k] = capsule_state_at(&map, x_r, v_r, v_c, 0.157 * k / rows[k].omega);
     }
-    const capsule_many many = {1, rows, states, stops, strobe, 1};
+    const capsule_many many = {.stride = 1, .parameters = rows, .states = states, .stops = stops,
+                               .strobe = strobe, .position = 1};
     capsule_run_many(&many, RUNS, PERIODS, &crew);
     for (int k = 0; k < RUNS; k++) {
         const capsule_wish wish = {.position = 1};

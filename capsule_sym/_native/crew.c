@@ -16,6 +16,9 @@ enum { KEYS = 5 };
 
 enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
 
+/* What a step of all lanes, and the tables of new flows, take for a watch, in expansions. */
+enum { STEP = 4, TABLES = 128 };
+
 static const double HALF[CAPSULE_LEVELS] = {1.0, 0.5, 0.25, 0.125};
 
 static void enqueue(capsule_crew *crew, int slot, int level)
@@ -48,6 +51,7 @@ typedef struct {
     capsule_step *step;
     int lanes;
     size_t next; /* row */
+    int stopped; /* by the watch */
 } work;
 
 static void leave(work *w, int slot, capsule_stop stop, const capsule_state *state)
@@ -64,7 +68,8 @@ static capsule_wish wish_of(const work *w, size_t row)
     const capsule_many *many = w->many;
     return (capsule_wish){
         .strobe = many->strobe ? many->strobe + row * (size_t)(w->periods + 1) : NULL,
-        .position = many->position};
+        .position = many->position,
+        .watch = many->watch};
 }
 
 /* Runs the next row by the scalar code. */
@@ -74,8 +79,10 @@ static void alone(work *w)
     capsule_outcome open;
     size_t written;
     capsule_map_remake(&w->many->parameters[w->next], &w->crew->map);
-    w->many->stops[w->next] = (int8_t)capsule_run(&w->crew->map, &w->many->states[w->next],
-                                                  w->periods, &wish, &written, &open);
+    const capsule_stop stop = capsule_run(&w->crew->map, &w->many->states[w->next], w->periods,
+                                          &wish, &written, &open);
+    w->many->stops[w->next] = (int8_t)stop;
+    w->stopped |= stop == CAPSULE_STOPPED || capsule_asked(w->many->watch, TABLES / 4);
 }
 
 /* Takes a run on from a state by the scalar code, segment by segment until one is plain, or only
@@ -86,6 +93,10 @@ static void begin(work *w, int slot, capsule_state state, int help)
     const capsule_many *many = w->many;
     const size_t row = crew->row[slot];
     capsule_map_remake(&many->parameters[row], &crew->map);
+    if (!allowed(&crew->map, &state)) {
+        leave(w, slot, CAPSULE_REFUSED, &state);
+        return;
+    }
     for (;; help = 1) {
         departure d;
         capsule_stop stop = CAPSULE_FULL;
@@ -105,6 +116,7 @@ static void begin(work *w, int slot, capsule_state state, int help)
         if (stop == CAPSULE_FULL && !depart(&crew->map, &state, cosine, sine, &d))
             stop = CAPSULE_OPEN;
         if (stop != CAPSULE_FULL) {
+            w->stopped |= stop == CAPSULE_STOPPED;
             leave(w, slot, stop, &state);
             return;
         }
@@ -180,7 +192,15 @@ static void work_through(work *w, size_t end)
 {
     capsule_crew *crew = w->crew;
     for (;;) {
-        while (crew->idlers && w->next < end) {
+        if (w->stopped) { /* runs in hand can go on from their present segments' starts */
+            for (int i = 0; i < CLEAR_QUEUE + 4; i++)
+                while (crew->waiting[i]) {
+                    const int slot = crew->queue[i][--crew->waiting[i]];
+                    leave(w, slot, CAPSULE_STOPPED, &crew->start[slot]);
+                }
+            return;
+        }
+        while (crew->idlers && w->next < end && !w->stopped) {
             const int slot = crew->idle[--crew->idlers];
             crew->row[slot] = w->next;
             w->next += w->many->stride;
@@ -212,6 +232,7 @@ static void work_through(work *w, size_t end)
                 w->many->position, ends, runs, &out);
         for (int l = 0; l < count; l++)
             settle(w, slot[l], level, &out, l);
+        w->stopped |= capsule_asked(w->many->watch, STEP);
     }
 }
 
@@ -223,11 +244,14 @@ static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
 
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew)
 {
-    work w = {crew, many, periods, NULL, lanes_here(), 0};
+    work w = {crew, many, periods, NULL, capsule_lanes(), 0, 0};
+    if (!many->stride)
+        return;
 #if defined(__x86_64__) && defined(__GNUC__)
     w.step = w.lanes == 8 ? capsule_step_8 : capsule_step_4;
 #endif
-    while (w.next < count) {
+    w.stopped = capsule_asked(many->watch, CAPSULE_WORK);
+    while (w.next < count && !w.stopped) {
         const capsule_parameters *p = &many->parameters[w.next];
         size_t end = w.next + many->stride;
         while (end < count && same_flows(p, &many->parameters[end]))
@@ -238,13 +262,16 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
             crew->idle[crew->idlers++] = (int16_t)slot;
         memset(crew->waiting, 0, sizeof crew->waiting);
         if (end - w.next == many->stride || w.lanes == 1) {
-            for (; w.next < end; w.next += many->stride)
+            for (; w.next < end && !w.stopped; w.next += many->stride)
                 alone(&w);
             continue;
         }
+        w.stopped = capsule_asked(many->watch, TABLES);
         capsule_tables_make(&crew->map, CAPSULE_LEVELS, crew->table);
         for (int flow = 0; flow < 4; flow++)
             crew->reach[flow] = crew->table[CAPSULE_LEVELS * flow].reach;
         work_through(&w, end);
     }
+    for (; w.next < count; w.next += many->stride) /* not begun */
+        many->stops[w.next] = CAPSULE_STOPPED;
 }

@@ -11,8 +11,6 @@
 
 #include "expansion.h"
 
-#define TWO_PI 6.283185307179586
-#define TWO_PI_REST 2.4492935982947064e-16
 #define GUARD_TERMS (POLYNOMIAL + 4)
 #define UNDERFLOW 1e-290 /* more than all that is lost below the normal range */
 

@@ -25,8 +25,12 @@ typedef capsule_constants segment_sizes;
 #endif
 
 #define UNIT 0x1p-53 /* unit roundoff */
+#define TWO_PI 6.283185307179586
+#define TWO_PI_REST 2.4492935982947064e-16
 #define TERMS CAPSULE_TERMS
 #define DEGREE CAPSULE_DEGREE
+#define LEAST_ROWS 8192 /* of a strobe whose rows are taken again; no segment passes half as many
+                           ends of periods, unless it lasts for ever */
 #define POLYNOMIAL 16 /* room for the coefficients of a guard, a multiple of four */
 
 static inline double lesser(double a, double b)
@@ -61,6 +65,10 @@ static inline void cosine_sine(double angle, double rest, double *cosine, double
    precision leaves it open. */
 int depart(const capsule_map *map, const capsule_state *state, double cosine, double sine,
            departure *out);
+#ifndef depart
+int depart_fused(const capsule_map *map, const capsule_state *state, double cosine, double sine,
+                 departure *out);
+#endif
 
 /* `capsule_run` by plain instructions, and by those of the processors that have lanes. */
 capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
@@ -68,8 +76,9 @@ capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
 capsule_stop go_fused(const capsule_map *map, capsule_state *state, int64_t periods,
                       const capsule_wish *wish, size_t *written, capsule_outcome *open);
 
-/* How many lanes this processor has instructions for. */
-int lanes_here(void);
+/* Whether a run from a state may be asked for: parameters and state keep what capsule.h says, so
+   that every index and every loop below is bounded. */
+int allowed(const capsule_map *map, const capsule_state *state);
 
 /* Tables of the four linear flows, by contact and drift; of each, with expansions of the whole
    reach, half of it and so on. */

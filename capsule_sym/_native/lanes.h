@@ -6,8 +6,6 @@
 #include "crew.h"
 #include "vector.h"
 
-#define TWO_PI 6.283185307179586
-#define TWO_PI_REST 2.4492935982947064e-16
 #define UNDERFLOW 1e-290
 #define ROUNDS 12 /* of Newton's method; lanes that take more are left open */
 

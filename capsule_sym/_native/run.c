@@ -4,8 +4,6 @@
 
 #include "expansion.h"
 
-#define TWO_PI 6.283185307179586
-#define TWO_PI_REST 2.4492935982947064e-16
 
 /* A segment that takes more is left to the caller: another method looks further ahead there. */
 #define MOST_EXPANSIONS 8192
@@ -26,7 +24,7 @@ typedef struct {
     point at;
     int64_t turn;
     double duration, advance;
-    int evaluations;
+    int evaluations, stopped; /* by the watch, on the way */
 } ending;
 
 static double remaining(const run *r, int64_t turn, const departure *d)
@@ -39,7 +37,7 @@ static double remaining(const run *r, int64_t turn, const departure *d)
 static void strobe(const run *r, int64_t turn, const point *p)
 {
     if (r->wish->strobe) {
-        double *state = r->wish->strobe[turn];
+        double *state = r->wish->strobe[r->wish->rows ? turn % r->wish->rows : turn];
         state[0] = p->x_r;
         state[1] = p->v_r;
         state[2] = p->v_c;
@@ -99,13 +97,21 @@ static void settle(const capsule_constants *c, const departure *d, rest q, doubl
 static void last_for_ever(run *r, const capsule_constants *c, const departure *d, rest q,
                           ending *end)
 {
-    if (r->wish->strobe)
-        for (int64_t turn = end->turn + 1; turn < r->periods; turn++) {
+    if (r->wish->strobe) {
+        int64_t turn = end->turn + 1;
+        if (r->wish->rows && turn < r->periods + 1 - r->wish->rows)
+            turn = r->periods + 1 - r->wish->rows;
+        for (; turn < r->periods; turn++) {
             const double turns = (double)(turn - end->turn);
             settle(c, d, q, ((turns * TWO_PI - d->angle) + turns * TWO_PI_REST) / c->omega,
                    &end->at);
             strobe(r, turn, &end->at);
+            if (capsule_asked(r->wish->watch, 1)) {
+                end->stopped = 1;
+                return;
+            }
         }
+    }
     const double h = remaining(r, end->turn, d);
     settle(c, d, q, h, &end->at);
     strobe(r, r->periods, &end->at);
@@ -209,7 +215,7 @@ static void locate(run *r, const departure *start, int plane, int64_t turn, endi
     end->turn = turn;
     end->duration = end->advance = 0.0;
     double lost = 0.0; /* by how much the duration is too long, from rounding its sum */
-    end->evaluations = 0;
+    end->evaluations = end->stopped = 0;
     for (;;) {
         if (end->evaluations == MOST_EXPANSIONS) {
             end->outcome = CAPSULE_UNDECIDED;
@@ -355,12 +361,12 @@ capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
     r.wish = wish;
     r.periods = periods;
     r.position = wish->position || wish->segments;
-    *written = 0;
-    *open = CAPSULE_END;
+    const int64_t pause =
+        wish->strobe && wish->rows ? state->turn + wish->rows / 2 : periods;
     int field = 0;
     while (state->turn < periods) {
         ending end;
-        if ((wish->segments || wish->events) && *written == wish->room)
+        if (((wish->segments || wish->events) && *written == wish->room) || state->turn >= pause)
             return CAPSULE_FULL;
         if (!field) {
             double cosine, sine;
@@ -372,6 +378,8 @@ capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
             return CAPSULE_OPEN;
         }
         locate(&r, &d, state->plane, state->turn, &end);
+        if (end.stopped)
+            return CAPSULE_STOPPED;
         if (end.outcome != CAPSULE_REGULAR && end.outcome != CAPSULE_END &&
             end.outcome != CAPSULE_NEVER) {
             *open = end.outcome;
@@ -406,6 +414,8 @@ capsule_stop go(const capsule_map *map, capsule_state *state, int64_t periods,
             wish->events[(*written)++] =
                 (capsule_event){state->turn, state->angle, from.field, state->plane};
         }
+        if (capsule_asked(wish->watch, 1 + end.evaluations) && state->turn < periods)
+            return CAPSULE_STOPPED;
     }
     return CAPSULE_DONE;
 }

@@ -28,11 +28,11 @@ static int repeats(double (*states)[3], int count, int multiple, double toleranc
 
 /* What the run does in the next `multiple` periods, and whether it does so again after them. */
 static capsule_stop motion_of(const capsule_map *map, capsule_state state, int multiple,
-                              capsule_event *events, size_t room, capsule_motion *motion,
-                              capsule_outcome *open)
+                              capsule_event *events, size_t room, capsule_watch *watch,
+                              capsule_motion *motion, capsule_outcome *open)
 {
     size_t first, second;
-    capsule_wish wish = {.events = events, .room = room, .position = 1};
+    capsule_wish wish = {.events = events, .room = room, .position = 1, .watch = watch};
     state.turn = 0;
     state.position = 0.0;
     capsule_stop stop = capsule_run(map, &state, multiple, &wish, &first, open);
@@ -42,7 +42,7 @@ static capsule_stop motion_of(const capsule_map *map, capsule_state state, int m
     wish.events += first;
     wish.room -= first;
     stop = capsule_run(map, &state, 2 * multiple, &wish, &second, open);
-    if (stop == CAPSULE_OPEN || (stop == CAPSULE_FULL && second <= first))
+    if (stop != CAPSULE_DONE && !(stop == CAPSULE_FULL && second > first))
         return stop;
     int same = first == second;
     for (size_t i = 0; same && i < first; i++)
@@ -58,8 +58,8 @@ static capsule_stop motion_of(const capsule_map *map, capsule_state state, int m
 
 capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             double (*states)[3], int count, double tolerance,
-                            capsule_event *events, size_t room, capsule_motion *motion,
-                            capsule_outcome *open)
+                            capsule_event *events, size_t room, capsule_watch *watch,
+                            capsule_motion *motion, capsule_outcome *open)
 {
     capsule_segment next;
     size_t written;
@@ -67,15 +67,16 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
     *motion = (capsule_motion){0};
     probe.turn = 0;
     capsule_stop stop = capsule_run(
-        map, &probe, 1, &(capsule_wish){.segments = &next, .room = 1}, &written, open);
-    if (stop == CAPSULE_OPEN)
+        map, &probe, 1, &(capsule_wish){.segments = &next, .room = 1, .watch = watch}, &written,
+        open);
+    if (!written)
         return stop;
     motion->field = next.field;
     motion->never = next.outcome == CAPSULE_NEVER;
     for (int multiple = 1; multiple <= count / 2 && !motion->multiple; multiple++) {
         if (!repeats(states, count, multiple, tolerance))
             continue;
-        stop = motion_of(map, *state, multiple, events, room, motion, open);
+        stop = motion_of(map, *state, multiple, events, room, watch, motion, open);
         if (stop != CAPSULE_DONE)
             return stop;
     }

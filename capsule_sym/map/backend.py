@@ -136,13 +136,9 @@ class MpmathBackend:
         return self.kernels.constants(field, *values)
 
 
-LONGEST_NATIVE_RUN = 10**7
-"""Periods of a trajectory by the C core, which keeps the state at the end of each."""
-
-
-def default_backend(periods: int = 1) -> str:
-    """The fastest backend for a run: "c" where the core was compiled, else "numpy"."""
-    return "c" if _is_compiled() and periods <= LONGEST_NATIVE_RUN else "numpy"
+def default_backend() -> str:
+    """The fastest backend: "c" where the core was compiled, else "numpy"."""
+    return "c" if _is_compiled() else "numpy"
 
 
 @cache

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._native import Watch
 from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.native import core, step, write
-from capsule_sym.map.simulate import RANGES, Run, check_count, check_start
+from capsule_sym.map.simulate import LARGEST_STATE, RANGES, Run, check_count, check_start
 from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
@@ -55,6 +56,7 @@ def final_states(
     strobe: NDArray[np.float64] | None = None,
     positions: bool = False,
     threads: int = 1,
+    watch: Watch | None = None,
 ) -> Finals:
     """Final states of the runs of rows of parameters (n, 7), after whole excitation periods.
 
@@ -63,6 +65,8 @@ def final_states(
     to receive the states at the ends of the periods (row 0 is the start). Positions are followed,
     and cost, only if asked for, and are nan otherwise. All quantities are dimensionless.
 
+    Runs that a `watch` stops are where they came to by then, and are told by `stopped`.
+
     Raises InvalidInput for a value that is not allowed.
     """
     rows = _checked_rows(np.ascontiguousarray(parameters, dtype=float))
@@ -70,8 +74,10 @@ def final_states(
     check_count("periods", periods)
     check_count("threads", threads)
     starts = np.ascontiguousarray(np.broadcast_to(np.asarray(states, dtype=float), (count, 3)))
-    if not np.isfinite(starts).all():
-        raise InvalidInput("states", states, "finite")
+    bad = ~(np.abs(starts) <= LARGEST_STATE).all(axis=1)
+    if bad.any():
+        value = tuple(starts[bad][0].tolist())
+        raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
     times = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
     turn = 2 * np.pi / rows[:, 1]
     if not ((times >= 0) & (times < turn)).all():
@@ -84,7 +90,8 @@ def final_states(
         strobe[:, 0] = starts
     records = np.empty(count, core().STATE)
     stops = np.empty(count, np.int8)
-    core().start_many(rows, starts, np.ascontiguousarray(times), records)
+    watch = watch or Watch()
+    core().start_many(rows, starts, np.ascontiguousarray(times), records, watch)
 
     # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
     # side by side.
@@ -92,17 +99,21 @@ def final_states(
 
     def hand(i: int) -> None:
         marks = None if strobe is None else strobe[i:]
-        core().run_many(rows[i:], records[i:], periods, stops[i:], marks, positions, hands)
+        core().run_many(rows[i:], records[i:], periods, stops[i:], marks, positions, hands, watch)
 
     if hands == 1:
         hand(0)
     else:
         with ThreadPoolExecutor(hands) as pool:
-            list(pool.map(hand, range(hands)))
+            try:
+                list(pool.map(hand, range(hands)))
+            except BaseException:
+                watch.stop()  # Ctrl-C comes here, where nothing runs
+                raise
     for i in np.flatnonzero(stops == core().OPEN).tolist():
         marks = None if strobe is None else strobe[i]
-        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), settle=True)
-        _finish(run, records[i : i + 1].reshape(()), periods, marks, positions)
+        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch.deadline)
+        _finish(run, records[i : i + 1].reshape(()), periods, marks, positions, watch)
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     where = records["position"].copy() if positions else np.full(count, np.nan)
     return Finals(reached, where, records["turn"] < periods)
@@ -161,7 +172,7 @@ def switches(
     while record["turn"] < periods:
         room = np.empty(_EVENTS, core().EVENT)
         stop, count, _ = native.run(record, periods, events=room)
-        found.append(room[:count])
+        found.append(room[:count].copy())
         if stop == core().OPEN:
             run = Run(NumpyBackend(), parameters, settle=True)
             journey = step(run, record, periods)
@@ -183,11 +194,12 @@ def _finish(
     periods: int,
     strobe: NDArray[np.float64] | None,
     positions: bool,
+    watch: Watch | None = None,
 ) -> None:
     """Takes a run on by the reference map wherever the core leaves a switch open."""
     native = core().Map(np.array(list(run.parameters.to_dict().values())))
-    run.marks = periods
-    while record["turn"] < periods:
+    run.marks = 0 if strobe is None else periods
+    while record["turn"] < periods and not (watch and watch.over):
         run.segments.clear()
         run.stroboscopic.clear()
         journey = step(run, record, periods)
@@ -197,7 +209,7 @@ def _finish(
         write(record, journey)
         if journey.departure is None:
             return
-        native.run(record, periods, strobe=strobe, position=positions)
+        native.run(record, periods, strobe=strobe, position=positions, watch=watch)
 
 
 def _checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:

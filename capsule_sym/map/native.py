@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
 from capsule_sym.errors import InvalidInput, Outcome
-from capsule_sym.map.backend import LONGEST_NATIVE_RUN, NumpyBackend
+from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.simulate import TIME_IS_UP, Journey, Run
-from capsule_sym.map.trajectory import Segment, Trajectory, instant
+from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant
 from capsule_sym.map.transitions import State
 from capsule_sym.parameters import Parameters
 
-_ROOM = 4096  # segments taken from the core at a time
+_ROOM = 1024  # segments taken from the core at a time
 
 
 def core() -> Any:
@@ -35,52 +36,68 @@ class NativeRun:
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
+        self.stroboscopic: list[Triple] = []
         self.settled = 0
 
     def go(
         self, values: tuple[float, float, float], phase: float, periods: int, most: int
     ) -> Trajectory:
         """The trajectory, as the reference map gives it."""
-        if periods > LONGEST_NATIVE_RUN:
-            raise InvalidInput("periods", periods, f"at most {LONGEST_NATIVE_RUN} by backend c")
         angle = phase * self.parameters.omega
         record = self.map.state_at(*values, phase)
-        strobe = np.full((periods + 1, 3), np.nan)
-        strobe[0] = values
+        strobe = np.empty((min(periods + 1, core().ROWS), 3))
         buffer = np.empty(min(_ROOM, most), core().SEGMENT)
+        watch = Watch()
+        watch.deadline = self.deadline
+        if phase == 0.0:
+            self.stroboscopic.append(values)
         stopped = ""
         while record["turn"] < periods and not stopped:
+            room = buffer[: most - len(self.segments)]
+            stop = self._piece(record, periods, room, strobe, watch)
             if len(self.segments) == most:
                 stopped = f"after {most} segments"
-                break
-            if perf_counter() > self.deadline:
-                stopped = TIME_IS_UP
-                break
-            room = buffer[: most - len(self.segments)]
-            stop, count, _ = self.map.run(record, periods, segments=room, strobe=strobe)
-            self.segments += [self._segment(s) for s in buffer[:count].tolist()]
-            if stop == core().OPEN and len(self.segments) < most:
+            elif stop == core().OPEN:
                 run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
                 self.settled += run.settled
-                passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
-                strobe[journey.turns - len(passed) + 1 : journey.turns + 1] = passed
+                self.stroboscopic += run.stroboscopic
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
-        marks = strobe[0 if phase == 0.0 else 1 : int(record["turn"]) + 1]
-        # Of a segment over very many periods the reference map records the last marks only.
-        marks = marks[~np.isnan(marks[:, 0])]
+            if not stopped and perf_counter() > self.deadline:
+                stopped = TIME_IS_UP
         return Trajectory(
             self.parameters,
             "c",
             (instant(0, angle, self.parameters.omega), values),
             tuple(self.segments),
-            tuple(map(tuple, marks.tolist())),
+            tuple(self.stroboscopic),
             self.settled,
-            stopped,
+            stopped if record["turn"] < periods else "",
         )
+
+    def _piece(
+        self,
+        record: NDArray[np.void],
+        periods: int,
+        room: NDArray[np.void],
+        strobe: NDArray[np.float64],
+        watch: Watch,
+    ) -> int:
+        """As many segments as there is room for, and why there are no more."""
+        before = record.copy()
+        stop, count, _ = self.map.run(record, periods, room, strobe=strobe, watch=watch)
+        first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
+        if last - first >= rows and count > 1:
+            # The last segment rests for ever, and its states took the places of those before it.
+            record[...] = before
+            return self._piece(record, periods, room[: count - 1], strobe, watch)
+        self.segments += [self._segment(s) for s in room[:count].tolist()]
+        marks = strobe[np.arange(max(first, last + 1 - rows), last + 1) % rows]
+        self.stroboscopic += map(tuple, marks.tolist())
+        return int(stop)
 
     def _segment(self, s: tuple[Any, ...]) -> Segment:
         (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[

@@ -48,7 +48,7 @@ def simulate(
     values = check_start(parameters, state, phase, periods)
     check_count("max_segments", max_segments)
     deadline = perf_counter() + _checked_seconds(max_seconds)
-    chosen = backend or default_backend(periods)
+    chosen = backend or default_backend()
     if chosen == "c":
         from capsule_sym.map.native import NativeRun
 
@@ -61,7 +61,7 @@ def simulate(
 
 TIME_IS_UP = "at its time limit"
 _LARGEST_COUNT = 10**12
-_LARGEST_STATE = 1e20
+LARGEST_STATE = 1e20
 RANGES = {
     "alpha": (0.0, 1e10),
     "omega": (1e-6, 1e6),
@@ -83,11 +83,11 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
                 raise TypeError
             x_r, v_r, v_c = float(x_r), float(v_r), float(v_c)
         # NaN fails the comparisons, so it is refused here as well.
-        if abs(x_r) <= _LARGEST_STATE and abs(v_r) <= _LARGEST_STATE and abs(v_c) <= _LARGEST_STATE:
+        if abs(x_r) <= LARGEST_STATE and abs(v_r) <= LARGEST_STATE and abs(v_c) <= LARGEST_STATE:
             return x_r, v_r, v_c
     except (TypeError, ValueError, OverflowError):
         pass
-    allowed = f"three numbers (x_r, v_r, v_c) of size at most {_LARGEST_STATE:g}"
+    allowed = f"three numbers (x_r, v_r, v_c) of size at most {LARGEST_STATE:g}"
     raise InvalidInput("state", state, allowed)
 
 

@@ -66,7 +66,8 @@ int main(void)
         printf("%zu %.9f %.9f ", count, alone.x_r, alone.v_c);
     }
     static double strobe[RUNS * (PERIODS + 1)][3];
-    const capsule_many many = {1, rows, states, stops, strobe, 0};
+    const capsule_many many = {
+        .stride = 1, .parameters = rows, .states = states, .stops = stops, .strobe = strobe};
     capsule_run_many(&many, RUNS, PERIODS, &crew);
     printf("|");
     for (int i = 0; i < RUNS; i++)
