@@ -366,7 +366,8 @@ def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
     """Bound on the error of a switching time: that of the guard over its slope, and rounding."""
     expansion = _about(flow, guard, h)
     slope = abs(expansion.values[1])
-    return expansion.errors[0] / slope + 4 * flow.backend.unit * h
+    # Terms may cancel in the slope, though it is proved not to vanish.
+    return expansion.errors[0] / slope + 4 * flow.backend.unit * h if slope else math.inf
 
 
 def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
