@@ -62,6 +62,8 @@ def simulate(
 TIME_IS_UP = "at its time limit"
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
+# After a start on several surfaces at once a few segments that hardly last may follow each other.
+_MOST_STILL = 16
 RANGES = {
     "alpha": (0.0, 1e10),
     "omega": (1e-6, 1e6),
@@ -163,6 +165,8 @@ class Run:
         self.settled = 0
         self.exact: State | None = None
         """The present state in 50 digits, where these settled the switch that led to it."""
+        self.still = 0
+        """How many segments up to here did not advance in time."""
 
     def go(
         self, values: tuple[float, float, float], phase: float, periods: int, most: int
@@ -195,7 +199,10 @@ class Run:
             return TIME_IS_UP
         if journey.departure is not None:
             return f"after {most} segments"
-        if self.segments and self.segments[-1].outcome is Outcome.UNDECIDED:
+        last = self.segments[-1].outcome if self.segments else None
+        if last is Outcome.STALLED:
+            return "stalled: rounding lets no step advance in time"
+        if last is Outcome.UNDECIDED:
             return "undecided: no switch found or excluded within the limit of evaluations"
         return "undecided: no field leaves the last state with certainty"
 
@@ -214,6 +221,12 @@ class Run:
             passed, angle = self.numbers.turns(
                 state.angle + (self.omega * switch.duration + state.angle_rest)
             )
+            if switch.duration * max(flow.c.rate, self.omega) > self.numbers.unit:
+                self.still = 0
+            elif self.still < _MOST_STILL:
+                self.still += 1
+            else:
+                switch = replace(switch, outcome=Outcome.STALLED, guards=())
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
                 switch = replace(switch, point=flow.at_mark(switch.duration))
