@@ -11,12 +11,11 @@ from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.changes import around
-from capsule_sym.orbits.equations import PARAMETERS, Shot, Span, Vector, shoot, solve
+from capsule_sym.orbits.equations import PARAMETERS, ROUNDINGS, Shot, Span, Vector, shoot, solve
 from capsule_sym.orbits.word import Word, contact, drift
 
 _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
-_ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 
 
 class Located(NamedTuple):
@@ -88,7 +87,7 @@ def _solved(
     residual = max(abs(shot.residual))
     if not residual <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
         return None
-    rounding = _ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
+    rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
     # Columns: the rows of the inverse that give the parameters.
     last = np.full((len(unknowns), len(columns)), numbers.number(0))
     for k in range(len(columns)):

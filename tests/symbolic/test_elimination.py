@@ -22,9 +22,7 @@ print(GROUND_TYPES, *(wanted.at({delta: d, alpha: a}).holds() for d, a in values
 """
 
 
-@pytest.mark.parametrize(
-    ("types", "package"), [("python", "mpmath"), ("gmpy", "gmpy2"), ("flint", "flint")]
-)
+@pytest.mark.parametrize(("types", "package"), [("python", "mpmath"), ("flint", "flint")])
 def test_fractions_are_put_in_whatever_sympy_computes_with(types: str, package: str) -> None:
     if find_spec(package) is None:
         pytest.skip(f"{package} is not installed")
