@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -65,9 +65,11 @@ def orbit(
     orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a figure
     are the figure and its derivative along the branch by each parameter.
 
-    Exits with 3, and the reason, where there is no orbit.
+    Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
     """
-    from capsule_sym.orbits.records import orbit_record
+    from capsule_sym.orbits.orbit import NoOrbit
+    from capsule_sym.orbits.records import failure_record, orbit_record
+    from capsule_sym.orbits.search import find_orbit
     from capsule_sym.records import dumps
 
     parameters, _ = chosen_parameters(file, dimensionless)
@@ -80,11 +82,15 @@ def orbit(
                 _print_orbit(one)
             click.echo(f"{len(found)} orbits from {starts} random states")
         return
-    one = _settled(parameters, state)
+    settled = find_orbit(parameters, state)
+    if isinstance(settled, NoOrbit):
+        if as_json:
+            click.echo(dumps(failure_record(settled)))
+        _give_up(settled)
     if as_json:
-        click.echo(dumps(orbit_record(one)))
+        click.echo(dumps(orbit_record(settled)))
     else:
-        _print_orbit(one)
+        _print_orbit(settled)
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
@@ -108,10 +114,9 @@ def _settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
     if isinstance(found, Orbit):
         return found
     _give_up(found)
-    raise AssertionError
 
 
-def _give_up(found: NoOrbit) -> None:
+def _give_up(found: NoOrbit) -> NoReturn:
     click.echo(f"no orbit ({found.reason.value}): {found.detail}", err=True)
     raise click.exceptions.Exit(3)
 

@@ -67,9 +67,9 @@ class Orbit:
     """A periodic orbit modulo drift: a solution z of its word's equations.
 
     `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
-    forcing angle and durations as in `equations`, `shot` the equations there. With the backend
-    "mpmath" all numbers have 50 digits. `iterations` counts the steps of Newton's method. Durations below 0 are allowed: such an orbit solves the
-    equations, but is not a motion.
+    forcing angle and durations as in `equations`, `shot` the equations there. `iterations` counts
+    the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
+    digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
     """
 
     values: tuple[Number, ...]

@@ -22,6 +22,7 @@ def test_an_orbit_as_json(capsys) -> None:
     record = json.loads(out)
     assert record["word"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
     assert record["stable"] is True
+    assert (record["status"], record["converged"]) == ("converged", True)
     assert len(record["multipliers"]) == 3
     assert record["admissibility"]["value"] > 0
     assert abs(record["imbalance"]) < 1e-12
@@ -136,6 +137,18 @@ def test_bad_input_exits_with_2(capsys, arguments: tuple[str, ...], complaint: s
     status, out, err = call(capsys, *arguments)
     assert (status, out) == (2, "")
     assert complaint in err
+    assert err.count("\n") == 1
+
+
+def test_no_orbit_as_json_has_the_reason(capsys) -> None:
+    # Undamped and without contact the response keeps its beat for ever.
+    arguments = ("--alpha", "0.3", "--delta", "5", "--zeta", "0", "--fb", "10", "--json")
+    status, out, err = call(capsys, "orbit", *arguments)
+    assert status == 3
+    assert err.startswith("no orbit (not-periodic): the run from (0.0, 0.0, 0.0) at phase 0.0 has")
+    record = json.loads(out)
+    assert (record["status"], record["converged"]) == ("not-periodic", False)
+    assert record["detail"] in err
     assert err.count("\n") == 1
 
 
