@@ -17,6 +17,7 @@ from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.word import Word
+from capsule_sym.parameters import Parameters
 
 _MOST_POINTS = 5_000
 _UNIT = 2.0**-53
@@ -90,15 +91,11 @@ def trace(
     ascending, leave the parameters' own, or do not hold the bifurcation.
     """
     first = bifurcation.parameter
-    if second not in PARAMETERS or second == first:
-        others = (name for name in PARAMETERS if name != first)
-        raise InvalidInput("second", second, f"one of {', '.join(others)}")
     orbit, axes = bifurcation.orbit, []
+    check(orbit.parameters, (first, second), ranges)
     for name, (low, high) in zip((first, second), ranges, strict=True):
         value = orbit.values[PARAMETERS.index(name)]
-        for edge in (low, high):
-            orbit.parameters.replace(**{name: edge})
-        if not low <= value <= high or low == high:
+        if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
         axes.append(Axis(name, float(low), float(high)))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
@@ -115,6 +112,23 @@ def trace(
         (*one.meetings[::-1], *other.meetings),
         (back, ahead),
     )
+
+
+def check(
+    base: Parameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
+) -> None:
+    """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
+    first, second = names
+    if first not in PARAMETERS:
+        raise InvalidInput("first", first, f"one of {', '.join(PARAMETERS)}")
+    if second not in PARAMETERS or second == first:
+        others = (name for name in PARAMETERS if name != first)
+        raise InvalidInput("second", second, f"one of {', '.join(others)}")
+    for name, (low, high) in zip(names, ranges, strict=True):
+        for edge in (low, high):
+            base.replace(**{name: edge})
+        if not low < high:
+            raise InvalidInput(name, (low, high), "an ascending range")
 
 
 class _Curve:

@@ -154,8 +154,8 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
             "value": one.value,
             "uncertainty": one.uncertainty,
             **_convergence(one),
-            "word_before": " ".join(_names(one.word_before)),
-            "word_after": " ".join(_names(one.word_after)) if one.word_after else "",
+            "word_before": str(one.word_before),
+            "word_after": str(one.word_after) if one.word_after else "",
             "failed": one.failed,
         }
         for one in bifurcations
@@ -170,7 +170,7 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             "type": curve.type,
             "line": point.line,
             **dict(zip(curve.parameters, point.values, strict=True)),
-            "word": " ".join(_names(point.orbit.word)),
+            "word": str(point.orbit.word),
             **_convergence(point),
         }
         for number, curve in enumerate(curves, 1)
@@ -187,8 +187,8 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             "second": " ".join(filter(None, (one.types[1], one.lines[1]))),
             **dict(zip(curve.parameters, one.values, strict=True)),
             **_convergence(one),
-            "word_before": " ".join(_names(one.word_before)),
-            "word_after": " ".join(_names(one.word_after)) if one.word_after else "",
+            "word_before": str(one.word_before),
+            "word_after": str(one.word_after) if one.word_after else "",
         }
         for number, curve in enumerate(curves, 1)
         for one in curve.codimension_two
@@ -220,7 +220,7 @@ def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwo) -> di
 
 def _names(word: Word) -> list[str]:
     """Names of the fields, begun where a steady motion's word begins."""
-    return list(word.rotated(word.first).names)
+    return list(word.cyclic.names)
 
 
 def _number(word: Word, leg: int) -> int:

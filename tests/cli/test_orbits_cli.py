@@ -109,6 +109,45 @@ def test_curves(capsys, tmp_path: Path) -> None:
     assert names == {"curves.json", "points.csv", "codimension_two.csv"}
 
 
+CURVE = ("curve", "--parameters", "alpha", "gamma", "--points", "4")
+
+
+def test_a_curve_begins_in_its_range_where_the_default_lies_outside(capsys) -> None:
+    arguments = (*CURVE, "--first", "1.4", "1.7", "--second", "2.4", "2.6")
+    arguments += ("--bifurcation", "crossing-sliding", "--json")
+    status, out, err = call(capsys, *arguments)
+    assert status == 0
+    assert err == "bifurcations are sought at gamma = 2.5, the middle of its range\n"
+    (curve,) = json.loads(out)["curves"]
+    assert [point["gamma"] for point in curve["points"]][:: len(curve["points"]) - 1] == [2.4, 2.6]
+    # The same curve as from a value that is given.
+    status, out, err = call(capsys, *arguments, "--gamma", "2.5")
+    assert (status, err) == (0, "")
+    assert json.loads(out)["curves"] == [curve]
+
+
+def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
+    # On the way down segments are taken out of the itinerary, which is then begun elsewhere.
+    settings = ("--alpha", "1.53")
+    _, out, _ = call(capsys, "run", *settings, "--periods", "300", "--json")
+    word = json.loads(out)["word"]
+    _, out, _ = call(capsys, "orbit", *settings, "--json")
+    assert json.loads(out)["word"] == word
+    arguments = ("--parameter", "alpha", "--from", "1.53", "--to", "1.5", "--points", "2")
+    _, out, _ = call(capsys, "branch", *arguments, "--json")
+    branch = json.loads(out)
+    assert branch["points"][0]["word"] == word
+    ends = branch["points"][-1]["word"]
+    assert branch["detail"].endswith(f"word {' '.join(ends)}")
+    arguments = (*CURVE, "--first", "1.5", "1.53", "--second", "3.29", "3.31")
+    status, out, _ = call(capsys, *arguments, "--bifurcation", "all", "--json")
+    assert status == 0
+    for curve in json.loads(out)["curves"]:
+        ends = curve["points"][:: len(curve["points"]) - 1]
+        for end, point in zip(curve["endings"], ends, strict=True):
+            assert end["detail"].endswith(f"word {' '.join(point['word'])}")
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -130,6 +169,24 @@ def test_curves(capsys, tmp_path: Path) -> None:
                 *("--second", "3", "4", "--bifurcation", "fold"),
             ),
             "bifurcation = 'fold': must be in the type of one on the branch: ['adding-sliding']",
+        ),
+        (
+            (
+                *(*CURVE, "--first", "1", "2", "--second", "2", "3"),
+                *("--gamma", "4", "--bifurcation", "all"),
+            ),
+            "gamma = 4.0: must be in the range --second 2 3",
+        ),
+        (
+            (*CURVE, "--first", "2", "1", "--second", "2", "3", "--bifurcation", "all"),
+            "alpha = (2.0, 1.0): must be an ascending range",
+        ),
+        (
+            (
+                *("curve", "--parameters", "speed", "gamma", "--bifurcation", "all"),
+                *("--first", "1", "2", "--second", "2", "3"),
+            ),
+            "first = 'speed': must be one of alpha, omega",
         ),
     ],
 )
