@@ -55,9 +55,7 @@ class NativeRun:
         while record["turn"] < periods and not stopped:
             room = buffer[: most - len(self.segments)]
             stop = self._piece(record, periods, room, strobe, watch)
-            if len(self.segments) == most:
-                stopped = f"after {most} segments"
-            elif stop == core().OPEN:
+            if stop == core().OPEN and len(self.segments) < most:
                 run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
@@ -66,6 +64,8 @@ class NativeRun:
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
+            if not stopped and len(self.segments) == most:
+                stopped = f"after {most} segments"
             if not stopped and perf_counter() > self.deadline:
                 stopped = TIME_IS_UP
         return Trajectory(
