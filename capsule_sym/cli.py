@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
@@ -119,6 +120,13 @@ for _name, _module, _text in (
     show_default="c where it was compiled, else numpy",
     help="Double precision (c, numpy), or 50 digits.",
 )
+@click.option(
+    "--max-seconds",
+    type=float,
+    default=120.0,
+    show_default=True,
+    help="Stop after so long and show what was found; inf for no limit.",
+)
 @json_option
 def run(
     file: str | None,
@@ -126,6 +134,7 @@ def run(
     phase: float,
     periods: int,
     backend: str | None,
+    max_seconds: float,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:
@@ -143,7 +152,15 @@ def run(
     from capsule_sym.records import dumps, physical_record, run_record
 
     parameters, physical = chosen_parameters(file, dimensionless)
-    trajectory = simulate(parameters, state, phase, periods, backend=backend)
+    go = partial(
+        simulate, parameters, state, phase, periods, backend=backend, max_seconds=max_seconds
+    )
+    if sys.stderr.isatty():
+        with make_progress() as bar:
+            task = bar.add_task("Running", total=periods)
+            trajectory = go(progress=lambda turns: bar.update(task, completed=turns))
+    else:
+        trajectory = go()
     motion = None if trajectory.stopped else trajectory.steady()
     if as_json:
         record = run_record(trajectory, motion)
