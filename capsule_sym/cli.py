@@ -59,8 +59,27 @@ class _Group(click.Group):
         return name, command, rest
 
 
+def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if not asked:
+        return
+    from capsule_sym import __version__
+    from capsule_sym._native import core
+
+    count = 0 if core is None else core.lanes()
+    lanes = f"C core, {count} lane{'s' * (count > 1)}"
+    click.echo(f"{__version__} ({lanes if count else 'no C core: NumPy'})")
+    context.exit()
+
+
 @click.group(cls=_Group, no_args_is_help=False)
-@click.version_option(package_name="capsule-sym", message="%(version)s")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_version,
+    help="Show the version, which core is live, and exit.",
+)
 def group() -> None:
     """The exact three-dimensional map of a capsule system with bidirectional drifts."""
 

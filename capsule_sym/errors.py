@@ -67,5 +67,7 @@ class Outcome(StrEnum):
     NEVER = "never"
     #: Rounding leaves open whether a guard fires.
     UNDECIDED = "undecided"
+    #: The search goes on in steps, or the run in segments, that do not advance in time.
+    STALLED = "stalled"
     #: The run ended before the next switch.
     END = "end"

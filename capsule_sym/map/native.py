@@ -131,7 +131,8 @@ _OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else
 def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> Journey:
     """One segment of the reference map from a state record of the core.
 
-    More, up to `most`, as long as 50 digits have to settle them: a record has none to go on from.
+    More, up to `most`, as long as 50 digits have to settle them, or they do not advance: a record
+    has no digits, nor a count of such segments, to go on from.
     """
     x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
@@ -140,7 +141,9 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     if journey.departure is not None and not source and v_c == 0:
         journey = journey._replace(source=f"Σ{journey.departure.field}")
     journey, taken = run.follow(journey, periods, 1), 1
-    while run.exact is not None and taken < most and journey.departure and journey.turns < periods:
+    while (run.exact is not None or run.still) and taken < most:
+        if journey.departure is None or journey.turns >= periods:
+            break
         taken += 1
         journey = run.follow(journey, periods, taken)
     return journey
