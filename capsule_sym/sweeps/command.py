@@ -17,7 +17,6 @@ from capsule_sym.errors import CapsuleError, InvalidInput
 from capsule_sym.options import (
     chosen_parameters,
     json_option,
-    make_console,
     make_progress,
     parameter_options,
     state_option,
