@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
@@ -31,8 +32,15 @@ def core() -> Any:
 class NativeRun:
     """One run by the core, and the reference map for what it leaves open."""
 
-    def __init__(self, parameters: Parameters, settle: bool, deadline: float = math.inf) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        settle: bool,
+        deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
+    ) -> None:
         self.parameters, self.settle, self.deadline = parameters, settle, deadline
+        self.progress = progress
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
@@ -55,9 +63,7 @@ class NativeRun:
         while record["turn"] < periods and not stopped:
             room = buffer[: most - len(self.segments)]
             stop = self._piece(record, periods, room, strobe, watch)
-            if len(self.segments) == most:
-                stopped = f"after {most} segments"
-            elif stop == core().OPEN:
+            if stop == core().OPEN and len(self.segments) < most:
                 run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
@@ -66,6 +72,10 @@ class NativeRun:
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
+            if self.progress is not None:
+                self.progress(int(record["turn"]))
+            if not stopped and len(self.segments) == most:
+                stopped = f"after {most} segments"
             if not stopped and perf_counter() > self.deadline:
                 stopped = TIME_IS_UP
         return Trajectory(

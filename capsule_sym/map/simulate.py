@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import attrgetter
@@ -31,6 +31,7 @@ def simulate(
     settle: bool = True,
     max_segments: int = 1_000_000,
     max_seconds: float = math.inf,
+    progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
     """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
 
@@ -43,7 +44,8 @@ def simulate(
 
     The run stops early after `max_segments` segments, after `max_seconds` of the clock, or at a
     point that no field leaves with certainty; the trajectory has what was found until then, and
-    its `stopped` says why. Raises InvalidInput for a value that is not allowed.
+    its `stopped` says why. `progress` is called now and then with the whole periods passed. Raises
+    InvalidInput for a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
     check_count("max_segments", max_segments)
@@ -52,10 +54,10 @@ def simulate(
     if chosen == "c":
         from capsule_sym.map.native import NativeRun
 
-        native = NativeRun(parameters, settle, deadline)
+        native = NativeRun(parameters, settle, deadline, progress)
         return native.go(values, phase, periods, max_segments)
     with _backend(chosen) as numbers:
-        run = Run(numbers, parameters, settle, deadline)
+        run = Run(numbers, parameters, settle, deadline, progress)
         return run.go(values, phase, periods, max_segments)
 
 
@@ -152,9 +154,10 @@ class Run:
         parameters: Parameters,
         settle: bool,
         deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
     ) -> None:
         self.numbers, self.parameters = numbers, parameters
-        self.deadline = deadline
+        self.deadline, self.progress = deadline, progress
         self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
@@ -253,6 +256,8 @@ class Run:
             )
             turns += passed
             state, source, position = end_state, target, position + advance
+            if self.progress is not None:
+                self.progress(turns)
         return Journey(state, departure, source, turns, position)
 
     def _remaining(self, periods: int, angle: Number) -> Number:

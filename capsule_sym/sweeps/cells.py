@@ -8,11 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._native import core
+from capsule_sym._native import Watch, core, live
 from capsule_sym.errors import CapsuleError, Outcome
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import SteadyMotion, simulate
-from capsule_sym.map.backend import default_backend
 from capsule_sym.map.trajectory import LONGEST
 from capsule_sym.orbits.stability import lyapunov, multipliers
 from capsule_sym.orbits.worth import worth
@@ -25,7 +24,7 @@ from capsule_sym.sweeps.sweep import Sweep
 
 KERNELS = DIGEST
 """Digest of the generated kernels that compute the cells."""
-CORE = default_backend()
+CORE = live()
 """What runs them: backends, and cores of other widths, differ in the last bits."""
 
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
@@ -52,12 +51,12 @@ class Abandoned(CapsuleError):
     """The results of a chunk are not wanted any more."""
 
 
-def compute(part: Sweep, unwanted: Callable[[], bool] = lambda: False) -> Block:
+def compute(part: Sweep, watch: Watch | None = None) -> Block:
     """The results of all cells of a chunk. No exception of a cell leaves this function.
 
-    Raises Abandoned soon after `unwanted` begins to give true.
+    Raises Abandoned soon after the watch is over.
     """
-    cells = _Cells(part, unwanted)
+    cells = _Cells(part, watch or Watch())
     slow = cells.fast() if core is not None else np.arange(part.size)
     for i in slow.tolist():
         cells.guarded(i, cells.slow)
@@ -70,8 +69,8 @@ def compute(part: Sweep, unwanted: Callable[[], bool] = lambda: False) -> Block:
 
 
 class _Cells:
-    def __init__(self, part: Sweep, unwanted: Callable[[], bool]) -> None:
-        self.part, self.unwanted = part, unwanted
+    def __init__(self, part: Sweep, watch: Watch) -> None:
+        self.part, self.watch = part, watch
         self.rows, self.states, self.phases = part.columns()
         self.columns: dict[str, NDArray[np.generic]] = {}
         for name, v in variables().items():
@@ -91,7 +90,7 @@ class _Cells:
             self.fail(i, f"{type(error).__name__}: {error}")
 
     def look(self) -> None:
-        if self.unwanted():
+        if self.watch.over:
             raise Abandoned("the run was stopped")
 
     def fail(self, i: int, reason: str) -> None:
@@ -108,13 +107,16 @@ class _Cells:
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
         strobe = np.empty((count, last + 1, 3))
-        core.start_many(rows, self.states[order], self.phases[order], records)
-        core.run_many(rows, records, self.part.periods - last, stops)
+        watch = self.watch
+        core.start_many(rows, self.states[order], self.phases[order], records, watch)
+        core.run_many(rows, records, self.part.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
         records["turn"] = 0
-        core.run_many(rows, records, last, stops, strobe)
+        core.run_many(rows, records, last, stops, strobe, watch=watch)
         stops[ahead] = core.OPEN
-        core.steady_many(rows, records, strobe, self.part.tolerance, stops, motions, switches)
+        tolerance = self.part.tolerance
+        core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
+        self.look()
         back = np.argsort(order)
         records, motions, stops, switches = (
             records[back],

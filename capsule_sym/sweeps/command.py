@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from traceback import clear_frames
 from typing import Any, TypeVar
 
 import click
@@ -17,7 +18,7 @@ from capsule_sym.errors import CapsuleError, InvalidInput
 from capsule_sym.options import (
     chosen_parameters,
     json_option,
-    make_console,
+    make_progress,
     parameter_options,
     state_option,
 )
@@ -202,7 +203,16 @@ def _executor(
     except KeyboardInterrupt as interrupt:
         # What a run kept, where it had begun.
         click.echo(": ".join(["error: interrupted", *map(str, interrupt.args)]), err=True)
+        _let_go(interrupt)
         raise click.exceptions.Exit(_INTERRUPTED) from None
+
+
+def _let_go(error: BaseException | None) -> None:
+    """Frees what the frames of an exception hold: locks between processes, which have to be."""
+    while error is not None:
+        clear_frames(error.__traceback__)
+        error = error.__context__
+    gc.collect()
 
 
 @contextmanager
@@ -210,28 +220,19 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
     if address is None:
         yield {}
         return
-    from contextlib import ExitStack
+    if find_spec("distributed") is None:
+        raise click.UsageError("distributed is missing: pip install 'capsule-sym[sweep]'")
+    from capsule_sym.sweeps.cluster import client_of
 
-    distributed: Any = import_module("distributed")
-    with ExitStack() as stack:
-        if address == "local":
-            cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
-            )
-            stack.enter_context(cluster)
-        try:
-            client = stack.enter_context(
-                distributed.Client(cluster if address == "local" else address)
-            )
-        except (OSError, ValueError) as error:
-            raise InvalidInput("dask", address, "the address of a Dask scheduler") from error
+    with client_of(address, workers) as client:
         count = sum(client.nthreads().values())
-        yield {"executor": client.get_executor(), "workers": workers or count}
+        # Workers may come later: a run says that it waits for them.
+        yield {"executor": client.get_executor(), "workers": workers or count or 1}
 
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TimeRemainingColumn
+    from rich.progress import BarColumn, ProgressColumn, Task, TimeRemainingColumn
     from rich.text import Text
 
     class Cells(ProgressColumn):
@@ -242,16 +243,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
             return Text(f"{done}, {task.speed or 0:,.0f} a second")
 
-    screen = make_console(stderr=True)
-    bar = Progress(
-        Cells(),
-        BarColumn(bar_width=20),
-        TimeRemainingColumn(),
-        console=screen,
-        disable=not screen.is_terminal,
-        transient=True,
-    )
-    with bar:
+    with make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
         task = bar.add_task("", total=None)
         total = -1
 

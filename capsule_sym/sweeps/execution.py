@@ -163,10 +163,13 @@ class _Run:
                 index = under_way[future]
                 try:
                     block = future.result()
-                except (BrokenExecutor, CancelledError):
+                except BrokenExecutor:
                     raise
+                except CancelledError as error:
+                    raise pool.lost() from error
                 except Exception as error:
-                    raise Lost(f"chunk {index}: {type(error).__name__}: {error}") from error
+                    reason = " ".join(f"{type(error).__name__}: {error}".split())
+                    raise Lost(f"chunk {index}: {reason}") from error
                 self.store.publish(index, block)
                 del under_way[future]
                 self.deaths = 0

@@ -8,10 +8,11 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
+from multiprocessing import get_context, parent_process
+from multiprocessing.resource_tracker import ensure_running
 from typing import Any
 
+from capsule_sym._native import Watch
 from capsule_sym.errors import CapsuleError
 from capsule_sym.sweeps.cells import Block, compute
 from capsule_sym.sweeps.sweep import Sweep
@@ -38,51 +39,64 @@ class Pool:
     def waited(self) -> None:
         """Called when nothing was finished for some time."""
 
+    def lost(self) -> CapsuleError:
+        """What a future that nobody here cancelled means."""
+        return Lost("the executor cancelled a chunk")
+
+    def abandon(self) -> None:
+        """Ends without what is under way, and without waiting for it."""
+        self.executor.shutdown(wait=False, cancel_futures=True)
+
 
 class _Threads(Pool):
     def __init__(self, workers: int) -> None:
         super().__init__(ThreadPoolExecutor(workers))
-        self.stop = threading.Event()
+        self.watch = Watch()
 
     def submit(self, part: Sweep) -> Future[Block]:
-        return self.executor.submit(compute, part, self.stop.is_set)
+        return self.executor.submit(compute, part, self.watch)
+
+    def abandon(self) -> None:
+        self.watch.stop()
+        super().abandon()
 
 
 class _Processes(Pool):
     """Processes are spawned, so that none holds the store's lock when this one is killed."""
 
     def __init__(self, workers: int) -> None:
-        context = get_context("spawn")
-        # Nothing is ever sent: it is closed when this process leaves the pool, or dies.
-        reader, self.lifeline = context.Pipe(duplex=False)
-        super().__init__(
-            ProcessPoolExecutor(workers, context, initializer=_follow, initargs=(reader,))
-        )
+        self.processes = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_follow)
+        super().__init__(self.processes)
 
     def submit(self, part: Sweep) -> Future[Block]:
         with undisturbed():  # processes are started when they are needed
             return super().submit(part)
+
+    def abandon(self) -> None:
+        for process in list((self.processes._processes or {}).values()):
+            process.terminate()
+        self.processes.shutdown(cancel_futures=True)  # they die at once
 
 
 @contextmanager
 def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
     """The pool of a kind, or around an executor that is given and stays open.
 
-    Left by an exception, such as an interrupt, it does not wait for the chunks under way: threads
-    stop as soon as they can, processes at once.
+    Left by an exception, such as an interrupt, it does not wait for the chunks under way.
     """
     if isinstance(executor, Executor):
-        yield Pool(executor)
+        if type(executor).__module__.partition(".")[0] == "distributed":
+            from capsule_sym.sweeps.cluster import DaskPool
+
+            yield DaskPool(executor)
+        else:
+            yield Pool(executor)
         return
     pool = _Threads(workers) if executor == "threads" else _Processes(workers)
     try:
         yield pool
     except BaseException:
-        if isinstance(pool, _Threads):
-            pool.stop.set()
-        else:
-            pool.lifeline.close()
-        pool.executor.shutdown(wait=False, cancel_futures=True)
+        pool.abandon()
         raise
     pool.executor.shutdown()
 
@@ -90,6 +104,7 @@ def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
+    ensure_running()  # which starts a process, and unblocks what is blocked here, if done later
     came: list[Any] = []
     main = threading.current_thread() is threading.main_thread()
     # A blocked signal stays so in the processes that this thread starts. But another thread may
@@ -108,12 +123,14 @@ def undisturbed() -> Iterator[None]:
         handler(*came[0])
 
 
-def _follow(lifeline: Connection) -> None:
-    """A worker leaves Ctrl-C to its parent, and ends when the parent does, or wants it to."""
+def _follow() -> None:
+    """A worker leaves Ctrl-C to its parent, and ends when the parent does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
 
     def watch() -> None:
-        lifeline.poll(None)
-        os._exit(1)
+        if parent is not None:
+            parent.join()
+            os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -87,31 +87,36 @@ DAMAGES = (delete, truncate, flip, folder, link)
 
 def damaged_once(
     kind: str, whole: Path, path: Path, name: str, damage: Callable[[Path], None]
-) -> bool:
-    """Damages one file of a copy and resumes; whether it was mended, or refused in one line."""
+) -> None:
+    """Damages one file of a copy and resumes: it is mended, or refused in one line."""
     run_again = KINDS[kind]
     before = contents(whole)
     shutil.copytree(whole, path)
     damage(path / name)
     lock = name.rsplit("/", 1)[-1] == "lock"
-    try:
-        assert lock or damaged_parts(info_record(path, check=True)) > 0
-    except InvalidInput as refused:
-        assert "\n" not in str(refused)
-    try:
-        damaged = run_again(path, resume=True)
-    except CapsuleError as refused:
-        assert "\n" not in str(refused)
-        assert name in str(refused)
-        if damage is folder:
-            assert (path / name / "thesis").exists()
-        return False
+    if damage is folder or (damage is link and lock):
+        if mends_folders(kind, name):
+            run_again(path, resume=True)
+            assert contents(path) == before
+            return
+        with pytest.raises(CapsuleError) as refused:
+            run_again(path, resume=True)
+        assert "\n" not in str(refused.value)
+        assert name in str(refused.value)
+        assert damage is link or (path / name / "thesis").exists()
+        return
+    assert lock or damaged_parts(info_record(path, check=True)) > 0 or name == "chart.json"
+    damaged = run_again(path, resume=True)
     # Only a record that says that a chart is finished is no loss: the chart is written anew.
     assert damaged > 0 or lock or name == "chart.json"
     assert {k: v for k, v in contents(path).items() if "/other " not in f"/{k}"} == before
     assert not (path / name).is_symlink()
     assert not damaged_parts(info_record(path, check=True))
-    return True
+
+
+def mends_folders(kind: str, name: str) -> bool:
+    """A chart is written anew as a whole, whatever there is in its place."""
+    return kind == "chart" and name.startswith("chart.zarr")
 
 
 def every_file(whole: Path) -> list[str]:
@@ -128,8 +133,7 @@ def test_a_store_mends_whatever_file_is_damaged(
     for i, name in enumerate(names):
         for j in (i, i + 2):
             damage = DAMAGES[j % len(DAMAGES)]
-            mended = damaged_once("sweep", whole, tmp_path / f"{i} {j}", name, damage)
-            assert mended != (damage is folder or (damage is link and name == "lock"))
+            damaged_once("sweep", whole, tmp_path / f"{i} {j}", name, damage)
 
 
 @pytest.mark.long
@@ -140,9 +144,7 @@ def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
 ) -> None:
     whole = stores(kind)
     for i, name in enumerate(every_file(whole)):
-        mended = damaged_once(kind, whole, tmp_path / str(i), name, damage)
-        lock = name.rsplit("/", 1)[-1] == "lock"
-        assert mended != (damage is folder or (damage is link and lock)) or name.startswith("chart")
+        damaged_once(kind, whole, tmp_path / str(i), name, damage)
 
 
 def folders(whole: Path) -> Iterator[str]:

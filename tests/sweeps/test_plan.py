@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -314,16 +315,22 @@ plans = st.fixed_dictionaries(
 )
 
 
+def taken(read: Callable[[], Sweep]) -> tuple[Sweep | None, str]:
+    """The sweep that is read, or why it is refused."""
+    try:
+        return read(), ""
+    except InvalidInput as refused:
+        return None, str(refused)
+
+
 @settings(max_examples=300, deadline=None, derandomize=True, database=None)
 @given(plans)
 def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> None:
-    try:
-        sweep = read_plan(plan)
-    except InvalidInput as refused:
-        assert "\n" not in str(refused)
-        return
-    assert 0 < sweep.size <= 10**10
-    assert all(np.isfinite(axis.values).all() for axis in sweep.axes)
+    sweep, message = taken(lambda: read_plan(plan))
+    assert "\n" not in message
+    if sweep is not None:
+        assert 0 < sweep.size <= 10**10
+        assert all(np.isfinite(axis.values).all() for axis in sweep.axes)
 
 
 @settings(max_examples=150, deadline=None, derandomize=True, database=None)
@@ -332,7 +339,5 @@ def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plan.toml"
         path.write_text("[axes]\nalpha = " + text, encoding="utf-8")
-        try:
-            load_sweep(path)
-        except InvalidInput as refused:
-            assert "\n" not in str(refused)
+        _, message = taken(lambda: load_sweep(path))
+        assert "\n" not in message

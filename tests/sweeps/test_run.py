@@ -253,7 +253,7 @@ def test_no_more_chunks_are_under_way_than_workers(
     lock, unwritten, most = threading.Lock(), 0, 0
     publish = store_module.Store.publish
 
-    def started(part: Sweep) -> Any:
+    def started(part: Sweep, watch: Any) -> Any:
         nonlocal unwritten, most
         with lock:
             unwritten += 1
