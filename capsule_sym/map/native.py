@@ -19,7 +19,7 @@ from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant
 from capsule_sym.map.transitions import State
 from capsule_sym.parameters import Parameters
 
-_ROOM = 1024  # segments taken from the core at a time
+_ROOM = 256  # segments taken from the core at a time
 
 
 def core() -> Any:
