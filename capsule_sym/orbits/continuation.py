@@ -14,6 +14,7 @@ from capsule_sym.orbits.bifurcations import Bifurcation, Root, moduli
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import place
 from capsule_sym.orbits.following import FIRST, Follower
+from capsule_sym.orbits.identity import MIRRORED, paired
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 
@@ -143,6 +144,8 @@ class _Branch:
             failure = str(error)
         if beside is not None:
             failure = _failure(beside)
+            if failure and paired(located.orbit("numpy"), event.leg):
+                failure = f"{failure} ({MIRRORED})"
             beside = None if failure else beside
         what = place(located.word, located.shot, event.leg)
         at = located.orbit("numpy")
