@@ -67,6 +67,10 @@ class Orbit:
     shot: Shot
     backend: str
 
+    def __repr__(self) -> str:
+        found = f"residual {float(self.residual):.1e}, by {self.backend}"
+        return f"<Orbit {self.word!r} at {self.parameters}: {found}>"
+
     @property
     def parameters(self) -> Parameters:
         """The parameters, rounded to double precision."""
