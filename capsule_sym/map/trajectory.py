@@ -191,10 +191,15 @@ class Trajectory:
         alternating convergence to a shorter period looks almost periodic too: it is told apart by
         asking that states within the period differ by a thousand tolerances.
 
+        Without forcing a motion may die away and switch for ever, ever smaller. It is rest if its
+        energy, which never grows, keeps it within `tolerance` of that.
+
         Raises InvalidInput for a tolerance that is not a number > 0 and finite.
         """
         if not (_is_real(tolerance) and 0 < tolerance < math.inf):
             raise InvalidInput("tolerance", tolerance, "a finite number > 0")
+        if self._rests(tolerance):
+            return SteadyMotion((self._rest(),), 1, self.segments[-1].advance * 0)
         states = np.array([[float(v) for v in state] for state in self.stroboscopic])
 
         def change(after: int, multiple: int) -> float:
@@ -214,6 +219,38 @@ class Trajectory:
             if _labels(segments) == _labels(previous):
                 return _steady(segments, multiple)
         return None
+
+    def _rests(self, tolerance: float) -> bool:
+        """Whether it is proved that the run stays this near to rest for ever, and never slips."""
+        p, (x_r, v_r, v_c) = self.parameters, map(float, self.final[1])
+        if p.alpha > 0 or v_c != 0 or self.stopped or not self.segments:
+            return False
+        # Twice the energy at rest: v_r^2 + x_r^2 + beta (x_r - delta)^2 in contact.
+        size = 1.000001 * math.hypot(v_r, x_r, math.sqrt(p.beta) * max(0.0, x_r - p.delta))
+        return size <= tolerance and (1 + p.beta + 2 * p.zeta) * size < p.f_b
+
+    def _rest(self) -> Segment:
+        """The last excitation period, at rest."""
+        last, zero = self.segments[-1], self.segments[-1].duration * 0
+        gap = zero - self.parameters.delta
+        field = 2 if gap else 5  # the region with contact is the closed one
+        return replace(
+            last,
+            field=field,
+            source=f"Σ{field}",
+            target=f"Σ{field}",
+            start=Instant(last.end.period - 1, zero),
+            end=Instant(last.end.period, zero),
+            start_state=(zero, zero, zero),
+            end_state=(zero, zero, zero),
+            duration=zero + self.parameters.period,
+            outcome=Outcome.NEVER,
+            tangencies=(),
+            evaluations=0,
+            position=last.position + last.advance,
+            advance=zero,
+            closed=type(last.closed)(zero, gap, zero, zero, zero, zero + 1, zero),
+        )
 
     def _last_period(self) -> Segment:
         """The last excitation period of a run that ends without switches, as a segment."""
