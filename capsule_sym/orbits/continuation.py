@@ -45,6 +45,11 @@ class Branch:
     ending: Ending
     detail: str
 
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
+        counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
+        return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
+
 
 def follow(orbit: Orbit, parameter: str, to: float, *, points: int = 100) -> Branch:
     """The branch through an orbit, from its value of a parameter to another one.

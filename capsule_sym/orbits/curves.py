@@ -75,6 +75,11 @@ class Curve:
     codimension_two: tuple[CodimensionTwo, ...]
     endings: tuple[tuple[Ending, str], tuple[Ending, str]]
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"
+        ends = " and ".join(ending for ending, _ in self.endings)
+        return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
+
 
 def trace(
     bifurcation: Bifurcation,
