@@ -11,7 +11,6 @@ import sympy as sp
 
 from capsule_sym.symbolic import basis, flow, jacobian, jets
 from capsule_sym.symbolic.model import SEGMENTS, kappa
-from capsule_sym.symbolic.symbols import delta, x_r
 
 Assignments = list[tuple[sp.Symbol, sp.Expr]]
 
