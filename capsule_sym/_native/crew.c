@@ -4,7 +4,8 @@
    Runs wait in queues, one for each of the four linear flows and each length of expansion, so that
    the lanes of a step share their table. Where a step proves nothing, or what follows is not
    plain (a corner, a tangency, a line), a shorter expansion is tried, and at last the run's
-   present segment is taken again from its start by the scalar code. */
+   present segment is taken again from its start by the scalar code. So is a segment of many
+   expansions, whose roundings add up: the scalar code moves its switch to the closed form. */
 #include <math.h>
 #include <string.h>
 
@@ -21,6 +22,10 @@
 enum { KEYS = 5 };
 
 enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
+
+#ifndef MOST_BESIDE
+#define MOST_BESIDE 16 /* expansions of a segment that are made side by side */
+#endif
 
 /* What a step of all lanes, and the tables of new flows, take for a watch, in expansions. */
 enum { STEP = 4, TABLES = 128 };
@@ -140,8 +145,8 @@ static void begin(work *w, int slot, capsule_state state, int help)
             [ALPHA] = c->alpha, [DELTA] = c->delta, [BOUND] = c->f_b};
         memcpy(crew->number[slot], numbers, sizeof numbers);
         crew->turn[slot] = state.turn;
-        crew->start[slot] = state;
         crew->expansions[slot] = 0;
+        crew->start[slot] = state;
         send(crew, slot, field, state.gap == 0.0);
         return;
     }
@@ -165,7 +170,7 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
         enqueue(crew, slot, level + 1);
         return;
     }
-    crew->expansions[slot] = crossing ? 0 : crew->expansions[slot] + 1;
+    crew->expansions[slot] = crossing ? 0 : (int16_t)(crew->expansions[slot] + 1);
     if (out->passed >> l & 1) {
         const double *end = out->end[l];
         const int64_t turn = ++crew->turn[slot];
@@ -195,6 +200,9 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             .angle = number[ANGLE], .angle_rest = number[ANGLE_REST],
             .position = number[POSITION], .turn = crew->turn[slot],
             .bound = number[SECOND_ZEROS] == 2.0 ? way : 0, .field = field};
+    } else if (crew->expansions[slot] == MOST_BESIDE) {
+        begin(w, slot, crew->start[slot], 1);
+        return;
     } else {
         *guess = level ? 0.0 : -1.0;
         key = key < 2 ? 2 : key < KEYS - 1 ? key + 1 : key;
