@@ -21,7 +21,7 @@
 
 /* Changes of basis: of Chebyshev polynomials of degree k on [0, 1], and of s^i in Bernstein form. */
 typedef struct {
-    double chebyshev[FULL - 2][FULL - 2];
+    double chebyshev[FULL][FULL];
     real bernstein[DEGREE + 1][DEGREE + 1];
 } bases;
 

@@ -238,10 +238,10 @@ def test_switches_found_by_more_digits_have_their_angles() -> None:
     start = native.state_at(*state, phase)
     assert native.run(start, 2, precision=Precision.DOUBLE)[0] == core.OPEN
     found = switches(parameters, state, phase, periods=2)
-    reference = simulate(parameters, state, phase, periods=2, backend="numpy").segments
-    ended = [s.end.phase * parameters.omega for s in reference if s.target]
+    reference = simulate(parameters, state, phase, periods=2, backend="mpmath").segments
+    ended = [float(s.end.phase * parameters.omega) for s in reference if s.target]
     assert len(ended) == 2
-    np.testing.assert_allclose(found["angle"], ended, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(found["angle"], ended, rtol=0, atol=1e-14)
 
 
 def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
