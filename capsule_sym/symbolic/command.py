@@ -11,6 +11,7 @@ import click
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from capsule_sym.symbolic import frozen
 from capsule_sym.symbolic import verify as theory
 from capsule_sym.symbolic.items import Result
 from capsule_sym.symbolic.report import markdown
@@ -21,11 +22,13 @@ _REPORT = Path("results/verify.md")
 @click.command()
 @click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout, nothing else.")
 @click.option("--write", is_flag=True, help=f"Write the report with formulas to {_REPORT}.")
-def verify(as_json: bool, write: bool) -> None:
+@click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
+def verify(as_json: bool, write: bool, freeze: bool) -> None:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
-    witness in --json and --write) or conditional. Exit status 1 when one is left unproved.
+    witness in --json and --write) or conditional. Exit status 1 when one is left unproved, or
+    when any differs from the expected verdicts.
     """
     start = perf_counter()
     columns = (
@@ -55,6 +58,16 @@ def verify(as_json: bool, write: bool) -> None:
     unproved = [result.item.id for result in results if not result.settled]
     seconds = perf_counter() - start
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {seconds:.0f} s", err=True)
+    if freeze and not unproved:
+        try:
+            frozen.freeze(results)
+        except OSError as problem:
+            raise click.ClickException(f"{frozen.PATH}: {problem.strerror}") from None
+        click.echo(f"wrote {frozen.PATH}", err=True)
+    changed = [] if freeze else list(frozen.differences(results, frozen.expected()))
+    for difference in changed:
+        click.echo(f"not as expected: {difference}", err=True)
     if unproved:
         click.echo(f"not proved: {', '.join(unproved)}", err=True)
+    if unproved or changed:
         sys.exit(1)
