@@ -31,7 +31,13 @@ _KINDS = (
 _WORDS = {
     **dict(zip(_KINDS, (*_KINDS[1:], _KINDS[0]), strict=True)),
     **{"adding": "crossing", "crossing": "switching", "switching": "adding"},
-    **{"forward": "backward", "backward": "forward", "ends": "begins", "begins": "ends"},
+    **{
+        "repelling": "attracting",
+        "forward": "backward",
+        "backward": "forward",
+        "ends": "begins",
+        "begins": "ends",
+    },
     **{"blue": "red", "red": "blue", "magenta": "green", "green": "black"},
     **{"black": "orange", "orange": "magenta", "<": ">", ">": "<", "?": "<"},
 }

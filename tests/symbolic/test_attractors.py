@@ -23,7 +23,7 @@ from capsule_sym.symbolic.case_study import (
     point,
     settled,
 )
-from capsule_sym.symbolic.comparisons import captions, motions
+from capsule_sym.symbolic.comparisons import bifurcations, captions, motions
 from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.intervals import ONE, ZERO, Motion, dot, exact, hull, middle
 from capsule_sym.symbolic.items import Item, settle
@@ -161,7 +161,8 @@ def test_a_poor_hint_finds_the_same_motion() -> None:
     )
 
 
-ITEMS = (*motions.items(read()), *captions.items(read()))
+_PARTS = (motions, bifurcations, captions)
+ITEMS = tuple(item for part in _PARTS for item in part.items(read()))
 _QUICK = (
     *("printed.section.4.row", "printed.figure.6", "printed.section.4.reference"),
     *("erratum.section.4.reference", "printed.figure.7", "erratum.section.4.panel.l"),

@@ -12,14 +12,14 @@ from click.testing import CliRunner
 from capsule_sym.paper import read
 from capsule_sym.symbolic import frozen, verify
 from capsule_sym.symbolic.command import verify as command
-from capsule_sym.symbolic.comparisons import captions, motions
+from capsule_sym.symbolic.comparisons import bifurcations, captions, motions
 from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.items import Item, Result, settle
 from capsule_sym.symbolic.report import markdown
 
 _APART = ("Closed-form flow, Eqs. (7)-(12)",)  # with tests of their own, as the case study
 _SECTIONS = {title: section() for title, section in verify.SECTIONS.items()}
-_CASE_STUDY = {item.id for part in (motions, captions) for item in part.items(read())}
+_CASE_STUDY = {item.id for part in (motions, bifurcations, captions) for item in part.items(read())}
 ITEMS = tuple(
     item
     for title, section in _SECTIONS.items()

@@ -10,9 +10,10 @@ import sympy as sp
 from capsule_sym.paper import Entry, Event, Paper, events
 from capsule_sym.symbolic.appendices import PARTS
 from capsule_sym.symbolic.case_study import BRACKETS, Point, point, settled
+from capsule_sym.symbolic.comparisons.bifurcations import number_of
 from capsule_sym.symbolic.comparisons.compare import comparison, listed
 from capsule_sym.symbolic.comparisons.formula import relations
-from capsule_sym.symbolic.comparisons.motions import number_of, shown
+from capsule_sym.symbolic.comparisons.motions import shown
 from capsule_sym.symbolic.geometry import PIECES, empty
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.symbols import delta, f_b, v_r, zeta

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 
 from capsule_sym.paper import Paper
 from capsule_sym.symbolic.comparisons import (
+    appendix,
+    bifurcations,
     captions,
     fields,
     lines,
@@ -25,8 +27,10 @@ PARTS: dict[str, Callable[[Paper], Iterator[Item]]] = {
     "Section 3.1": scenarios.items,
     "Eqs. (16)-(23)": products.items,
     "Tables 1-3": tables.items,
-    "Section 3.3, Appendices A and B": lines.items,
-    "Section 4": motions.items,
+    "Appendices A and B": appendix.items,
+    "Section 3.3": lines.items,
+    "Section 4, motions": motions.items,
+    "Section 4, bifurcations": bifurcations.items,
     "Captions": captions.items,
 }
 """The comparisons of each part of the paper with a transcription."""

@@ -99,7 +99,25 @@ def _sign(claim: tuple[str, str, int, str]) -> bool:
     return sign_under(product, PIECES[place].relations) == _SIGNS[sign]
 
 
+def _figure_3(paper: Paper) -> Item:
+    entry = paper["figure.3"]
+    shown = tuple(dict.fromkeys(paper[f"equation.{n}"]["on"] for n in range(16, 22)))
+    word, surfaces = entry["positive"], tuple(entry["surfaces"])
+    return comparison(
+        entry,
+        "figure.3",
+        f"the examples are those of Eqs. (16)-(21), {', '.join(shown)}, and a positive inner "
+        f"product is {word}",
+        f"{', '.join(surfaces)}; a positive inner product is {word}",
+        (surfaces, shown, word),
+        lambda claim: claim[0] == claim[1] and claim[2] == "repelling",
+        (surfaces, shown, "attracting"),
+        proof="a normal points to the side of the field with which it is multiplied",
+    )
+
+
 def _equations(paper: Paper) -> Iterator[Item]:
+    yield _figure_3(paper)
     for number in range(16, 24):
         entry = paper[f"equation.{number}"]
         if number == 23:

@@ -10,7 +10,7 @@ import sympy as sp
 
 from capsule_sym.paper import Entry, Paper
 from capsule_sym.symbolic.comparisons.compare import as_read, comparison, listed
-from capsule_sym.symbolic.comparisons.formula import relations
+from capsule_sym.symbolic.comparisons.formula import formula, relations
 from capsule_sym.symbolic.elimination import Relation
 from capsule_sym.symbolic.erratum import CASE_STUDY, CREST, Erratum, described, erratum_item
 from capsule_sym.symbolic.geometry import LINES, PIECES, SCENARIOS, SURFACES, empty
@@ -85,6 +85,18 @@ def _corners(paper: Paper) -> Iterator[Item]:
             _follows,
             (here, ("v_r > 0" if key != "less" else "v_r < 0",)),
             proof="2 zeta v_r = f_b - delta at O1",
+        )
+    figure = paper["figure.2"]
+    for panel, name in zip("bcd", SCENARIOS, strict=True):
+        yield comparison(
+            figure,
+            f"figure.2.{panel}",
+            f"Fig. 2({panel}) is the case {name}, by the place of O1",
+            f"Fig. 2({panel}): {figure[panel]}",
+            (figure[panel], SCENARIOS[name]),
+            lambda claim: formula(claim[0]) == claim[1],
+            ("delta < 2*f_b", SCENARIOS[name]),
+            proof="v_r at O1 is positive, zero and negative in the three cases",
         )
     yield comparison(
         quarters,
