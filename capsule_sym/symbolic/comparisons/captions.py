@@ -172,7 +172,12 @@ def _parts(paper: Paper) -> Iterator[Item]:
     near_c = [c["alpha"], *(alpha for alpha, _ in c["beside"])]
     told: tuple[tuple[str, str, tuple[Legs, ...], str], ...] = (
         ("figure.8.a", "leaves", tuple((at(x), "L3", 5, 4) for x in near_a), "L3^(3)"),
-        ("figure.8.c", "leaves", tuple((at(x), "L2", 2, 3) for x in near_c), "L2^(2)"),
+        (
+            "figure.8.c",
+            "leaves",
+            tuple((one, "L2", 2, 3) for one in (*map(at, near_c), beside(4, False))),
+            "L2^(2)",
+        ),
         ("figure.9.a", "meets", ((beside(3, True), "L2", 2, 3),), "L2^(2)"),
         ("figure.9.b", "meets", ((beside(5, False), "L3", 5, 4),), "L3^(3)"),
         ("figure.9.c", "meets", ((beside(6, True), "L2", 1, 3),), "L2^(3)"),
