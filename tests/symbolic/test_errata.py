@@ -81,7 +81,7 @@ def test_true_statement_has_no_witness() -> None:
     erratum = BY_ID["equation.23"]
     true = replace(erratum, printed_relation=erratum.derived_relation)
     with pytest.raises(ValueError, match="holds everywhere"):
-        true.settled()
+        true.point()
 
 
 def test_true_statement_is_not_settled_as_an_erratum() -> None:

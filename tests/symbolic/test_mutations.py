@@ -98,12 +98,12 @@ def test_every_entry_is_read_and_changed() -> None:
     assert len(list(mutations(read()))) >= LEAST
 
 
-_QUICK = ("equation.1", "equation.23", "section.3.3.b", "appendix.A", "normals", "table.1")
+_QUICK = ("equation.13", "equation.16", "equation.23", "section.3.3.b", "appendix.A", "normals")
 
 
 @pytest.mark.parametrize("prefix", _QUICK)
 def test_changes_are_noticed(prefix: str) -> None:
-    chosen = [m for m in mutations(read()) if m.entry.startswith(prefix)][::5]
+    chosen = [m for m in mutations(read()) if m.entry.startswith(prefix)][::6]
     assert chosen
     assert [str(m) for m in chosen if not noticed(m, baseline(), expected())] == []
 

@@ -48,6 +48,23 @@ def test_ids_are_unique() -> None:
     assert len(set(names)) == len(names)
 
 
+def test_every_statement_is_expected_and_with_the_verdict_of_the_code() -> None:
+    told = {item.id: item.verdict for section in _SECTIONS.values() for item in section}
+    assert told == frozen.expected().statuses
+
+
+def test_exit_status_is_one_when_a_verdict_is_not_expected(
+    short: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = frozen.expected()
+    statuses = {**known.statuses, _SAMPLE[0].id: "refuted", "gone": "proved"}
+    monkeypatch.setattr(frozen, "expected", lambda: frozen.Expected(statuses, known.words))
+    result = CliRunner().invoke(command, [])
+    assert result.exit_code == 1
+    assert f"{_SAMPLE[0].id}: {_SAMPLE[0].verdict}, expected: refuted" in result.stderr
+    assert "gone: missing, expected: proved" in result.stderr
+
+
 def test_every_erratum_has_what_the_report_needs() -> None:
     for item in (item for section in _SECTIONS.values() for item in section):
         if item.verdict == "refuted":
