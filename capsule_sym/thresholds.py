@@ -152,8 +152,11 @@ def conclusion(thresholds: list[Threshold]) -> str:
         )
     for gamma in GAMMAS:
         chosen = [one for one in thresholds if one.gamma == gamma]
-        off = max(abs(float(one.value) / one.printed.alpha - 1) for one in chosen if one.printed)
-        sentences.append(f"The printed values are up to {100 * off:.2g} % off at γ = {gamma}.")
+        off = max(abs(one.printed.alpha / float(one.value) - 1) for one in chosen if one.printed)
+        sentences.append(
+            f"Relative to the exact values, the printed ones are up to {100 * off:.2f} % off "
+            f"at γ = {gamma}."
+        )
     low, high = GAMMA_RANGE
     listed = [
         f"for {_name(one)} at γ = {' and '.join(f'{gamma:.3f}' for gamma in one.gammas_as_printed)}"

@@ -141,7 +141,9 @@ ctypedef struct attention:
 cdef int _ask(void *about) noexcept nogil:
     cdef attention *a = <attention *> about
     cdef double time = now()
-    if (a.flag is not NULL and (<const volatile int *> a.flag)[0]) or time > a.deadline:
+    if a.stopped or time > a.deadline:
+        a.stopped = True
+    elif a.flag is not NULL and (<const volatile int *> a.flag)[0]:
         a.stopped = True
     elif a.signals and not (0.0 <= time - a.looked < 0.01):
         a.looked = time
@@ -361,7 +363,7 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         for i in range(count):
-            if capsule_asked(&a.watch, MAP_WORK):
+            if a.stopped or capsule_asked(&a.watch, MAP_WORK):
                 memset(&records[i], 0, sizeof(capsule_state))
                 records[i].x_r, records[i].v_r = starts[i, 0], starts[i, 1]
                 records[i].v_c, records[i].gap = starts[i, 2], NAN
@@ -445,7 +447,7 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
         for i in range(count):
             if stops[i] != 0:
                 continue
-            if capsule_asked(&a.watch, MAP_WORK):
+            if a.stopped or capsule_asked(&a.watch, MAP_WORK):
                 stops[i] = 3
                 continue
             if not made:

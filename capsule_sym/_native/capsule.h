@@ -171,6 +171,7 @@ typedef struct {
     size_t row[CAPSULE_CREW];
     int64_t turn[CAPSULE_CREW];
     int8_t flow[CAPSULE_CREW], key[CAPSULE_CREW];
+    int16_t expansions[CAPSULE_CREW];
     int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_CREW], idle[CAPSULE_CREW];
     int waiting[4 * CAPSULE_LEVELS + 4], idlers;
 } capsule_crew;

@@ -4,7 +4,8 @@
    Runs wait in queues, one for each of the four linear flows and each length of expansion, so that
    the lanes of a step share their table. Where a step proves nothing, or what follows is not
    plain (a corner, a tangency, a line), a shorter expansion is tried, and at last the run's
-   present segment is taken again from its start by the scalar code. */
+   present segment is taken again from its start by the scalar code. So is a segment of many
+   expansions, whose roundings add up: the scalar code moves its switch to the closed form. */
 #include <math.h>
 #include <string.h>
 
@@ -15,6 +16,10 @@
 enum { KEYS = 5 };
 
 enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
+
+#ifndef MOST_BESIDE
+#define MOST_BESIDE 16 /* expansions of a segment that are made side by side */
+#endif
 
 /* What a step of all lanes, and the tables of new flows, take for a watch, in expansions. */
 enum { STEP = 4, TABLES = 128 };
@@ -133,6 +138,7 @@ static void begin(work *w, int slot, capsule_state state, int help)
             [BOUND] = many->parameters[row].f_b};
         memcpy(crew->number[slot], numbers, sizeof numbers);
         crew->turn[slot] = state.turn;
+        crew->expansions[slot] = 0;
         crew->start[slot] = state;
         send(crew, slot, d.field, d.zeros[GAP]);
         return;
@@ -181,6 +187,10 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             number[X_R],      number[FAR],      number[V_R],
             number[V_C],      number[ANGLE],    0.0,           number[POSITION],
             crew->turn[slot], number[SECOND_ZEROS] == 2.0 ? way : 0, 0};
+        crew->expansions[slot] = 0;
+    } else if (++crew->expansions[slot] == MOST_BESIDE) {
+        begin(w, slot, crew->start[slot], 1);
+        return;
     } else {
         *guess = level ? 0.0 : -1.0;
         key = key < 2 ? 2 : key < KEYS - 1 ? key + 1 : key;

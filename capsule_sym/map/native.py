@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
@@ -31,8 +32,15 @@ def core() -> Any:
 class NativeRun:
     """One run by the core, and the reference map for what it leaves open."""
 
-    def __init__(self, parameters: Parameters, settle: bool, deadline: float = math.inf) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        settle: bool,
+        deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
+    ) -> None:
         self.parameters, self.settle, self.deadline = parameters, settle, deadline
+        self.progress = progress
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
@@ -55,9 +63,7 @@ class NativeRun:
         while record["turn"] < periods and not stopped:
             room = buffer[: most - len(self.segments)]
             stop = self._piece(record, periods, room, strobe, watch)
-            if len(self.segments) == most:
-                stopped = f"after {most} segments"
-            elif stop == core().OPEN:
+            if stop == core().OPEN and len(self.segments) < most:
                 run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
@@ -66,6 +72,10 @@ class NativeRun:
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
+            if self.progress is not None:
+                self.progress(int(record["turn"]))
+            if not stopped and len(self.segments) == most:
+                stopped = f"after {most} segments"
             if not stopped and perf_counter() > self.deadline:
                 stopped = TIME_IS_UP
         return Trajectory(
@@ -131,7 +141,8 @@ _OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else
 def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> Journey:
     """One segment of the reference map from a state record of the core.
 
-    More, up to `most`, as long as 50 digits have to settle them: a record has none to go on from.
+    More, up to `most`, as long as 50 digits have to settle them, or they do not advance: a record
+    has no digits, nor a count of such segments, to go on from.
     """
     x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane = record.tolist()
     source = f"Σ{plane}" if plane else ""
@@ -140,7 +151,9 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     if journey.departure is not None and not source and v_c == 0:
         journey = journey._replace(source=f"Σ{journey.departure.field}")
     journey, taken = run.follow(journey, periods, 1), 1
-    while run.exact is not None and taken < most and journey.departure and journey.turns < periods:
+    while (run.exact is not None or run.still) and taken < most:
+        if journey.departure is None or journey.turns >= periods:
+            break
         taken += 1
         journey = run.follow(journey, periods, taken)
     return journey

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Number, backend
+from capsule_sym.map.itinerary import cyclic_start
 from capsule_sym.parameters import Parameters
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
@@ -216,12 +217,9 @@ def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
 
 
 def _steady(segments: tuple[Segment, ...], multiple: int) -> SteadyMotion:
-    # The paper begins a global map in contact, at rest if the motion has such a segment.
-    rank = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
-    turns = [segments[i:] + segments[:i] for i in range(len(segments))]
-    first = min(turns, key=lambda turn: [rank[s.field] for s in turn])
+    first = cyclic_start([s.field for s in segments])
     advance = sum((s.advance for s in segments), segments[0].advance * 0)
-    return SteadyMotion(first, multiple, advance / multiple)
+    return SteadyMotion(segments[first:] + segments[:first], multiple, advance / multiple)
 
 
 def _inside(

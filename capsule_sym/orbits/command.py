@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -65,9 +65,11 @@ def orbit(
     orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a figure
     are the figure and its derivative along the branch by each parameter.
 
-    Exits with 3, and the reason, where there is no orbit.
+    Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
     """
-    from capsule_sym.orbits.records import orbit_record
+    from capsule_sym.orbits.orbit import NoOrbit
+    from capsule_sym.orbits.records import failure_record, orbit_record
+    from capsule_sym.orbits.search import find_orbit
     from capsule_sym.records import dumps
 
     parameters, _ = chosen_parameters(file, dimensionless)
@@ -80,11 +82,15 @@ def orbit(
                 _print_orbit(one)
             click.echo(f"{len(found)} orbits from {starts} random states")
         return
-    one = _settled(parameters, state)
+    settled = find_orbit(parameters, state)
+    if isinstance(settled, NoOrbit):
+        if as_json:
+            click.echo(dumps(failure_record(settled)))
+        _give_up(settled)
     if as_json:
-        click.echo(dumps(orbit_record(one)))
+        click.echo(dumps(orbit_record(settled)))
     else:
-        _print_orbit(one)
+        _print_orbit(settled)
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
@@ -108,10 +114,9 @@ def _settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
     if isinstance(found, Orbit):
         return found
     _give_up(found)
-    raise AssertionError
 
 
-def _give_up(found: NoOrbit) -> None:
+def _give_up(found: NoOrbit) -> NoReturn:
     click.echo(f"no orbit ({found.reason.value}): {found.detail}", err=True)
     raise click.exceptions.Exit(3)
 
@@ -186,7 +191,8 @@ def branch(
     from capsule_sym.orbits.states import Ending
     from capsule_sym.records import dumps, table, write
 
-    found = _branch(file, dimensionless, parameter, begin, end, points, state)
+    parameters, _ = chosen_parameters(file, dimensionless)
+    found = _branch(parameters, parameter, begin, end, points, state)
     if out is not None:
         texts = {"branch.json": dumps(branch_record(found)) + "\n"}
         texts["points.csv"] = table(point_rows(found))
@@ -203,8 +209,7 @@ def branch(
 
 
 def _branch(
-    file: str | None,
-    dimensionless: dict[str, float | None],
+    parameters: Parameters,
     parameter: str,
     begin: float,
     end: float,
@@ -213,7 +218,6 @@ def _branch(
 ) -> Branch:
     from capsule_sym.orbits.continuation import follow
 
-    parameters, _ = chosen_parameters(file, dimensionless)
     start = _settled(parameters.replace(**{parameter: begin}), state)
     return follow(start, parameter, end, points=points)
 
@@ -228,9 +232,8 @@ def _print_branch(found: Branch) -> None:
     for point in shown:
         word = point.orbit.word
         tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(word)}"
-        names = " ".join(word.rotated(word.first).names)
         row = (f"{point.value:.6g}", f"{float(point.orbit.progression):.6g}")
-        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, names)
+        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(word))
     console.print(table)
     console.print()
     console.print(bifurcation_table(found.bifurcations))
@@ -241,7 +244,7 @@ def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
     table = make_table("type", "line", "value", "uncertainty", "word")
     for one in found:
         words = [one.word_before, one.word_after]
-        names = [" ".join(word.rotated(word.first).names) if word else "none" for word in words]
+        names = [str(word or "none") for word in words]
         value = f"{one.parameter} = {one.value:.15g}"
         table.add_row(one.type, one.line, value, f"{one.uncertainty:.0e}", " → ".join(names))
     return table
@@ -289,16 +292,22 @@ def curve(
     """Follow bifurcations in two parameters, with the points where two conditions meet.
 
     The bifurcations are those on the branch in the first parameter over its range, at the given
-    value of the second; each is followed both ways until a parameter leaves its range.
+    value of the second, or in the middle of its range where only the default lies outside; each is
+    followed both ways until a parameter leaves its range.
 
     In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
     "endings" are. --out writes curves.json, points.csv and codimension_two.csv.
     """
-    from capsule_sym.orbits.curves import trace
+    from capsule_sym.orbits.curves import check, trace
     from capsule_sym.orbits.records import codimension_two_rows, curve_record, curve_rows
     from capsule_sym.records import dumps, table, write
 
-    found = _branch(file, dimensionless, names[0], *first, points, state)
+    parameters, _ = chosen_parameters(file, dimensionless)
+    check(parameters, names, (first, second))
+    parameters = _within(
+        parameters, names[1], second, given=file is not None or dimensionless[names[1]] is not None
+    )
+    found = _branch(parameters, names[0], *first, points, state)
     chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
@@ -314,6 +323,20 @@ def curve(
         click.echo(dumps(record))
     else:
         _print_curves(curves)
+
+
+def _within(
+    parameters: Parameters, name: str, ends: tuple[float, float], given: bool
+) -> Parameters:
+    """The parameters with one of them in a range: where its default is not, in the middle."""
+    (low, high), value = ends, getattr(parameters, name)
+    if low <= value <= high:
+        return parameters
+    if given:
+        raise InvalidInput(name, value, f"in the range --second {low:g} {high:g}")
+    middle = (low + high) / 2
+    click.echo(f"bifurcations are sought at {name} = {middle!r}, the middle of its range", err=True)
+    return parameters.replace(**{name: middle})
 
 
 def _print_curves(curves: Sequence[Curve]) -> None:

@@ -118,7 +118,9 @@ class _Branch:
                 parameter=self.axis.name,
                 value=self._value(orbit),
                 uncertainty=abs(interval[1] - interval[0]) * one.doubt + rounding,
-                residual=float(orbit.residual),
+                residual=one.residual,
+                iterations=one.iterations,
+                status=one.status,
                 line="",
                 surfaces=(),
                 leg=None,
@@ -143,7 +145,7 @@ class _Branch:
             failure = _failure(beside)
             beside = None if failure else beside
         what = place(located.word, located.shot, event.leg)
-        at = Orbit(located.values, located.word, located.z, located.shot, "numpy")
+        at = located.orbit("numpy")
         self.bifurcations.append(
             Bifurcation(
                 type=what.type if what else "corner of higher codimension",
@@ -151,6 +153,8 @@ class _Branch:
                 value=self._value(at),
                 uncertainty=float(located.uncertainties[0]),
                 residual=float(located.residual),
+                iterations=located.iterations,
+                status=at.status,
                 line=what.line if what else "",
                 surfaces=what.surfaces if what else (),
                 leg=event.leg,

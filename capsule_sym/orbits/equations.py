@@ -24,6 +24,7 @@ from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.closed import ClosedForms
 from capsule_sym.orbits.word import Leg, Word
 
+ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 PARAMETERS = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b")
 _OMEGA, _DELTA, _ZETA, _BETA, _GAMMA, _F_B = (
     PARAMETERS.index(name) for name in ("omega", "delta", "zeta", "beta", "gamma", "f_b")

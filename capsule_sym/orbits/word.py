@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.expansion import Guard
+from capsule_sym.map.itinerary import cyclic_start
 from capsule_sym.map.trajectory import SteadyMotion
 
-_RANK = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 
 
@@ -97,7 +97,8 @@ class Word:
         return len(self.legs)
 
     def __str__(self) -> str:
-        return " ".join(self.names)
+        """The cycle as it is written, wherever this word begins."""
+        return " ".join(self.cyclic.names)
 
     @property
     def fields(self) -> tuple[int, ...]:
@@ -112,8 +113,12 @@ class Word:
     @property
     def first(self) -> int:
         """The leg at which the paper begins: in contact, at rest if there is such a leg."""
-        ranks = [_RANK[field] for field in self.fields]
-        return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])
+        return cyclic_start(self.fields)
+
+    @property
+    def cyclic(self) -> Word:
+        """The same cycle begun where the paper begins it, as it is written."""
+        return self.rotated(self.first)
 
     def rotated(self, start: int) -> Word:
         """The same cycle begun at leg `start`."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
 from functools import cache, partial
 from typing import Any
 
+from capsule_sym.errors import InvalidInput
 from capsule_sym.paper import read
 from capsule_sym.symbolic import (
     appendices,
@@ -67,6 +69,18 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
 def items() -> dict[str, tuple[Item, ...]]:
     """Every statement of the theory with its proof, by section title."""
     return {title: section() for title, section in SECTIONS.items()}
+
+
+def item(name: str) -> dict[str, tuple[Item, ...]]:
+    """The statement of this name with its proof, by section title; raises InvalidInput for none."""
+    names: list[str] = []
+    for title, section in SECTIONS.items():
+        for one in section():
+            if one.id == name:
+                return {title: (one,)}
+            names.append(one.id)
+    close = get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]
+    raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
 
 
 def run(

@@ -20,10 +20,11 @@ from capsule_sym import InvalidInput
 from capsule_sym.errors import CapsuleError
 from capsule_sym.sweeps import Axis, Sweep, open_results, run
 from capsule_sym.sweeps import cells as cells_module
-from capsule_sym.sweeps import execution as run_module
+from capsule_sym.sweeps import pools as run_module
 from capsule_sym.sweeps import store as store_module
-from capsule_sym.sweeps.cells import CellOutcome, compute
-from capsule_sym.sweeps.execution import Lost
+from capsule_sym.sweeps.cells import compute
+from capsule_sym.sweeps.pools import Lost
+from capsule_sym.sweeps.quantities import CellOutcome
 from capsule_sym.sweeps.store import NotWritten, opened
 from tests.sweeps import chart, contents
 
@@ -166,8 +167,7 @@ def test_a_damaged_chunk_is_found_and_computed_again(
     again = Counting()
     summary = run(SWEEP, tmp_path, executor=again, resume=True)
     assert len(again.parts) == 1
-    # Without its record a chunk is not known to have been finished.
-    assert summary.damaged == (0 if damage is None and name.startswith("chunks") else 1)
+    assert summary.damaged == 1
     assert contents(tmp_path) == whole
 
 
@@ -222,7 +222,8 @@ def test_a_store_is_not_mixed_with_anything_else(
     with pytest.raises(InvalidInput, match="new, or empty"):
         run(SWEEP, tmp_path / "other", resume=True)
     run(SWEEP, tmp_path / "headless")
-    (tmp_path / "headless" / "sweep.json").unlink()
+    for name in ("sweep.json", "chunks/sweep.copy"):
+        (tmp_path / "headless" / name).unlink()
     before = contents(tmp_path / "headless")
     with pytest.raises(InvalidInput, match="new, or empty"):
         run(SWEEP, tmp_path / "headless", resume=True)
@@ -252,7 +253,7 @@ def test_no_more_chunks_are_under_way_than_workers(
     lock, unwritten, most = threading.Lock(), 0, 0
     publish = store_module.Store.publish
 
-    def started(part: Sweep) -> Any:
+    def started(part: Sweep, watch: Any) -> Any:
         nonlocal unwritten, most
         with lock:
             unwritten += 1

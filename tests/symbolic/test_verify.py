@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from capsule_sym.errors import InvalidInput
 from capsule_sym.paper import read
 from capsule_sym.symbolic import frozen, verify
 from capsule_sym.symbolic.command import verify as command
@@ -165,3 +167,18 @@ def test_every_row_of_the_report_has_its_cells() -> None:
     for block in markdown(wide).split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
         assert len({row.count("|") for row in rows}) <= 1, rows[:1]
+
+
+@pytest.mark.usefixtures("short")
+def test_only_the_named_statement_is_proved() -> None:
+    for item in (_SAMPLE[0], _SAMPLE[-1]):
+        result = CliRunner().invoke(command, ["--only", item.id, "--json"])
+        assert result.exit_code == 0
+        assert [record["id"] for record in json.loads(result.stdout)["items"]] == [item.id]
+
+
+@pytest.mark.usefixtures("short")
+def test_a_name_of_no_statement_is_refused_with_names_alike() -> None:
+    with pytest.raises(InvalidInput, match=re.escape(_SAMPLE[0].id)):
+        verify.item(_SAMPLE[0].id + "x")
+    assert CliRunner().invoke(command, ["--only", _SAMPLE[0].id, "--write"]).exit_code == 2
