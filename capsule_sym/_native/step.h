@@ -321,11 +321,11 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
         open |= not(found[i].clear | found[i].crossing);
         crossing |= found[i].crossing;
     }
-    /* Of two friction guards that cross once each, either is far from zero where the other is. */
+    /* The signs alone never have both friction guards cross: both would be negative at r. */
     const mask lower =
         drift ? none
               : found[SECOND].crossing &
-                    (not(found[FIRST].crossing) | (found[SECOND].near < found[FIRST].near));
+                    (not(found[FIRST].crossing) | (found[SECOND].from < found[FIRST].from));
     mask is_gap, both, corner = none;
     {
         const mask by_friction = drift ? found[FIRST].crossing
@@ -474,10 +474,13 @@ again:
         open |= corner;
     }
 #if WIDTH == 1
-    if (crossing && sure) /* before whatever else may be */
+    /* Before whatever else may be: another guard that crosses once up to `to`, and is positive at this
+       root before that, crosses later. Of the friction guards one is at 2 f_b where the other is 0. */
+    if (crossing && sure)
         for (int i = 0; i < count; i++)
-            sure &= found[i].clear || found[i].crossing ||
-                    found[i].from > near_to(at) + error;
+            sure &= i == (is_gap ? GAP : lower ? SECOND : FIRST) || found[i].clear ||
+                    found[i].from > near_to(at) + error ||
+                    (found[i].crossing && near_to(at) + error <= found[i].to);
     if (crossing && !sure && --tries == 1) { /* is it the other one? */
         is_gap = !is_gap;
         corner = 0;
