@@ -14,6 +14,7 @@ from capsule_sym.orbits.bifurcations import Bifurcation, Root, moduli
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import place
 from capsule_sym.orbits.following import FIRST, Follower
+from capsule_sym.orbits.identity import MIRRORED, paired
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 
@@ -43,6 +44,11 @@ class Branch:
     bifurcations: tuple[Bifurcation, ...]
     ending: Ending
     detail: str
+
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
+        counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
+        return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
 
 
 def follow(orbit: Orbit, parameter: str, to: float, *, points: int = 100) -> Branch:
@@ -143,6 +149,8 @@ class _Branch:
             failure = str(error)
         if beside is not None:
             failure = _failure(beside)
+            if failure and paired(located.orbit("numpy"), event.leg):
+                failure = f"{failure} ({MIRRORED})"
             beside = None if failure else beside
         what = place(located.word, located.shot, event.leg)
         at = located.orbit("numpy")

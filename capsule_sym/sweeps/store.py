@@ -187,17 +187,17 @@ def opened(
         except BlockingIOError:
             raise InvalidInput("store", str(path), "free: another run is writing to it") from None
         store = Store(path, sweep, any_core=any_core)
-        with writing(path):
-            os.ftruncate(lock, 0)
-            remove(store.partial)
         if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new, or continued with --resume")
             _check_same(path, sweep, kind, any_core)
-            store.mend()
-        else:
-            with writing(path):
+        with writing(path):
+            os.ftruncate(lock, 0)
+            remove(store.partial)
+            if not begun:
                 store.create(kind, command)
+        if begun:
+            store.mend()
         yield store
         remove(store.partial)
     finally:
