@@ -27,6 +27,7 @@
     struct {                                                                                       \
         double reach, root_K, level[levels]; /* level: 1, 1/2, ... */                              \
         double x_per_energy, v_c_per_energy, force_per_energy; /* bounds by that of free motion */ \
+        double reach_per_gamma, per_omega;                                                         \
         int contact;                                                                               \
         number per_reach;                                                                          \
         number x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */ \

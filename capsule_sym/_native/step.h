@@ -64,7 +64,7 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     e.slope = num(0.0);
     if (drift) {
         e.slope = mul(v_c_rate(c, s->margin), num(t->reach));
-        e.second_own += pick(s->second_zeros < 2.0, margin_error * (t->reach / b->gamma), all(0.0));
+        e.second_own += pick(s->second_zeros < 2.0, margin_error * t->reach_per_gamma, all(0.0));
         e.second_rounding = e.second_own + s->v_c_error +
                             s->energy_error * t->v_c_per_energy + UNIT * v_c;
     } else {
@@ -591,7 +591,7 @@ again:
     /* Where the segment goes on, the errors that an expansion from there begins with. */
     const bound x_size = size_of(near_to(to->x_r)), v_size = size_of(near_to(to->v_r));
     const bound impulse = v_size + size_of(near_to(s->v_r)) +
-                          (size_of(b->friction) + b->alpha) * t->reach + b->alpha / b->omega;
+                          (size_of(b->friction) + b->alpha) * t->reach + b->alpha * t->per_omega;
     /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
     const bound energy = s->energy_error + bound_dot(t->v_error, e.size) + 2.0 * UNIT * v_size +
