@@ -90,6 +90,9 @@ typedef struct {
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
+/* Only as much of a map as `capsule_state_at` needs; nothing may run on it. */
+void capsule_map_constants(const capsule_parameters *parameters, capsule_map *map);
+
 /* A state off every surface but those it lies on exactly, at a time in [0, 2 pi/omega). */
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase);
