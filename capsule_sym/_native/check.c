@@ -167,7 +167,7 @@ int main(void)
         capsule_segment buffer[ROOM];
         capsule_outcome open;
         size_t count;
-        const capsule_wish plain = {.strobe = strobe, .position = 1, .lanes = CHECK_LANES};
+        const capsule_wish plain = {.strobe = strobe, .position = 1};
         const capsule_wish pausing = {.segments = buffer, .room = ROOM};
         const capsule_stop end = capsule_run(&map, &once, PERIODS, &plain, &count, &open);
         capsule_stop stop;
