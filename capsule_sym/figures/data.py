@@ -149,7 +149,8 @@ class Store:
             axes = tuple(Axis.linear(*one) for one in (first, second))
             sweep = Sweep(axes, parameters, periods=_CHART_PERIODS, tolerance=_CHART_TOLERANCE)
             self._at_once(
-                "Charting motions", lambda: refine(sweep, path, stride=_STRIDE, resume=True)
+                "Charting motions",
+                lambda: refine(sweep, path, stride=_STRIDE, resume=True, any_core=True),
             )
             (path / "done").touch()
         return open_results(path)

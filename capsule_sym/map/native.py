@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
 from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.generated.interface import Precision
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.simulate import TIME_IS_UP, Journey, Run
 from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant
@@ -41,6 +42,7 @@ class NativeRun:
     ) -> None:
         self.parameters, self.settle, self.deadline = parameters, settle, deadline
         self.progress = progress
+        self.precision = Precision.AS_NEEDED if settle else Precision.DOUBLE
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
@@ -98,7 +100,9 @@ class NativeRun:
     ) -> int:
         """As many segments as there is room for, and why there are no more."""
         before = record.copy()
-        stop, count, _ = self.map.run(record, periods, room, strobe=strobe, watch=watch)
+        stop, count, _ = self.map.run(
+            record, periods, room, strobe=strobe, watch=watch, precision=self.precision
+        )
         first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
         if last - first >= rows and count > 1:
             # The last segment rests for ever, and its states took the places of those before it.
@@ -113,7 +117,8 @@ class NativeRun:
         (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[
             :13
         ]
-        field, source, target, outcome, evaluations = s[13:]
+        field, source, target, outcome, evaluations, wide = s[13:]
+        self.settled += wide
         omega = self.parameters.omega
         start, end = start.tolist(), end.tolist()
         gap, margin, cosine, sine = closed
@@ -144,7 +149,7 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     More, up to `most`, as long as 50 digits have to settle them, or they do not advance: a record
     has no digits, nor a count of such segments, to go on from.
     """
-    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane = record.tolist()
+    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane, _ = record.tolist()
     source = f"Σ{plane}" if plane else ""
     state = State(x_r, gap, v_r, v_c, angle, bound, rest)
     journey = run.depart(state, source, turn, position)
@@ -163,5 +168,6 @@ def write(record: NDArray[np.void], journey: Journey) -> None:
     """Puts where a run of the reference map stands into a state record of the core."""
     state, source = journey.state, journey.source
     plane = int(source[1:]) if source else 0
-    rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane)
+    field = journey.departure.field if journey.departure else 0
+    rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane, field)
     record[...] = (*state[:5], rest, *place)

@@ -82,7 +82,13 @@ class Store:
             again = self.partial / RESULTS
             lay(again, self.sweep, self.held.head["provenance"])
             made = checksums(again)
-            begun = [key for key in made if f"{RESULTS}/{key}" in self.check.files]
+            damaged = {name.removeprefix(f"{RESULTS}/") for name in self.check.files}
+            begun = [key for key in made if key in damaged]
+            ended = self.held.finished or {"files": {}}
+            if damaged & (set(ended["files"]) - set(made)):
+                # What the end of a run added is damaged: back to before it, for it comes again.
+                begun = list(made)
+                remove(self.path / FINISHED)
             move(begun, again, self.results)
             remove(again)
             # Other versions of the libraries may write other bytes of the same meaning.
@@ -187,17 +193,17 @@ def opened(
         except BlockingIOError:
             raise InvalidInput("store", str(path), "free: another run is writing to it") from None
         store = Store(path, sweep, any_core=any_core)
-        with writing(path):
-            os.ftruncate(lock, 0)
-            remove(store.partial)
         if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new, or continued with --resume")
             _check_same(path, sweep, kind, any_core)
-            store.mend()
-        else:
-            with writing(path):
+        with writing(path):
+            os.ftruncate(lock, 0)
+            remove(store.partial)
+            if not begun:
                 store.create(kind, command)
+        if begun:
+            store.mend()
         yield store
         remove(store.partial)
     finally:

@@ -23,21 +23,26 @@ _REPORT = Path("results/verify.md")
     "--only", metavar="NAME", help="Prove this statement alone; --json gives the names as id."
 )
 @click.option("--write", is_flag=True, help=f"Write the report with formulas to {_REPORT}.")
+@click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
 @json_option
-def verify(only: str | None, write: bool, as_json: bool) -> None:
+def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
-    witness in --json and --write) or conditional. Exit status 1 when one is left unproved.
+    witness in --json and --write) or conditional. Exit status 1 when one is left unproved, or
+    when any differs from the expected verdicts.
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
     if only is not None and write:
         raise click.UsageError("--write writes all statements: leave out --only")
+    if only is not None and freeze:
+        raise click.UsageError("--freeze takes all statements: leave out --only")
     start = perf_counter()
     text = TextColumn("{task.description}")
     with make_progress(text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as progress:
         task = progress.add_task("importing SymPy", total=None)
+        from capsule_sym.symbolic import frozen
         from capsule_sym.symbolic import verify as theory
         from capsule_sym.symbolic.report import markdown
 
@@ -62,6 +67,18 @@ def verify(only: str | None, write: bool, as_json: bool) -> None:
     unproved = [result.item.id for result in results if not result.settled]
     seconds = perf_counter() - start
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {seconds:.0f} s", err=True)
+    if freeze and not unproved:
+        try:
+            frozen.freeze(results)
+        except OSError as problem:
+            raise click.ClickException(f"{frozen.PATH}: {problem.strerror}") from None
+        click.echo(f"wrote {frozen.PATH}", err=True)
+    changed = (
+        [] if freeze else list(frozen.differences(results, frozen.expected(), whole=only is None))
+    )
+    for difference in changed:
+        click.echo(f"not as expected: {difference}", err=True)
     if unproved:
         click.echo(f"not proved: {', '.join(unproved)}", err=True)
+    if unproved or changed:
         raise click.exceptions.Exit(1)

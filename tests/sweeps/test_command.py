@@ -89,6 +89,29 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     # The progression that the README prints for this motion.
     assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
     assert "attractor 0" in said(capsys, [*arguments, "--resume"])
+    shown = json.loads(said(capsys, ["sweep-info", str(tmp_path / "store"), "--json"]))
+    assert shown["attractors"] == record["attractors"]
+    assert "attractor 0" in said(capsys, ["sweep-info", str(tmp_path / "store")])
+
+
+def test_a_check_tells_what_is_damaged(
+    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = tmp_path / "store"
+    said(capsys, ["sweep", file, "--store", str(store)])
+    assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
+    (store / "results.zarr" / "alpha" / "c" / "0").unlink()
+    (store / "results.zarr" / "word" / "c" / "0" / "0").write_bytes(b"x")
+    with pytest.raises(SystemExit) as exit_:
+        main(["sweep-info", str(store), "--check"])
+    text = capsys.readouterr().out
+    assert exit_.value.code == 1
+    assert "damaged           2" in text
+    for part in ("results.zarr/alpha/c/0", "chunk 0"):
+        assert part in text
+    resumed = said(capsys, ["sweep", file, "--store", str(store), "--resume", "--json"])
+    assert json.loads(resumed)["damaged"] == 2
+    assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
 
 
 @pytest.mark.parametrize(

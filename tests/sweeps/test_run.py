@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput
+from capsule_sym._native import live
 from capsule_sym.errors import CapsuleError
 from capsule_sym.sweeps import Axis, Sweep, open_results, run
 from capsule_sym.sweeps import cells as cells_module
@@ -25,6 +26,7 @@ from capsule_sym.sweeps import store as store_module
 from capsule_sym.sweeps.cells import compute
 from capsule_sym.sweeps.pools import Lost
 from capsule_sym.sweeps.quantities import CellOutcome
+from capsule_sym.sweeps.results import Held
 from capsule_sym.sweeps.store import NotWritten, opened
 from tests.sweeps import chart, contents
 
@@ -59,6 +61,7 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
         assert results.attrs["omega"] == 0.8
         assert results.attrs["command"] == "capsule-sym sweep"
         assert results.attrs["kernels"] == cells_module.KERNELS
+        assert results.attrs["core"] == live()
         assert "numpy" in results.attrs["versions"]
         assert not {"alpha", "gamma"} & set(results.attrs)
 
@@ -246,6 +249,36 @@ def test_results_of_other_kernels_are_not_taken_in(
         run(SWEEP, tmp_path / "store", executor=Counting())
 
 
+def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = cells_module.CORE
+    with pytest.raises(KeyboardInterrupt):
+        run(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
+    for module in (cells_module, store_module):
+        monkeypatch.setattr(module, "CORE", "c-other")
+    before = contents(tmp_path / "store")
+    with pytest.raises(InvalidInput, match=rf"core = 'c-other': must be '{here}', .*--any-core"):
+        run(SWEEP, tmp_path / "store", resume=True)
+    assert contents(tmp_path / "store") == before
+    run(SWEEP, tmp_path / "store", resume=True, any_core=True)
+    tally = Held(tmp_path / "store").tally()
+    assert set(tally.cores) == {here, "c-other"}
+    assert sum(tally.cores.values()) == 120
+    with open_results(tmp_path / "store") as results:
+        assert results.attrs["core"] == "; ".join(sorted([here, "c-other"]))
+
+
+def test_a_worker_with_another_core_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(core="c-x"))
+    with pytest.raises(InvalidInput, match="core = 'c-x'"):
+        run(SWEEP, tmp_path / "store", executor=Counting())
+    run(SWEEP, tmp_path / "store", executor=Counting(), resume=True, any_core=True)
+    assert set(Held(tmp_path / "store").tally().cores) == {"c-x"}
+
+
 def test_no_more_chunks_are_under_way_than_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -253,7 +286,7 @@ def test_no_more_chunks_are_under_way_than_workers(
     lock, unwritten, most = threading.Lock(), 0, 0
     publish = store_module.Store.publish
 
-    def started(part: Sweep, watch: Any) -> Any:
+    def started(part: Sweep) -> Any:
         nonlocal unwritten, most
         with lock:
             unwritten += 1
