@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import attrgetter
@@ -31,6 +31,7 @@ def simulate(
     settle: bool = True,
     max_segments: int = 1_000_000,
     max_seconds: float = math.inf,
+    progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
     """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
 
@@ -43,7 +44,8 @@ def simulate(
 
     The run stops early after `max_segments` segments, after `max_seconds` of the clock, or at a
     point that no field leaves with certainty; the trajectory has what was found until then, and
-    its `stopped` says why. Raises InvalidInput for a value that is not allowed.
+    its `stopped` says why. `progress` is called now and then with the whole periods passed. Raises
+    InvalidInput for a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
     check_count("max_segments", max_segments)
@@ -52,16 +54,18 @@ def simulate(
     if chosen == "c":
         from capsule_sym.map.native import NativeRun
 
-        native = NativeRun(parameters, settle, deadline)
+        native = NativeRun(parameters, settle, deadline, progress)
         return native.go(values, phase, periods, max_segments)
     with _backend(chosen) as numbers:
-        run = Run(numbers, parameters, settle, deadline)
+        run = Run(numbers, parameters, settle, deadline, progress)
         return run.go(values, phase, periods, max_segments)
 
 
 TIME_IS_UP = "at its time limit"
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
+# Doubles soon underflow below this. A motion without forcing that has died away so far stays.
+_NOTHING = 1e-200
 # After a start on several surfaces at once a few segments that hardly last may follow each other.
 _MOST_STILL = 16
 RANGES = {
@@ -152,9 +156,10 @@ class Run:
         parameters: Parameters,
         settle: bool,
         deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
     ) -> None:
         self.numbers, self.parameters = numbers, parameters
-        self.deadline = deadline
+        self.deadline, self.progress = deadline, progress
         self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
@@ -178,7 +183,7 @@ class Run:
         state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
-        departure = self.take_over(state)
+        state, departure = self._begin(state)
         source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
         journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
         return Trajectory(
@@ -208,7 +213,8 @@ class Run:
 
     def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
         """A run that goes on from a state it came to otherwise."""
-        return Journey(state, self.take_over(state), source, turns, position)
+        state, departure = self._begin(state)
+        return Journey(state, departure, source, turns, position)
 
     def follow(self, journey: Journey, periods: int, most: int) -> Journey:
         """Goes on until the periods are over, for at most so many segments in all."""
@@ -253,10 +259,23 @@ class Run:
             )
             turns += passed
             state, source, position = end_state, target, position + advance
+            if self.progress is not None:
+                self.progress(turns)
         return Journey(state, departure, source, turns, position)
 
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
+
+    def _begin(self, state: State, source: int | None = None) -> tuple[State, Departure | None]:
+        """A state that a segment begins at, rest if it is next to that, and the field to come."""
+        size = max(abs(state.x_r), abs(state.v_r))
+        if self.parameters.alpha == 0 and state.v_c == 0 and 0 < size < _NOTHING:
+            self.exact, zero = None, size * 0
+            state = state._replace(x_r=zero, gap=zero - self.delta, v_r=zero, bound=0)
+            return state, self.take_over(state)
+        if self.exact is None:
+            return state, self.take_over(state, source)
+        return state, self._settle_departure(state, source)
 
     def take_over(self, state: State, source: int | None = None) -> Departure | None:
         """The field that takes over, after a segment of F`source`; None where that stays open."""
@@ -325,10 +344,7 @@ class Run:
         state = reached(flow, switch, angle)
         if not switch.guards:
             return state, None, ""
-        if self.exact is None:
-            following = self.take_over(state, flow.field)
-        else:
-            following = self._settle_departure(state, flow.field)
+        state, following = self._begin(state, flow.field)
         return state, following, plane(state, following)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:

@@ -188,7 +188,6 @@ def branch(
     Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
     """
     from capsule_sym.orbits.records import bifurcation_rows, branch_record, point_rows
-    from capsule_sym.orbits.states import Ending
     from capsule_sym.records import dumps, table, write
 
     parameters, _ = chosen_parameters(file, dimensionless)
@@ -203,6 +202,13 @@ def branch(
         click.echo(dumps(branch_record(found)))
     else:
         _print_branch(found)
+    _tell_early_end(found)
+
+
+def _tell_early_end(found: Branch) -> None:
+    """Exit with 3, and the reason, where a branch ends before its parameter is there."""
+    from capsule_sym.orbits.states import Ending
+
     if found.ending is not Ending.REACHED:
         click.echo(f"the branch ends ({found.ending.value}): {found.detail}", err=True)
         raise click.exceptions.Exit(3)
@@ -297,6 +303,8 @@ def curve(
 
     In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
     "endings" are. --out writes curves.json, points.csv and codimension_two.csv.
+
+    Exits with 3, and the reason, where there is no orbit to begin with or a curve has no points.
     """
     from capsule_sym.orbits.curves import check, trace
     from capsule_sym.orbits.records import codimension_two_rows, curve_record, curve_rows
@@ -304,18 +312,26 @@ def curve(
 
     parameters, _ = chosen_parameters(file, dimensionless)
     check(parameters, names, (first, second))
-    parameters = _within(
-        parameters, names[1], second, given=file is not None or dimensionless[names[1]] is not None
-    )
-    found = _branch(parameters, names[0], *first, points, state)
+    given = file is not None or dimensionless[names[1]] is not None
+    inside = _within(parameters, names[1], second, given)
+    found = _branch(inside, names[0], *first, points, state)
     chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
+    if not found.bifurcations:
+        _tell_early_end(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
-        raise InvalidInput("bifurcation", kind, f"in the type of one on the branch: {types}")
+        low, high = (point.value for point in (found.points[0], found.points[-1]))
+        over = f"{names[0]} from {low:g} to {high:g} at {names[1]} = {getattr(inside, names[1]):g}"
+        allowed = f"in the type of one on the branch over {over}, which has {types or 'none'}"
+        raise InvalidInput("bifurcation", kind, allowed)
+    if inside is not parameters:
+        middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
+        click.echo(f"bifurcations are sought at {middle}", err=True)
     curves = [trace(one, names[1], (first, second), points=points) for one in chosen]
     record = {"branch": found.ending.value, "curves": [curve_record(one) for one in curves]}
     if out is not None:
-        texts = {"curves.json": dumps(record) + "\n", "points.csv": table(curve_rows(curves))}
+        texts = {"curves.json": dumps(record) + "\n"}
+        texts["points.csv"] = table(curve_rows(curves), ("curve", "type", "line"))
         rows = codimension_two_rows(curves)
         texts["codimension_two.csv"] = table(rows, ("curve", "first", "second"))
         click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
@@ -323,6 +339,13 @@ def curve(
         click.echo(dumps(record))
     else:
         _print_curves(curves)
+    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=True) if not curve.points]
+    for one, curve in lost:
+        ending, detail = curve.endings[0]
+        at = f"{one.type} at {one.parameter} = {one.value:.12g}"
+        click.echo(f"no curve of {at} ({ending.value}): {detail}", err=True)
+    if lost:
+        raise click.exceptions.Exit(3)
 
 
 def _within(
@@ -334,14 +357,15 @@ def _within(
         return parameters
     if given:
         raise InvalidInput(name, value, f"in the range --second {low:g} {high:g}")
-    middle = (low + high) / 2
-    click.echo(f"bifurcations are sought at {name} = {middle!r}, the middle of its range", err=True)
-    return parameters.replace(**{name: middle})
+    return parameters.replace(**{name: (low + high) / 2})
 
 
 def _print_curves(curves: Sequence[Curve]) -> None:
     console = make_console()
     for number, one in enumerate(curves, 1):
+        if not one.points:
+            console.print(f"{number}  {one.type}: no points\n")
+            continue
         begin, end = one.points[0], one.points[-1]
         ends = " to ".join(
             ", ".join(f"{n} = {v:.12g}" for n, v in zip(one.parameters, point.values, strict=True))

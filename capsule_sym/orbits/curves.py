@@ -13,6 +13,7 @@ from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, noise
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
+from capsule_sym.orbits.identity import MIRRORED, paired
 from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
@@ -74,6 +75,11 @@ class Curve:
     codimension_two: tuple[CodimensionTwo, ...]
     endings: tuple[tuple[Ending, str], tuple[Ending, str]]
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"
+        ends = " and ".join(ending for ending, _ in self.endings)
+        return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
+
 
 def trace(
     bifurcation: Bifurcation,
@@ -86,7 +92,8 @@ def trace(
 
     The ranges are those of the bifurcation's parameter and of the second, and hold the
     bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
-    fails, the point is located exactly and the curve goes on in the word beyond. Raises
+    fails, the point is located exactly and the curve goes on in the word beyond. There are no
+    points where the event and its mirror image happen together. Raises
     InvalidInput for a second parameter that is none or is the first, and for ranges that are not
     ascending, leave the parameters' own, or do not hold the bifurcation.
     """
@@ -98,6 +105,10 @@ def trace(
         if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
         axes.append(Axis(name, float(low), float(high)))
+    if bifurcation.leg is not None and paired(orbit, bifurcation.leg):
+        here = where(orbit, (axes[0], axes[1]))
+        why = Ending.NO_ADMISSIBLE_ORBIT, f"{MIRRORED}: no curve is followed from {here}"
+        return Curve(bifurcation.type, (first, second), (), (), (why, why))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         one, other = (
             _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)

@@ -79,6 +79,10 @@ class Orbit:
     backend: str
     iterations: int = 0
 
+    def __repr__(self) -> str:
+        found = f"residual {float(self.residual):.1e}, by {self.backend}"
+        return f"<Orbit {self.word!r} at {self.parameters}: {found}>"
+
     @property
     def parameters(self) -> Parameters:
         """The parameters, rounded to double precision."""

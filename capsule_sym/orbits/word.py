@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.itinerary import cyclic_start
-from capsule_sym.map.trajectory import SteadyMotion
+from capsule_sym.map.trajectory import SteadyMotion, shortened
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 
@@ -92,6 +92,10 @@ class Word:
     def of_motion(cls, motion: SteadyMotion) -> Word:
         """The word of a motion that the map has settled on."""
         return cls.of((segment.field for segment in motion.segments), motion.period_multiple)
+
+    def __repr__(self) -> str:
+        times = f", {self.multiple}" if self.multiple != 1 else ""
+        return f"Word({shortened(str(self))}{times})"
 
     def __len__(self) -> int:
         return len(self.legs)

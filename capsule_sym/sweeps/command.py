@@ -18,7 +18,7 @@ from capsule_sym.errors import CapsuleError, InvalidInput
 from capsule_sym.options import (
     chosen_parameters,
     json_option,
-    make_console,
+    make_progress,
     parameter_options,
     state_option,
 )
@@ -232,7 +232,7 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TimeRemainingColumn
+    from rich.progress import BarColumn, ProgressColumn, Task, TimeRemainingColumn
     from rich.text import Text
 
     class Cells(ProgressColumn):
@@ -243,16 +243,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
             return Text(f"{done}, {task.speed or 0:,.0f} a second")
 
-    screen = make_console(stderr=True)
-    bar = Progress(
-        Cells(),
-        BarColumn(bar_width=20),
-        TimeRemainingColumn(),
-        console=screen,
-        disable=not screen.is_terminal,
-        transient=True,
-    )
-    with bar:
+    with make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
         task = bar.add_task("", total=None)
         total = -1
 

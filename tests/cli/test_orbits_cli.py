@@ -88,8 +88,8 @@ def test_a_branch_that_ends_early_says_why(capsys) -> None:
     arguments += ("--parameter", "omega", "--from", "1.6", "--to", "0.7", "--points", "20")
     status, out, err = call(capsys, "branch", *arguments, "--json")
     assert status == 3
-    assert err.startswith("the branch ends (returned): omega = 1.6")
-    assert json.loads(out)["ending"] == "returned"
+    assert err.startswith("the branch ends (turned-back): omega = 1.6")
+    assert json.loads(out)["ending"] == "turned-back"
 
 
 def test_curves(capsys, tmp_path: Path) -> None:
@@ -124,6 +124,23 @@ def test_a_curve_begins_in_its_range_where_the_default_lies_outside(capsys) -> N
     status, out, err = call(capsys, *arguments, "--gamma", "2.5")
     assert (status, err) == (0, "")
     assert json.loads(out)["curves"] == [curve]
+
+
+def test_a_curve_that_symmetry_ends_at_once_says_so(capsys) -> None:
+    arguments = ("curve", "--delta", "1.2", "--parameters", "alpha", "gamma", "--points", "4")
+    arguments += ("--first", "0.3", "0.5", "--second", "1", "5", "--bifurcation", "adding-sliding")
+    status, out, err = call(capsys, *arguments)
+    assert status == 3
+    assert "no points" in out
+    # A sticking capsule starts to slide where its spring and damper pull by f_b = 1.
+    response = abs(1 - 0.8**2 + 2j * 0.05 * 0.8) / abs(1 + 2j * 0.05 * 0.8)
+    assert err.startswith(f"no curve of adding-sliding at alpha = {response:.12g} ")
+    assert "two inequalities vanish together" in err
+    assert "its own mirror image" in err
+    assert err.count("\n") == 1
+    status, out, _ = call(capsys, *arguments, "--json")
+    (curve,) = json.loads(out)["curves"]
+    assert (status, curve["points"]) == (3, [])
 
 
 def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
@@ -168,7 +185,8 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
                 *("curve", "--parameters", "alpha", "gamma", "--first", "0.9", "1"),
                 *("--second", "3", "4", "--bifurcation", "fold"),
             ),
-            "bifurcation = 'fold': must be in the type of one on the branch: ['adding-sliding']",
+            "bifurcation = 'fold': must be in the type of one on the branch over alpha from 0.9 to "
+            "1 at gamma = 3.3, which has ['adding-sliding']",
         ),
         (
             (
@@ -180,6 +198,10 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         (
             (*CURVE, "--first", "2", "1", "--second", "2", "3", "--bifurcation", "all"),
             "alpha = (2.0, 1.0): must be an ascending range",
+        ),
+        (
+            (*CURVE, "--first", "0.96", "1", "--second", "2", "3", "--bifurcation", "all"),
+            "on the branch over alpha from 0.96 to 1 at gamma = 2.5, which has none",
         ),
         (
             (

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from capsule_sym import Parameters, simulate
 from capsule_sym.errors import Outcome
+from capsule_sym.map.backend import default_backend
 
 _GENEROUS = 120  # seconds, for what takes a few; before, these took hours
 
@@ -44,3 +47,11 @@ def test_segments_of_no_duration_do_not_follow_each_other_for_ever() -> None:
     assert run.stopped.startswith("stalled")
     assert run.segments[-1].outcome is Outcome.STALLED
     assert len(run.segments) < 50
+
+
+@pytest.mark.parametrize("backend", sorted({default_backend(), "numpy"}))
+def test_progress_counts_the_periods_passed(backend: str) -> None:
+    passed: list[int] = []
+    simulate(Parameters(), periods=5, backend=backend, progress=passed.append)
+    assert passed == sorted(passed)
+    assert passed[-1] == 5
