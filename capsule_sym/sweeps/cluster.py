@@ -16,7 +16,7 @@ from capsule_sym.sweeps.cells import Block, compute
 from capsule_sym.sweeps.pools import Lost, Pool, undisturbed
 from capsule_sym.sweeps.sweep import Sweep
 
-_CONNECTING = 5  # seconds until an address is given up
+_CONNECTING = 10  # seconds until an address is given up
 _ANSWERING = 5  # seconds until a scheduler is said to be silent
 _LOOKING = 0.2  # seconds between two looks at whether a chunk is still wanted
 _SILENT = logging.CRITICAL + 1
