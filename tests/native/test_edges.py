@@ -212,6 +212,8 @@ MUTANTS: dict[str, tuple[str, str, str]] = {
 KILLED: dict[str, tuple[str, ...]] = {
     "rounding": ("1", "4", "8"),
     "a rival guard": ("1", "4", "8", "106 bits"),
+    "one change of sign": ("1", "4", "8", "106 bits"),
+    "every coefficient positive": ("1", "4", "8", "106 bits"),
 }
 """Mutants, and the widths at which these starts tell them from the sound core."""
 

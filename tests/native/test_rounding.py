@@ -16,18 +16,20 @@ from capsule_sym.map.batch import final_states, parameter_rows
 from tests.native import built
 
 SHIM = """
-#include "internal.h"
+#include "capsule.h"
 int planes(const double *p, double x_r, double phase, int *plane)
 {
     static capsule_map map;
-    departure d;
-    double cosine, sine;
+    capsule_segment segment;
+    const capsule_wish wish = {.segments = &segment, .room = 1, .precision = CAPSULE_DOUBLE};
+    capsule_outcome open;
+    size_t written;
     capsule_map_make((const capsule_parameters *)p, &map);
     capsule_state at = capsule_state_at(&map, x_r, 0, 0, phase);
-    cosine_sine(at.angle, at.angle_rest, &cosine, &sine);
     *plane = at.plane;
-    return capsule_lanes() > 1 ? depart_fused(&map, &at, cosine, sine, &d)
-                               : depart(&map, &at, cosine, sine, &d);
+    at.field = 0; /* a run is to find it itself */
+    capsule_run(&map, &at, 2, &wish, &written, &open);
+    return written ? segment.field : at.plane;
 }
 """
 
@@ -55,14 +57,6 @@ def mismatched(directory: Path, change: tuple[str, str, str] | None) -> int:
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 def test_a_start_lies_on_the_plane_of_the_field_that_a_run_begins_with(tmp_path: Path) -> None:
     assert mismatched(tmp_path / "sound", None) == 0
-
-
-@pytest.mark.long
-@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
-def test_a_start_from_the_rounded_angle_is_noticed(tmp_path: Path) -> None:
-    exact = "cosine_sine(angle, rest, &cosine, &sine);"
-    rounded = "cosine = cos(angle), sine = sin(angle);"
-    assert mismatched(tmp_path / "rounded", ("processor.c", exact, rounded)) > 0
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
