@@ -49,12 +49,10 @@ def field_texts(language: Language) -> str:
     for segment in SEGMENTS:
         for name, matrix in matrices(segment).items():
             texts.append(
-                f"def {name}_{segment.name}({arguments}):\n"
-                f"    return {_entries(matrix)}\n"
+                f"def {name}_{segment.name}({arguments}):\n    return {_entries(matrix)}\n"
             )
             texts.append(
-                f"def {name}_{segment.name}_by({arguments}):\n"
-                f"    return {{{_by(matrix)}}}\n"
+                f"def {name}_{segment.name}_by({arguments}):\n    return {{{_by(matrix)}}}\n"
             )
     for name in ("rates", "guards"):
         for suffix in ("", "_by"):

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from capsule_sym import simulate
-from capsule_sym.enclosures.balls import Ball, Unproved, arb, ball, matrix, precision
+from capsule_sym.enclosures.balls import Unproved, arb, ball, matrix, precision
 from capsule_sym.enclosures.trajectories import Attraction, Step, System, contraction
 from capsule_sym.map.trajectory import Trajectory
 from capsule_sym.orbits.equations import PARAMETERS
-from capsule_sym.orbits.word import contact, drift, guard_between
+from capsule_sym.orbits.word import guard_between
 from capsule_sym.parameters import Parameters
 
 _RADII = (1e-4, 1e-5, 1e-6, 1e-8)
@@ -30,7 +31,7 @@ class Tendency:
 def steps_of(trajectory: Trajectory, first: int, last: int) -> list[Step]:
     """The legs of a run from the begin of one excitation period to that of another."""
     omega = trajectory.parameters.omega
-    turn = 2 * 3.141592653589793 / omega
+    turn = math.tau / omega
 
     def time(period: int, phase: float) -> float:
         return (period - first) * turn + phase
@@ -79,7 +80,7 @@ def tendency(values: Mapping[str, object], periods: int = 400) -> Tendency:
 def _settled(run: Trajectory, periods: int) -> int:
     """The first period whose begin is that of the next one within a small part of a radius."""
     omega = run.parameters.omega
-    times = [2 * 3.141592653589793 / omega * k for k in range(periods)]
+    times = [math.tau / omega * k for k in range(periods)]
     states = run(times)
     for k in range(periods - 1):
         if max(abs(states[k + 1] - states[k])) < 1e-7:
@@ -93,6 +94,3 @@ def _word(steps: list[Step]) -> tuple[int, ...]:
     if len(fields) > 1 and fields[0] == fields[-1]:
         del fields[-1]
     return tuple(fields)
-
-
-__all__ = ["Ball", "Tendency", "contact", "drift", "steps_of", "tendency"]

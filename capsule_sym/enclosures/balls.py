@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from capsule_sym.errors import CapsuleError, InvalidInput
 
 try:
-    from flint import arb, arb_mat, ctx
+    from flint import arb as arb
+    from flint import arb_mat, ctx
 except ModuleNotFoundError as error:  # pragma: no cover - the extra is part of `dev`
     raise InvalidInput(
         "proof", None, "installed: pip install 'capsule-sym[proof]' brings python-flint"
@@ -44,7 +45,7 @@ class Unproved(CapsuleError, ArithmeticError):
 
 def precision(bits: int) -> AbstractContextManager[Any]:
     """Context in which every new ball has so many bits."""
-    return ctx.workprec(bits)  # type: ignore[no-any-return]
+    return ctx.workprec(bits)
 
 
 def bits() -> int:
@@ -61,10 +62,7 @@ def ball(value: Any, radius: Any = 0) -> Ball:
         found = arb(value.numerator) / value.denominator
     elif hasattr(value, "_mpf_"):
         sign, mantissa, exponent, _ = value._mpf_
-        found = arb(int(mantissa)).ldexp(int(exponent)) if hasattr(arb, "ldexp") else None
-        if found is None:
-            found = arb(int(mantissa)) * arb(2) ** int(exponent)
-        found = -found if sign else found
+        found = (-1) ** sign * arb(int(mantissa)) * arb(2) ** int(exponent)
     else:
         found = arb(value)
     return found + arb(0, radius) if radius else found

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from capsule_sym.enclosures.balls import Ball, Unproved, arb, ball, precision
+from capsule_sym.enclosures.balls import Ball, Unproved, arb, ball
 from capsule_sym.enclosures.equations import Shooting
 from capsule_sym.enclosures.guards import Watch
 from capsule_sym.enclosures.krawczyk import Tube, enclose
@@ -67,7 +67,9 @@ def march(
         except Unproved as error:
             step = length * _SHRINK
             if step < _LEAST * max(abs(at), 1e-300) or at + sign * step == at:
-                raise Unproved(error.step, f"{error.detail}, at column {column} = {at!r}") from error
+                raise Unproved(
+                    error.step, f"{error.detail}, at column {column} = {at!r}"
+                ) from error
             continue
         yield box
         latest, at, step = box, ahead, length * _GROWTH
@@ -96,6 +98,3 @@ def glue(before: Box, after: Box) -> None:
     exact = enclose(shooting, meeting, {**held(shooting), column: 0.0}).hull()
     if not (before.tube.holds(exact) and after.tube.holds(exact)):
         raise Unproved("gluing", f"the orbits at column {column} = {before.end!r} may differ")
-
-
-__all__ = ["Box", "glue", "march", "precision"]

@@ -94,4 +94,10 @@ def certify_bifurcation(
         del written["parameters"][found.parameter]
         values = {name: decimal(value) for name, value in event.values.items()}
         named = {"type": event.type, "line": event.line}
-        return {"kind": "bifurcation", **named, **written, "free": values, "still": [found.leg]}, event
+        return {
+            "kind": "bifurcation",
+            **named,
+            **written,
+            "free": values,
+            "still": [found.leg],
+        }, event

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from capsule_sym.enclosures.balls import Ball, Matrix, arb, column, matrix
-from capsule_sym.enclosures.fields import ONE, SIZE, U, V, W, X, C, Field
+from capsule_sym.enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
 from capsule_sym.generated import fields as generated
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.equations import PARAMETERS
@@ -59,8 +59,8 @@ class Shooting:
                 free.remove(X)
             self.free.append(tuple(free))
         self.places: list[int] = [0]
-        for free in self.free:
-            self.places.append(self.places[-1] + len(free))
+        for rows in self.free:
+            self.places.append(self.places[-1] + len(rows))
         self.durations = range(self.places[-1], self.places[-1] + n)
         self.angle = self.durations.stop
         self.unknowns = self.angle + 1
@@ -77,7 +77,9 @@ class Shooting:
     def fields(self, values: Sequence[Ball]) -> dict[int, Field]:
         """The fields of the word, where the columns have these values."""
         given = [self.parameters(values)[name] for name in generated.PARAMETERS]
-        if self._fields is None or any(a is not b for a, b in zip(given, self._fields[0], strict=True)):
+        if self._fields is None or any(
+            a is not b for a, b in zip(given, self._fields[0], strict=True)
+        ):
             named = dict(zip(generated.PARAMETERS, given, strict=True))
             self._fields = given, {index: Field(index, named) for index in set(self.word.fields)}
         return self._fields[1]
@@ -107,8 +109,7 @@ class Shooting:
                 else:
                     value = end[row, 0] - after.state[row, 0]
                     entries = [
-                        x - y
-                        for x, y in zip(_row(end_by, row), _row(after.by, row), strict=True)
+                        x - y for x, y in zip(_row(end_by, row), _row(after.by, row), strict=True)
                     ]
                     entries[self.durations[i]] += rate[row, 0]
                     for at, slope in slopes:
@@ -148,7 +149,7 @@ class Shooting:
         given = self.parameters(values)
         alpha, omega = given["alpha"], given["omega"]
         elapsed, nodes = arb(0), []
-        for i, leg in enumerate(self.word.legs):
+        for i in range(len(self.word)):
             sine, cosine = (values[self.angle] + omega * elapsed).sin_cos()
             state, by = matrix(SIZE, 1), matrix(SIZE, self.columns)
             state[U, 0], state[W, 0], state[ONE, 0] = alpha * cosine, alpha * sine, arb(1)
@@ -193,5 +194,7 @@ def _row(found: Matrix, row: int) -> list[Ball]:
 
 def _matrix(rows: Sequence[Sequence[Ball]]) -> Matrix:
     return matrix(
-        len(rows), len(rows[0]), ((i, j, x) for i, row in enumerate(rows) for j, x in enumerate(row))
+        len(rows),
+        len(rows[0]),
+        ((i, j, x) for i, row in enumerate(rows) for j, x in enumerate(row)),
     )

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from capsule_sym.enclosures.balls import Ball, Unproved, arb
-from capsule_sym.enclosures.equations import PARAMETERS, Shooting
-from capsule_sym.enclosures.fields import X, V
+from capsule_sym.enclosures.equations import Shooting
+from capsule_sym.enclosures.fields import V, X
 from capsule_sym.enclosures.guards import known, prove_admissible
 from capsule_sym.enclosures.krawczyk import Tube, enclose
 from capsule_sym.enclosures.orbits import guess_at, held, restarted, shooting_of
 from capsule_sym.enclosures.stability import Characteristic, characteristic, monodromy
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.changes import around, exchanged
+from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import (
     ADDING,
     CORNER,
@@ -26,7 +27,6 @@ from capsule_sym.orbits.events import (
     SWITCHING,
 )
 from capsule_sym.orbits.word import Word, contact, drift
-
 
 _NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
 
@@ -110,7 +110,7 @@ def _corner(tube: Tube, leg: int) -> str:
 def prove_event(
     word: Word,
     spans: Sequence[Any],
-    z: Sequence[Any],
+    z: Iterable[Any],
     values: Sequence[Any],
     legs: Sequence[int],
     free: Sequence[str],
@@ -169,7 +169,9 @@ def _other(tube: Tube, leg: int) -> Tube:
         kept = [k for k in range(n) if k not in gone] or [(leg + 1) % n]
     given = shooting.parameters(hull)
     less = Shooting(
-        Word.of([fields[k] for k in kept], word.multiple), [given[name] for name in PARAMETERS], shooting.varied
+        Word.of([fields[k] for k in kept], word.multiple),
+        [given[name] for name in PARAMETERS],
+        shooting.varied,
     )
     columns = restarted(shooting, hull, nodes, less, kept, durations)
     radii = {at: _NEAR for at in range(less.unknowns, less.columns)}

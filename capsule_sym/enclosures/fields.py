@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import exp, factorial, inf
+from typing import Any
 
 from capsule_sym.enclosures.balls import (
     Ball,
@@ -21,10 +22,11 @@ from capsule_sym.enclosures.balls import (
     symmetric,
     upper,
 )
-from capsule_sym.generated import fields as generated
+from capsule_sym.generated import fields as _generated
 
 SIZE = 6
 X, V, C, U, W, ONE = range(SIZE)
+generated: Any = _generated  # what is printed has no types
 _FAR = 100.0  # exponents beyond which a bound is of no use
 _NARROW = 1e-9  # radius of a parameter below which nothing is gained by its derivative
 _SHORT = 1.0  # norm times duration below which the series is used

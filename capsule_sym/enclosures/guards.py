@@ -123,11 +123,15 @@ class Line:
         rows = [field.guards * term for term in terms[: _ORDER + 2]]
         self._coefficients = [
             matrix(
-                _ORDER + 1, SIZE, ((k, j, rows[k][g, j]) for k in range(_ORDER + 1) for j in range(SIZE))
+                _ORDER + 1,
+                SIZE,
+                ((k, j, rows[k][g, j]) for k in range(_ORDER + 1) for j in range(SIZE)),
             )
             for g in range(field.guards.nrows())
         ]
-        self._last = [[rows[_ORDER + 1][g, j] for j in range(SIZE)] for g in range(len(rows[0].tolist()))]
+        self._last = [
+            [rows[_ORDER + 1][g, j] for j in range(SIZE)] for g in range(len(rows[0].tolist()))
+        ]
         self._steps: dict[float, Matrix] = {}
 
     def step(self, length: float) -> Matrix:
@@ -182,7 +186,9 @@ class Line:
         """
         shaped, rest = self.polynomial(guard, order, state, length, derivative)
         spread = matrix(
-            state.ncols(), 1, ((k, 0, arb(1) if k == 0 else symmetric(1)) for k in range(state.ncols()))
+            state.ncols(),
+            1,
+            ((k, 0, arb(1) if k == 0 else symmetric(1)) for k in range(state.ncols())),
         )
         values = (shaped * spread).tolist()
         if not sign * values[0][0] > 0:
@@ -239,7 +245,9 @@ class Watch:
         ahead = self.line(field, 1)
         if after and longest <= _LONGEST:
             falls = after == 1 and ahead.positive(guard, before, start, longest, -1, True)
-            if falls or (before == 0 and self._pieces(field, -1, guard, after, end, longest, longest)):
+            if falls or (
+                before == 0 and self._pieces(field, -1, guard, after, end, longest, longest)
+            ):
                 return True
         if not after:
             return self._pieces(field, 1, guard, before, start, longest, longest)
@@ -304,9 +312,7 @@ def affine_states(tube: Tube) -> list[Matrix]:
 
 
 def _affine(tube: Tube) -> Iterator[Matrix]:
-    rest = matrix(
-        len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r)
-    )
+    rest = matrix(len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r))
     count = tube.slopes.ncols()
     for near, far in zip(tube.narrow.nodes, tube.wide.nodes, strict=True):
         along, around = far.by * tube.slopes, far.by * rest
@@ -339,4 +345,3 @@ def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int
         field = tube.wide.fields[i]
         name = f"leg {i + 1}, F{leg.field}"
         watch.leg(field, states[i], states[(i + 1) % n], h, orders, name)
-

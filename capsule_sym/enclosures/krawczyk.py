@@ -103,7 +103,7 @@ def newton(
             raise Unproved("existence", "the derivative at the middle is singular") from error
         if not np.all(np.isfinite(inverse)):
             raise Unproved("existence", "the derivative at the middle has no inverse")
-        step = thin(inverse) * there.residual
+        step = thin(inverse.astype(float)) * there.residual
         size = max(upper(step[k, 0]) for k in range(len(solved)))
         exact = max(spread(step[k, 0]) for k in range(len(solved)))
         if size <= max(4 * exact, enough) or (size >= before / 2 and before < 1e-6) or size == 0:
@@ -188,4 +188,3 @@ def _columns(found: Matrix, chosen: Sequence[int]) -> Matrix:
         len(chosen),
         ((i, k, found[i, at]) for i in range(found.nrows()) for k, at in enumerate(chosen)),
     )
-

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,9 +28,7 @@ def columns_of(shooting: Shooting, states: Sequence[Sequence[Any]], z: Sequence[
     """The columns of an orbit: from its legs' start states, and forcing angle and durations."""
     angle, *durations = z
     found = [
-        ball(state[row])
-        for state, free in zip(states, shooting.free, strict=True)
-        for row in free
+        ball(state[row]) for state, free in zip(states, shooting.free, strict=True) for row in free
     ]
     found += [ball(h) for h in durations] + [ball(angle)]
     return found
@@ -44,8 +42,7 @@ def shooting_of(
 ) -> Shooting:
     """The equations of a word at parameter values; `exact` replaces some of them by name."""
     given = [
-        ball((exact or {}).get(name, value))
-        for name, value in zip(PARAMETERS, values, strict=True)
+        ball((exact or {}).get(name, value)) for name, value in zip(PARAMETERS, values, strict=True)
     ]
     return Shooting(word, given, varied)
 
@@ -56,7 +53,7 @@ def guess_of(shooting: Shooting, orbit: Orbit) -> list[Ball]:
 
 
 def guess_at(
-    shooting: Shooting, spans: Sequence[Any], z: Sequence[Any], values: Sequence[Any]
+    shooting: Shooting, spans: Sequence[Any], z: Iterable[Any], values: Sequence[Any]
 ) -> list[Ball]:
     """The columns of a solution of the shooting equations at parameter values."""
     found = columns_of(shooting, [span.start for span in spans], list(z)[3:])
@@ -113,4 +110,3 @@ def prove(
     tube = enclose(shooting, guess, {**held(shooting), **given})
     prove_admissible(tube, watch)
     return Proved(tube, prove_stable(tube) if stable else None)
-

@@ -149,18 +149,17 @@ def regime(
     begin = float((low.value + low.gap).mid())
 
     def go(boxes: Iterator[Box]) -> None:
-        nonlocal latest, count, first
+        nonlocal latest, count
         for box in boxes:
             report(box)
             count, latest = count + 1, box
-            if first is None:
-                first = box.at(-1)[alpha]
 
     if low.leg is not None:
         column, least, most = _birth(low, 1, length)
         columns[column] = arb(least)
         go(march(shooting, columns, column, least, most, step=0.2 * least, watch=watch))
         assert latest is not None
+        first = _at(shooting, low.columns, column, least)[alpha]
         columns = latest.at(1)
         columns[column] = arb(most)
         columns = _thin(shooting, columns, {column: 0.0})
@@ -168,9 +167,7 @@ def regime(
     goal = float((high.value - high.gap).mid())
     if high.leg is not None:
         column, least, most = _birth(high, -1, length)
-        there = list(high.columns)
-        there[column] = arb(most)
-        goal = float(_thin(shooting, there, {column: 0.0})[alpha].mid())
+        goal = float(_at(shooting, high.columns, column, most)[alpha].mid())
     step = 0.1 * low.gap if low.leg is None and low.gap else 1e-4
     go(march(shooting, columns, alpha, begin, goal, step=step, watch=watch, before=latest))
     assert latest is not None
@@ -179,8 +176,24 @@ def regime(
         meeting[alpha] = arb(goal)
         exact = _thin(shooting, meeting, {alpha: 0.0})
         most = float(exact[column].upper()) * (1 + 1e-15)
-        go(march(shooting, exact, column, most, least, step=0.05 * most, watch=watch, before=latest))
-    return Regime(shooting.word, first, latest.at(1)[alpha], count)
+        go(
+            march(
+                shooting, exact, column, most, least, step=0.05 * most, watch=watch, before=latest
+            )
+        )
+        last = _at(shooting, high.columns, column, least)[alpha]
+    else:
+        last = ball(goal)
+    if first is None:
+        first = ball(begin)
+    return Regime(shooting.word, first, last, count)
+
+
+def _at(shooting: Shooting, columns: Sequence[Ball], column: int, value: float) -> list[Ball]:
+    """The orbit at one value of a column."""
+    there = list(columns)
+    there[column] = arb(value)
+    return _thin(shooting, there, {column: 0.0})
 
 
 def _outer(shooting: Shooting, columns: Sequence[Ball], value: Ball) -> _End:
@@ -207,7 +220,9 @@ def regimes(
             fitting = [_rotated(side, low.shooting.word) for side in sides]
             high = next((end for end in fitting if end is not None), None)
             if high is None:
-                raise Unproved("gluing", f"no side of {event.type} has the word {low.shooting.word}")
+                raise Unproved(
+                    "gluing", f"no side of {event.type} has the word {low.shooting.word}"
+                )
             yield regime(low, high, report)
             low = sides[1 - fitting.index(high)]
         yield regime(low, _outer(low.shooting, low.columns, last), report)

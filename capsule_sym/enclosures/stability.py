@@ -34,7 +34,7 @@ class Characteristic:
 
 def monodromy(tube: Tube) -> Matrix:
     """The derivative (3, 3) of one turn from a leg's start, over all orbits of a tube."""
-    word, nodes = tube.shooting.word, tube.wide.nodes
+    word = tube.shooting.word
     n = len(word)
     first = next((i for i in range(n) if drift(word.fields[i]) == 0), 0)
     size = 3 if drift(word.fields[first]) else 2  # v_c is no state of stick

@@ -26,7 +26,7 @@ from capsule_sym.enclosures.balls import (
     upper,
 )
 from capsule_sym.enclosures.equations import GUARD_ROWS
-from capsule_sym.enclosures.fields import ONE, SIZE, U, V, W, X, C, Field
+from capsule_sym.enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
 from capsule_sym.enclosures.guards import Known, Watch
 from capsule_sym.map.expansion import Guard
 
@@ -76,11 +76,14 @@ class System:
         """
         known, elapsed = Known(), arb(0)
         by = matrix(3, 3, ((i, i, 1) for i in range(3)))
-        here, times = state, []
+        here = state
+        times: list[Ball] = []
         for number, step in enumerate(steps, 1):
             field = self._fields[step.field]
             if field.stick and not here[C, 0].is_zero():
-                raise Unproved("first switch", f"leg {number}, F{step.field}, does not begin at rest")
+                raise Unproved(
+                    "first switch", f"leg {number}, F{step.field}, does not begin at rest"
+                )
             start = self._extended(here, ball(angle) + self.values["omega"] * elapsed)
             name = f"leg {number}, F{step.field}"
             if step.guard is None:

@@ -98,7 +98,9 @@ class Constraint:
 
     def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Constraint:
         """The constraint with numbers in place of some symbols."""
-        numbers = [(_POSITION[s], sp.QQ(*Fraction(v).as_integer_ratio())) for s, v in values.items()]
+        numbers = [
+            (_POSITION[s], sp.QQ(*Fraction(v).as_integer_ratio())) for s, v in values.items()
+        ]
         terms: dict[tuple[int, ...], Any] = {}
         for powers, coefficient in self.polynomial.items():
             for position, number in numbers:
