@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long adversarial lint types contract generate check-generated clean
+.PHONY: help paper test test-long adversarial verify lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -33,6 +33,10 @@ test-long: $(READY)  ## run the tests that take more than ten seconds each
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
 	$(BIN)/capsule-sym adversarial --count $(N)
+
+verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
+	$(BIN)/capsule-sym verify
+	$(BIN)/capsule-sym enclose
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

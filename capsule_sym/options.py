@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Collection, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import click
@@ -117,3 +118,13 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterable[_I
     console = make_console(stderr=True)
     hidden = not console.is_terminal
     return bar(items, text, total, console=console, disable=hidden, transient=True)
+
+
+def certify_option(what: str) -> Callable[[_Command], _Command]:
+    """The option --certify FILE of a command that can prove `what` it finds."""
+    return click.option(
+        "--certify",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar="FILE",
+        help=f"Prove {what} in ball arithmetic, and write its certificate here.",
+    )

@@ -6,7 +6,7 @@ checker lets it stand for all within 0.3 units. So each digit counts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from capsule_sym.enclosures.balls import Ball, Unproved, arb, precision
@@ -82,6 +82,8 @@ def certify_bifurcation(
     """
     if found.leg is None:
         raise Unproved("type", f"a {found.type} has no leg of duration 0")
+    if found.parameter != "alpha":
+        raise Unproved("certificate", "the checker solves for alpha only")
     orbit = found.orbit
     parameters = {
         name: (exact or {}).get(name, exactly(value))
@@ -101,3 +103,20 @@ def certify_bifurcation(
             "free": values,
             "still": [found.leg],
         }, event
+
+
+def certificates(
+    found: Iterable[Orbit | Bifurcation],
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates of orbits and bifurcations, and why any of them is missing."""
+    proved, failed = [], []
+    for one in found:
+        try:
+            if isinstance(one, Orbit):
+                proved.append(certify_orbit(one))
+            else:
+                proved.append(certify_bifurcation(one)[0])
+        except Unproved as error:
+            name = str(one.word) if isinstance(one, Orbit) else f"{one.type} {one.value!r}"
+            failed.append(f"{name}: {error}")
+    return proved, failed

@@ -38,7 +38,7 @@ def rows(field: int, p: dict[str, Any]) -> tuple[Any, list[Any]]:
 def positive(A: Any, g: Any, y: Any, h: Any, before: int, after: int) -> None:
     """Prove a guard positive inside (0, h); it vanishes `before`-fold at 0, `after`-fold at h."""
     longest, slope = h.upper(), [g]
-    for _ in range(5):
+    for _ in range(6):
         slope.append(slope[-1] * A)
     pieces = [(longest / 8 * k, longest / 8 * (k + 1) if k < 7 else longest, 0) for k in range(8)]
     while pieces:
@@ -46,7 +46,7 @@ def positive(A: Any, g: Any, y: Any, h: Any, before: int, after: int) -> None:
         middle, step = (low + high) / 2, arb(0, ((high - low) / 2).upper())
         state = (A * middle).exp() * y
         around = (A * step).exp() * state
-        rest = [(row * around)[0, 0] * step**2 / 2 for row in slope[2:]]
+        rest = [(row * around)[0, 0] * step * step / 2 for row in slope[2:]]
         here = [(row * state)[0, 0] for row in slope]
         # The guard and its derivatives over the piece, to second order.
         value = [x + v * step + r for x, v, r in zip(here, here[1:], rest, strict=False)]
@@ -209,7 +209,7 @@ if __name__ == "__main__":
     for path in sys.argv[1:]:
         with open(path, encoding="utf-8") as file:
             held = json.load(file)
-        for number, one in enumerate(held if isinstance(held, list) else [held]):
+        for number, one in enumerate(held.get("certificates", [held])):
             try:
                 check(one)
                 print(f"{path} [{number}]: accepted")

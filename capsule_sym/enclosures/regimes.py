@@ -147,6 +147,8 @@ def regime(
     columns = list(low.columns)
     first: Ball | None = None
     begin = float((low.value + low.gap).mid())
+    if not low.gap:
+        begin = float(np.nextafter(begin, 0.0))
 
     def go(boxes: Iterator[Box]) -> None:
         nonlocal latest, count
@@ -165,6 +167,8 @@ def regime(
         columns = _thin(shooting, columns, {column: 0.0})
         begin = float(np.nextafter(float(columns[alpha].lower()), 0.0))
     goal = float((high.value - high.gap).mid())
+    if not high.gap:
+        goal = float(np.nextafter(goal, np.inf))
     if high.leg is not None:
         column, least, most = _birth(high, -1, length)
         goal = float(_at(shooting, high.columns, column, most)[alpha].mid())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from capsule_sym.enclosures.balls import (
     ball,
     floats,
     matrix,
+    precision,
     spread,
     symmetric,
     thin,
@@ -29,8 +31,11 @@ from capsule_sym.enclosures.equations import GUARD_ROWS
 from capsule_sym.enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
 from capsule_sym.enclosures.guards import Known, Watch
 from capsule_sym.map.expansion import Guard
+from capsule_sym.map.trajectory import Trajectory
+from capsule_sym.orbits.word import guard_between
 
 _REFINEMENTS = 12
+_BITS, _BITS_A_LEG = 128, 4  # roundings grow from leg to leg
 
 
 @dataclass(frozen=True)
@@ -193,6 +198,28 @@ def _form(state: Matrix) -> Matrix:
         found[i, 0] = arb(state[i, 0].mid())
         found[i, 1] = symmetric(state[i, 0].rad())
     return found
+
+
+def enclose_run(trajectory: Trajectory) -> Passage:
+    """A run in double precision enclosed: its legs are those of the motion, its end in a box.
+
+    The start and the parameters are the run's doubles. Raises Unproved with the leg that is not.
+    """
+    segments = trajectory.segments
+    if not segments or trajectory.stopped:
+        raise Unproved("first switch", trajectory.stopped or "the run has no segment")
+    with precision(_BITS + _BITS_A_LEG * len(segments)):
+        values = {name: ball(value) for name, value in trajectory.parameters.to_dict().items()}
+        period = 2 * arb.pi() / values["omega"]
+        begin, end = trajectory.origin[0], segments[-1].end
+        total = (end.period - begin.period) * period + ball(end.phase) - ball(begin.phase)
+        state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(trajectory.origin[1])))
+        steps = [
+            Step(one.field, float(one.duration), guard_between(one.field, after.field))
+            for one, after in pairwise(segments)
+        ]
+        steps.append(Step(segments[-1].field, float(segments[-1].duration), None))
+        return System(values).passage(state, steps, total, values["omega"] * ball(begin.phase))
 
 
 @dataclass(frozen=True)
