@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long adversarial verify lint types contract generate check-generated clean
+.PHONY: help paper test test-long adversarial mutations verify lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -17,7 +17,7 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
 	$(BIN)/capsule-sym report
 
-results/verify.json: $(READY) $(wildcard capsule_sym/symbolic/*.py)
+results/verify.json: $(READY) capsule_sym/paper.toml $(wildcard capsule_sym/symbolic/*.* capsule_sym/symbolic/comparisons/*.py)
 results/hardcases.json: $(READY) $(wildcard capsule_sym/hardcases/*.py capsule_sym/map/*.py)
 results/%.json:
 	@mkdir -p results
@@ -33,6 +33,9 @@ test-long: $(READY)  ## run the tests that take more than ten seconds each
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
 	$(BIN)/capsule-sym adversarial --count $(N)
+
+mutations: $(READY)  ## change every value typed from the paper; each change has to be noticed
+	$(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
 
 verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/capsule-sym verify

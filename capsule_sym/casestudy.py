@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import capsule_sym
+from capsule_sym import paper
 from capsule_sym.errors import InvalidInput
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import SteadyMotion, simulate
@@ -16,27 +17,12 @@ from capsule_sym.parameters import Parameters
 from capsule_sym.records import dumps, motion_record, segment_record, table
 from capsule_sym.records import write as write_texts
 
-PANELS = {
-    "a": 0.0074,
-    "b": 0.3,
-    "c": 0.3687,
-    "d": 0.4,
-    "e": 0.5245,
-    "f": 0.7,
-    "g": 0.939,
-    "h": 1.2,
-    "i": 1.443,
-    "j": 1.5,
-    "k": 1.6148,
-    "l": 1.64,
-    "m": 1.661,
-    "n": 1.69,
-    "o": 1.7126,
-    "p": 1.9,
-}
+_PAPER = paper.read()
+
+PANELS = {name: float(alpha) for name, alpha in paper.panels(_PAPER).items()}
 """Excitation amplitude alpha of each panel of Fig. 7."""
 
-GAMMAS = (3.3, 3.0)
+GAMMAS = (float(_PAPER["section.4.parameters"]["gamma"]), 3.0)
 """Mass ratios of the two runs: the printed one, and one at which the printed maps come out."""
 
 _BLOCK = 64  # excitation periods after which to look whether the motion is steady
@@ -55,39 +41,7 @@ class PrintedMap(NamedTuple):
     global_map: str
 
 
-PRINTED = (
-    PrintedMap(0.0074, True, "Id_{Σ2,F2,Σ2}"),
-    PrintedMap(0.3687, True, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F5,Σ5}"),
-    PrintedMap(0.5245, False, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F5,Σ5} ∘ P_{Σ5,F4,Σ4} ∘ P_{Σ4,F5,Σ5}"),
-    PrintedMap(0.5245, True, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F4,Σ4} ∘ P_{Σ4,F5,Σ5}"),
-    PrintedMap(0.939, True, "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}"),
-    PrintedMap(
-        1.443,
-        False,
-        "P_{Σ5,F2,Σ2} ∘ P_{Σ2,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}",
-    ),
-    PrintedMap(
-        1.443,
-        True,
-        "P_{Σ5,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}",
-    ),
-    PrintedMap(
-        1.6148,
-        True,
-        "P_{Σ5,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}",
-    ),
-    PrintedMap(
-        1.661,
-        True,
-        "P_{Σ4,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4}",
-    ),
-    PrintedMap(
-        1.7126,
-        True,
-        "P_{Σ4,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F2,Σ2} ∘ P_{Σ2,F3,Σ3} ∘ P_{Σ3,F1,Σ8} ∘ P_{Σ8,F4,Σ4}",
-    ),
-    PrintedMap(2.0, True, "P_{Σ4,F6,Σ9} ∘ P_{Σ9,F3,Σ3} ∘ P_{Σ3,F1,Σ8} ∘ P_{Σ8,F4,Σ4}"),
-)
+PRINTED = tuple(PrintedMap(float(row.high), row.closed, row.map) for row in paper.section_4(_PAPER))
 """Global maps of the steady motion as Section 4 prints them, by alpha in (0, 2]."""
 
 THRESHOLDS = frozenset(row.high for row in PRINTED[:-1])

@@ -9,10 +9,11 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, TypeVar
+from typing import TYPE_CHECKING, NoReturn, TextIO, TypeVar
 
 import click
 
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
 _RESULTS = Path("results/paper")
 _INTERRUPTED = 130  # the exit status of shells for it
+_COMPLETE = "_CAPSULE_SYM_COMPLETE"  # the variable through which a shell asks for completions
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
@@ -59,10 +61,32 @@ class _Group(click.Group):
         return name, command, rest
 
 
-@click.group(cls=_Group, no_args_is_help=False)
-@click.version_option(package_name="capsule-sym", message="%(version)s")
-def group() -> None:
+def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if not asked:
+        return
+    from capsule_sym import __version__
+    from capsule_sym._native import core
+
+    count = 0 if core is None else core.lanes()
+    lanes = f"C core, {count} lane{'s' * (count > 1)}"
+    click.echo(f"{__version__} ({lanes if count else 'no C core: NumPy'})")
+    context.exit()
+
+
+@click.group(cls=_Group, invoke_without_command=True)
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_version,
+    help="Show the version, which core is live, and exit.",
+)
+@click.pass_context
+def group(context: click.Context) -> None:
     """The exact three-dimensional map of a capsule system with bidirectional drifts."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 for _name, _module, _text in (
@@ -101,6 +125,13 @@ for _name, _module, _text in (
     show_default="c where it was compiled, else numpy",
     help="Double precision (c, numpy), or 50 digits.",
 )
+@click.option(
+    "--max-seconds",
+    type=float,
+    default=120.0,
+    show_default=True,
+    help="Stop after so long and show what was found; inf for no limit.",
+)
 @json_option
 def run(
     file: str | None,
@@ -108,6 +139,7 @@ def run(
     phase: float,
     periods: int,
     backend: str | None,
+    max_seconds: float,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:
@@ -125,7 +157,15 @@ def run(
     from capsule_sym.records import dumps, physical_record, run_record
 
     parameters, physical = chosen_parameters(file, dimensionless)
-    trajectory = simulate(parameters, state, phase, periods, backend=backend)
+    go = partial(
+        simulate, parameters, state, phase, periods, backend=backend, max_seconds=max_seconds
+    )
+    if sys.stderr.isatty():
+        with make_progress() as bar:
+            task = bar.add_task("Running", total=periods)
+            trajectory = go(progress=lambda turns: bar.update(task, completed=turns))
+    else:
+        trajectory = go()
     motion = None if trajectory.stopped else trajectory.steady()
     if as_json:
         record = run_record(trajectory, motion)
@@ -265,15 +305,12 @@ def _folded(global_map: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit: 0, or 2 for bad input, 130 for Ctrl-C.
+    """Run the command line and exit.
 
-    `arguments` are those of the process if not given.
+    The status is that of the command, 2 for bad input, 130 for Ctrl-C, and 1 where stdout or
+    stderr is closed or cannot be written. `arguments` are those of the process if not given.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            # A Σ that the terminal cannot show appears as \u03a3, which JSON reads too.
-            stream.reconfigure(errors="backslashreplace")
-    status = _status(list(sys.argv[1:] if arguments is None else arguments))
+    status = _closed() or _status(list(sys.argv[1:] if arguments is None else arguments))
     if status == _INTERRUPTED:
         # An interrupt during an import may make the interpreter die of the signal in the end,
         # although it was caught.
@@ -281,8 +318,21 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     sys.exit(status)
 
 
+def _closed() -> int:
+    """0, or 1 where a stream is closed: the next file to be opened would get its number."""
+    streams: dict[str, TextIO | None] = {"output": sys.stdout, "error": sys.stderr}
+    for stream in streams.values():
+        if isinstance(stream, TextIOWrapper):
+            # A Σ that the terminal cannot show appears as \u03a3, which JSON reads too.
+            stream.reconfigure(errors="backslashreplace")
+    closed = [f"standard {name}" for name, stream in streams.items() if stream is None]
+    return _complain(f"closed: {' and '.join(closed)}", 1) if closed else 0
+
+
 def _status(arguments: list[str]) -> int:
     try:
+        if asked := os.environ.get(_COMPLETE):
+            return _complete(asked)
         with group.make_context("capsule-sym", arguments) as context:
             group.invoke(context)
         sys.stdout.flush()
@@ -295,12 +345,41 @@ def _status(arguments: list[str]) -> int:
     except (KeyboardInterrupt, click.Abort):
         return _complain("interrupted", _INTERRUPTED)
     except BrokenPipeError:
-        # What is still buffered has no reader, and the flush at exit must not say so.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard(sys.stdout)
         return 1
+    except OSError as error:
+        _discard(sys.stdout)
+        return _complain(_reason(error), 1)
     return 0
 
 
+def _complete(asked: str) -> int:
+    """What a shell asks for: its script, such as for bash_source, or the possible next words."""
+    from click.shell_completion import shell_complete
+
+    status = shell_complete(group, {}, "capsule-sym", _COMPLETE, asked)
+    allowed = "bash_source, zsh_source or fish_source"
+    return _complain(f"{_COMPLETE} = {asked!r}: must be {allowed}", 2) if status else 0
+
+
+def _reason(error: OSError) -> str:
+    reason = error.strerror or str(error)
+    if isinstance(error, ConnectionError | TimeoutError):
+        return reason
+    return f"{error.filename or 'output'}: {reason}"
+
+
+def _discard(stream: TextIO) -> None:
+    """Let what is still buffered have no reader, lest the flush at exit says so."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 def _complain(message: str, status: int) -> int:
-    click.echo(f"error: {' '.join(message.split())}", err=True)
+    """The status, after a line on stderr, or on stdout where stderr is closed."""
+    line = f"error: {' '.join(message.split())}"
+    if stream := sys.stderr or sys.stdout:
+        try:
+            click.echo(line, file=stream)
+        except OSError:
+            _discard(stream)
     return status

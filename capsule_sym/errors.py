@@ -23,7 +23,19 @@ class InvalidInput(CapsuleError, ValueError):
         self.allowed = allowed
 
     def __str__(self) -> str:
-        return f"{self.field} = {self.value!r}: must be {self.allowed}"
+        return f"{self.field} = {_shown(self.value)}: must be {self.allowed}"
+
+
+_LONGEST = 300  # characters of a value in a message
+
+
+def _shown(value: object) -> str:
+    """A value in one line of a message, cut where it is long."""
+    try:
+        text = " ".join(line.strip() for line in repr(value).splitlines())
+    except (RecursionError, ValueError):  # nested too deeply, or an integer of too many digits
+        text = f"<{type(value).__name__}>"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 class Stopped(CapsuleError, RuntimeError):
@@ -55,5 +67,7 @@ class Outcome(StrEnum):
     NEVER = "never"
     #: Rounding leaves open whether a guard fires.
     UNDECIDED = "undecided"
+    #: The search goes on in steps, or the run in segments, that do not advance in time.
+    STALLED = "stalled"
     #: The run ended before the next switch.
     END = "end"

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -13,7 +14,7 @@ from capsule_sym.errors import InvalidInput
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import Progress, ProgressColumn
     from rich.table import Table
 
     from capsule_sym.parameters import Parameters, PhysicalParameters
@@ -53,6 +54,7 @@ def parameter_options(command: _Command) -> _Command:
     command = click.option(
         "--params",
         "file",
+        type=click.Path(),
         metavar="FILE.toml",
         help="Parameters from a file, dimensionless (options above override it) or physical in SI "
         "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
@@ -76,7 +78,12 @@ def chosen_parameters(
     given = {name: value for name, value in dimensionless.items() if value is not None}
     if file is None:
         return Parameters(**given), None
-    loaded = load_parameters(file)
+    try:
+        loaded = load_parameters(file)
+    except InvalidInput as error:
+        if error.field != "file":
+            raise
+        raise InvalidInput("--params", error.value, error.allowed) from error
     if isinstance(loaded, Parameters):
         return loaded.replace(**given), None
     for name, value in given.items():
@@ -103,21 +110,68 @@ def make_table(*columns: str, right: Collection[str] = (), gap: int = 1) -> Tabl
     return table
 
 
-def make_progress() -> Progress:
+def make_progress(*columns: ProgressColumn) -> Progress:
     """Progress bars on stderr where that is a terminal, gone in the end."""
+    from rich.constrain import Constrain
     from rich.progress import Progress
 
     console = make_console(stderr=True)
-    return Progress(console=console, disable=not console.is_terminal, transient=True)
+
+    class Bars(Progress):
+        def get_renderables(self) -> Iterator[Constrain]:
+            # The ^C that a terminal shows has room, lest it begins a line and the bars stay.
+            yield Constrain(self.make_tasks_table(self.tasks), console.width - 3)
+
+    return Bars(
+        *columns,
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+        # What is printed meanwhile goes above the bars if it goes to the terminal at all.
+        redirect_stdout=sys.stdout.isatty(),
+    )
 
 
-def track(items: Iterable[_Item], text: str, total: float | None) -> Iterable[_Item]:
+Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
+"""Passes items on and shows how many of a total, if known, are done; the text says what is done,
+or gives it for each item."""
+
+
+@contextmanager
+def tracking(lines: bool = False) -> Iterator[Track]:
+    """Gives a `Track` with progress bars on stderr, one below another where it is nested.
+
+    With `lines`, stderr has a line for each item of the outermost one where it is no terminal.
+    """
+    with make_progress() as progress:
+        depth = 0
+
+        def track(
+            items: Iterable[Any], text: str | Callable[[Any], str], total: float | None
+        ) -> Iterator[Any]:
+            nonlocal depth
+            first = text if isinstance(text, str) else ""
+            task = progress.add_task(first, total=total)
+            depth += 1
+            try:
+                for done, item in enumerate(items):
+                    said = text if isinstance(text, str) else text(item)
+                    progress.update(task, description=said, completed=done)
+                    if lines and depth == 1 and progress.disable:
+                        count = f" ({done + 1} of {total:.0f})" if total else ""
+                        click.echo(f"{said}{count}", err=True)
+                    yield item
+            finally:
+                depth -= 1
+                progress.remove_task(task)
+
+        yield track
+
+
+def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_Item]:
     """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
-    from rich.progress import track as bar
-
-    console = make_console(stderr=True)
-    hidden = not console.is_terminal
-    return bar(items, text, total, console=console, disable=hidden, transient=True)
+    with tracking() as tracked:
+        yield from tracked(items, text, total)
 
 
 def certify_option(what: str) -> Callable[[_Command], _Command]:

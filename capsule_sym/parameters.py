@@ -204,3 +204,7 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
         raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
     except ValueError as error:  # neither UTF-8 nor TOML
         raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
+    except RecursionError:
+        raise InvalidInput(
+            "file", str(path), "a TOML file with fewer brackets in each other"
+        ) from None

@@ -14,9 +14,11 @@ from libc.string cimport memset
 
 import numpy as np
 
+from capsule_sym.generated import interface
+
+include "capsule_interface.pxi"
+
 cdef extern from "capsule.h" nogil:
-    ctypedef struct capsule_parameters:
-        double alpha, omega, delta, zeta, beta, gamma, f_b
     ctypedef struct capsule_constants:
         double kappa, omega, delta, zeta, friction, drift
     ctypedef struct capsule_start:
@@ -27,14 +29,6 @@ cdef extern from "capsule.h" nogil:
     double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
     void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
     double capsule_margin_at(const capsule_constants *, double, double, double)
-    ctypedef struct capsule_state:
-        double x_r, gap, v_r, v_c, angle, angle_rest, position
-        int64_t turn
-        int32_t bound, plane
-    ctypedef struct capsule_segment:
-        pass
-    ctypedef struct capsule_event:
-        int32_t field, plane
     ctypedef struct capsule_watch:
         int (*ask)(void *) noexcept nogil
         void *about
@@ -48,10 +42,8 @@ cdef extern from "capsule.h" nogil:
         size_t room
         int position
         capsule_watch *watch
-    ctypedef struct capsule_motion:
-        int32_t switches
-    ctypedef int capsule_outcome
-    ctypedef int capsule_stop
+        int precision
+        int precision
     void capsule_map_make(const capsule_parameters *, capsule_map *)
     void capsule_map_remake(const capsule_parameters *, capsule_map *)
     capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
@@ -68,6 +60,7 @@ cdef extern from "capsule.h" nogil:
         double (*strobe)[3]
         int position
         capsule_watch *watch
+        int lanes, precision
     ctypedef struct capsule_crew:
         pass
     void capsule_run_many(const capsule_many *, size_t, int64_t, capsule_crew *)
@@ -91,34 +84,9 @@ cdef extern from *:
     double now() noexcept nogil
     int PyErr_CheckSignals() noexcept
 
-OUTCOMES = ("regular", "graze", "corner", "sliding-tangency", "never", "undecided", "end")
-DONE, FULL, OPEN, STOPPED, REFUSED = range(5)
+OUTCOMES = interface.OUTCOMES
+DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
 ROWS = 8192  # of a strobe whose rows are taken again and again, at least
-
-STATE = np.dtype(
-    [(name, "f8") for name in ("x_r", "gap", "v_r", "v_c", "angle", "angle_rest", "position")]
-    + [("turn", "i8"), ("bound", "i4"), ("plane", "i4")],
-    align=True,
-)
-SEGMENT = np.dtype(
-    [("start_turn", "i8"), ("end_turn", "i8"), ("start_angle", "f8"), ("end_angle", "f8")]
-    + [("start", "f8", 3), ("end", "f8", 3), ("duration", "f8"), ("position", "f8")]
-    + [(name, "f8") for name in ("advance", "gap", "margin", "cosine", "sine")]
-    + [(name, "i4") for name in ("field", "source", "target", "outcome", "evaluations")],
-    align=True,
-)
-EVENT = np.dtype(
-    [("turn", "i8"), ("angle", "f8"), ("field", "i4"), ("plane", "i4")], align=True
-)
-MOTION = np.dtype(
-    [("advance", "f8")] + [(name, "i4") for name in ("multiple", "switches", "field", "never")],
-    align=True,
-)
-assert STATE.itemsize == sizeof(capsule_state)
-assert SEGMENT.itemsize == sizeof(capsule_segment)
-assert EVENT.itemsize == sizeof(capsule_event)
-assert MOTION.itemsize == sizeof(capsule_motion)
-
 
 def digest():
     """Digest of the generator's inputs that the kernels were made from."""
@@ -141,7 +109,9 @@ ctypedef struct attention:
 cdef int _ask(void *about) noexcept nogil:
     cdef attention *a = <attention *> about
     cdef double time = now()
-    if (a.flag is not NULL and (<const volatile int *> a.flag)[0]) or time > a.deadline:
+    if a.stopped or time > a.deadline:
+        a.stopped = True
+    elif a.flag is not NULL and (<const volatile int *> a.flag)[0]:
         a.stopped = True
     elif a.signals and not (0.0 <= time - a.looked < 0.01):
         a.looked = time
@@ -283,7 +253,7 @@ cdef class Map:
         return states, advances, jacobians
 
     def run(self, state, int64_t periods, segments=None, events=None, strobe=None,
-            bint position=False, watch=None):
+            bint position=False, watch=None, int precision=0):
         """Goes on until period `periods` is over; what is asked for is written to given arrays.
 
         `state` is a record of STATE, left where the run came to; `segments` or `events` are
@@ -291,6 +261,7 @@ cdef class Map:
         the state at the end of period k then is in row k % rows, and the run pauses when half of
         them are new. Of a motion that rests for ever the last ones are written. Returns why it
         stopped, how many segments or events it wrote, and the outcome that stayed open.
+        `precision` is one of `interface.Precision`.
         """
         if state.dtype != STATE:
             raise TypeError("state must be of dtype STATE")
@@ -305,6 +276,7 @@ cdef class Map:
         memset(&wish, 0, sizeof(wish))
         wish.watch = _attend(&a, watch, None if watch is None else watch.flag)
         wish.position = position
+        wish.precision = precision
         if strobe is not None:
             marks = strobe
             if (marks.shape[0] <= periods and marks.shape[0] < ROWS) or marks.shape[1] != 3:
@@ -361,7 +333,7 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         for i in range(count):
-            if capsule_asked(&a.watch, MAP_WORK):
+            if a.stopped or capsule_asked(&a.watch, MAP_WORK):
                 memset(&records[i], 0, sizeof(capsule_state))
                 records[i].x_r, records[i].v_r = starts[i, 0], starts[i, 1]
                 records[i].v_c, records[i].gap = starts[i, 2], NAN
@@ -377,11 +349,12 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
 
 
 def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
-             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None):
+             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None, int lanes=0, int precision=0):
     """Runs every row, or every so many, to the end of period `periods`, leaving in `states` where it came to.
 
     `stops` receives why each run stopped; `strobe`, shape (rows, periods + 1, 3), the states at
-    the ends of the periods. Runs that the watch stops can go on by another call.
+    the ends of the periods. Runs that the watch stops can go on by another call. `lanes` is how
+    many go side by side, as many as the processor has if 0; `precision` what those alone have.
     """
     if stride < 1:
         raise ValueError("stride must be at least 1")
@@ -399,6 +372,8 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     many.stops = &stops[0]
     many.strobe = NULL if strobe is None else <double (*)[3]> &strobe[0, 0, 0]
     many.position = position
+    many.lanes = lanes
+    many.precision = precision
     many.watch = _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         capsule_run_many(&many, count, periods, crew)
@@ -445,7 +420,7 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
         for i in range(count):
             if stops[i] != 0:
                 continue
-            if capsule_asked(&a.watch, MAP_WORK):
+            if a.stopped or capsule_asked(&a.watch, MAP_WORK):
                 stops[i] = 3
                 continue
             if not made:

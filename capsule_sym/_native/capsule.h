@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "capsule_interface.h"
 #include "capsule_kernels.h"
 
 #define CAPSULE_TERMS 14 /* coefficients that a state is evaluated from */
@@ -18,24 +19,28 @@
 #define CAPSULE_REACH 1.4 /* length of an expansion, over the fastest rate of the segment */
 #define CAPSULE_GROWTH 1.6 /* and at most, over the rate at which its terms grow without signs */
 
-typedef struct {
-    double alpha, omega, delta, zeta, beta, gamma, f_b;
-} capsule_parameters;
+#define CAPSULE_LEVELS 4 /* lengths of expansions side by side, each half of the one before */
 
 /* What expansions of one linear flow have in common, for motions made of the four responses to a
    unit force, a unit velocity and the forcing's cosine and sine. The time unit is `reach`. */
-typedef struct {
-    double reach, root_K;
-    double x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */
-    double x[4][CAPSULE_TERMS];          /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */
-    double x_form[4][CAPSULE_DEGREE];    /* Bernstein coefficients, from number 1 */
-    double second_form[4][CAPSULE_DEGREE]; /* of P - P(0), in drift of v_c - v_c(0) - margin s */
-    double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */
-    double x_tail[4], second_tail[4];               /* what they leave out, over s^3 */
-    double x_range[4], second_range[4];             /* the largest of each form */
-    double x_bend[4], second_bend[4];               /* bounds on second derivatives in s */
-    double from_position[CAPSULE_TERMS + 1], from_rate[CAPSULE_TERMS + 1]; /* x to P or v_c, by term */
-} capsule_table;
+#define CAPSULE_TABLE_OF(number, terms, degree, levels)                                            \
+    struct {                                                                                       \
+        double reach, root_K, level[levels]; /* level: 1, 1/2, ... */                              \
+        double x_per_energy, v_c_per_energy, force_per_energy; /* bounds by that of free motion */ \
+        int contact;                                                                               \
+        number per_reach;                                                                          \
+        number x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */ \
+        number x[4][terms];                      /* coefficients of s, s^2, ... of x_r(s) - x_r(0) */ \
+        number x_form[levels][4][degree];        /* Bernstein coefficients on (0, level), from 1 */ \
+        number second_form[levels][4][degree];   /* of P - P(0); in drift v_c - v_c(0) - margin s */ \
+        number from_position[terms + 1], from_rate[terms + 1]; /* x to P or v_c, by term */        \
+        double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */     \
+        double x_tail[4], second_tail[4];   /* what the forms leave out, over s^3 */               \
+        double x_range[4], second_range[4]; /* the largest of each form */                         \
+        double x_speed[4], second_speed[4]; /* bounds on derivatives in s */                       \
+        double x_bend[4], second_bend[4];   /* and on second ones */                               \
+    }
+typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) capsule_table;
 
 /* Constants of all fields at one parameter set; read-only once made. */
 typedef struct {
@@ -44,47 +49,6 @@ typedef struct {
     capsule_table table[4]; /* by contact and drift */
     int may_rest;           /* whether the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
-
-typedef enum {
-    CAPSULE_REGULAR,          /* one guard crosses zero, alone and with a certain slope */
-    CAPSULE_GRAZE,            /* x_r touches delta within the error bound */
-    CAPSULE_CORNER,           /* two guards vanish within their error bounds of each other */
-    CAPSULE_SLIDING_TANGENCY, /* a friction guard touches zero within the error bound */
-    CAPSULE_NEVER,            /* proved: no guard fires at any later time */
-    CAPSULE_UNDECIDED,        /* no field takes over with certainty */
-    CAPSULE_END               /* proved: no guard fires before the end of the run */
-} capsule_outcome;
-
-/* Where a trajectory stands, with what is known exactly there: gap = x_r - delta is 0 on the
-   impact surface, v_c is 0 at rest, and P = bound f_b where bound is 1 or -1. */
-typedef struct {
-    double x_r, gap, v_r, v_c;
-    double angle;    /* of the forcing, in [0, 2 pi) */
-    double angle_rest; /* by how much it is more than rounded */
-    double position; /* x_c */
-    int64_t turn;    /* whole excitation periods passed */
-    int32_t bound;
-    int32_t plane; /* the switching plane 1 to 10 it lies on, 0 off every plane */
-} capsule_state;
-
-/* One segment, from one switch to the next. States are (x_r, v_r, v_c). */
-typedef struct {
-    int64_t start_turn, end_turn;
-    double start_angle, end_angle;
-    double start[3], end[3];
-    double duration;
-    double position, advance;          /* x_c at the start, and its change */
-    double gap, margin, cosine, sine;  /* what else the closed form starts from */
-    int32_t field, source, target;     /* planes 1 to 10; 0 for none */
-    int32_t outcome, evaluations;
-} capsule_segment;
-
-/* One switch: when, out of which field, onto which plane. */
-typedef struct {
-    int64_t turn;
-    double angle;
-    int32_t field, plane;
-} capsule_event;
 
 /* Who may stop work that takes long. `ask` is called in the thread that works, after every
    CAPSULE_WORK expansions or so, which take milliseconds; 0 lets it go on. Once it has said
@@ -116,16 +80,8 @@ typedef struct {
     size_t room;   /* of segments or events; the run pauses when it is used up */
     int position;  /* whether x_c is followed */
     capsule_watch *watch; /* or null */
+    int precision; /* a capsule_precision */
 } capsule_wish;
-
-/* Why a run came back. */
-typedef enum {
-    CAPSULE_DONE,  /* all periods are over */
-    CAPSULE_FULL,  /* no room is left: call again with more, the state goes on */
-    CAPSULE_OPEN,  /* double precision leaves the next switch or departure open */
-    CAPSULE_STOPPED, /* the watch said so: call again to go on */
-    CAPSULE_REFUSED  /* the parameters, the state or the wish are none; nothing was done */
-} capsule_stop;
 
 /* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0; otherwise
    what runs on it is refused. A map that was made before may be made anew; what does not change
@@ -156,21 +112,22 @@ typedef struct {
     double (*strobe)[3];                  /* periods + 1 rows a run, or null; as in a wish */
     int position;                         /* whether x_c is followed */
     capsule_watch *watch;                 /* or null; runs that it stops can go on, too */
+    int lanes;                            /* 8, 4 or 1; 0 for as many as the processor has */
+    int precision;                        /* a capsule_precision, of what runs alone */
 } capsule_many;
 
 #define CAPSULE_CREW 128  /* runs in hand at a time */
-#define CAPSULE_LEVELS 4  /* lengths of expansions, each half of the one before */
 #define CAPSULE_CREW_NUMBERS 24
 
-/* Work space of `capsule_run_many`, some 120 kB; nothing in it is kept between calls. */
+/* Work space of `capsule_run_many`, some 90 kB; nothing in it is kept between calls. */
 typedef struct {
     capsule_map map;
-    capsule_table table[4 * CAPSULE_LEVELS];
-    double reach[4], number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][30];
+    double number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][30];
     capsule_state start[CAPSULE_CREW];
     size_t row[CAPSULE_CREW];
     int64_t turn[CAPSULE_CREW];
     int8_t flow[CAPSULE_CREW], key[CAPSULE_CREW];
+    int16_t expansions[CAPSULE_CREW];
     int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_CREW], idle[CAPSULE_CREW];
     int waiting[4 * CAPSULE_LEVELS + 4], idlers;
 } capsule_crew;
@@ -178,15 +135,6 @@ typedef struct {
 /* Takes the runs among `count` rows to the end of period `periods`, as `capsule_run` does one;
    fastest where neighbouring runs share omega, zeta, beta and gamma. */
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew);
-
-/* The motion that a run has come to. */
-typedef struct {
-    double advance;   /* of x_c over one period of the motion */
-    int32_t multiple; /* excitation periods of the motion, 0 if it is not periodic */
-    int32_t switches; /* in one period of the motion */
-    int32_t field;    /* at the end of the run */
-    int32_t never;    /* whether it is proved that this field is never left */
-} capsule_motion;
 
 /* Finds the periodic motion that a run is in at the end of a period, from its states at the ends
    of the last `count` periods: the least multiple, of at most count/2 periods, after which the

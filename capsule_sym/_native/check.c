@@ -7,6 +7,10 @@
 
 #include "capsule.h"
 
+#ifndef CHECK_LANES
+#define CHECK_LANES 0
+#endif
+
 static uint64_t seed = 1;
 
 static double uniform(double low, double high)
@@ -56,7 +60,7 @@ static int side_by_side(int i)
         states[k] = starts[k] = capsule_state_at(&map, x_r, v_r, v_c, 0.157 * k / rows[k].omega);
     }
     const capsule_many many = {.stride = 1, .parameters = rows, .states = states, .stops = stops,
-                               .strobe = strobe, .position = 1};
+                               .strobe = strobe, .position = 1, .lanes = CHECK_LANES};
     capsule_run_many(&many, RUNS, PERIODS, &crew);
     for (int k = 0; k < RUNS; k++) {
         const capsule_wish wish = {.position = 1};
@@ -93,7 +97,7 @@ int main(void)
         capsule_segment buffer[ROOM];
         capsule_outcome open;
         size_t count;
-        const capsule_wish plain = {.strobe = strobe, .position = 1};
+        const capsule_wish plain = {.strobe = strobe, .position = 1, .lanes = CHECK_LANES};
         const capsule_wish pausing = {.segments = buffer, .room = ROOM};
         const capsule_stop end = capsule_run(&map, &once, PERIODS, &plain, &count, &open);
         capsule_stop stop;
@@ -113,6 +117,20 @@ int main(void)
     for (int i = 0; i < 150; i++)
         if (side_by_side(i))
             return 1;
+    for (int i = 0; i < 20; i++) {
+        const capsule_parameters p = any_parameters(i);
+        capsule_map_remake(&p, &map);
+        capsule_state one = capsule_state_at(&map, uniform(-1, 1), uniform(-1, 1), 0.1 * (i % 2), 0);
+        capsule_state other = one;
+        capsule_outcome open;
+        size_t count;
+        const capsule_wish plain = {.position = 1};
+        const capsule_wish wide = {.position = 1, .precision = CAPSULE_DOUBLE_DOUBLE};
+        const capsule_stop stop = capsule_run(&map, &one, 1, &plain, &count, &open);
+        if (stop != capsule_run(&map, &other, 1, &wide, &count, &open) ||
+            fabs(one.x_r - other.x_r) + fabs(one.v_c - other.v_c) > 1e-9)
+            return failed("106 bits lead elsewhere", &p);
+    }
     printf("%d runs, %ld segments, %ld left open\n", RUNS, segments, open_runs);
     return open_runs > RUNS / 100;
 }

@@ -4,11 +4,18 @@
    Runs wait in queues, one for each of the four linear flows and each length of expansion, so that
    the lanes of a step share their table. Where a step proves nothing, or what follows is not
    plain (a corner, a tangency, a line), a shorter expansion is tried, and at last the run's
-   present segment is taken again from its start by the scalar code. */
+   present segment is taken again from its start by the scalar code. So is a segment of many
+   expansions, whose roundings add up: the scalar code moves its switch to the closed form. */
 #include <math.h>
 #include <string.h>
 
 #include "crew.h"
+#include "number.h"
+
+#ifndef CAPSULE_ANY_WIDTH
+#define CAPSULE_ANY_WIDTH 0 /* tests of more lanes than the processor has instructions for */
+#endif
+#define MOST_ADDED 4 /* expansions whose roundings may add up to a switch */
 
 /* What a guess belongs to, of each field: a segment's first expansion, off the impact surface or
    on it, or its second, third or a later one. A negative guess is that no switch comes. */
@@ -16,10 +23,12 @@ enum { KEYS = 5 };
 
 enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch is expected */
 
+#ifndef MOST_BESIDE
+#define MOST_BESIDE 16 /* expansions of a segment that are made side by side */
+#endif
+
 /* What a step of all lanes, and the tables of new flows, take for a watch, in expansions. */
 enum { STEP = 4, TABLES = 128 };
-
-static const double HALF[CAPSULE_LEVELS] = {1.0, 0.5, 0.25, 0.125};
 
 static void enqueue(capsule_crew *crew, int slot, int level)
 {
@@ -32,11 +41,11 @@ static void enqueue(capsule_crew *crew, int slot, int level)
    took. `key` is that of its guess. */
 static void send(capsule_crew *crew, int slot, int field, int key)
 {
-    const int flow = 2 * (field > 3) + (field % 3 != 2);
+    const int flow = 2 * CONTACT_OF[field - 1] + (DRIFT_OF[field - 1] != 0);
     const double guess = crew->guess[slot][KEYS * (field - 1) + key];
     int level = 0;
     for (int i = 1; i < CAPSULE_LEVELS; i++)
-        level += 1.1 * guess < crew->reach[flow] * HALF[i];
+        level += 1.1 * guess < crew->map.table[flow].level[i];
     level = guess > 0.0 ? level : guess < 0.0 ? -1 : 0;
     crew->flow[slot] = (int8_t)flow;
     crew->key[slot] = (int8_t)(KEYS * (field - 1) + key);
@@ -69,7 +78,8 @@ static capsule_wish wish_of(const work *w, size_t row)
     return (capsule_wish){
         .strobe = many->strobe ? many->strobe + row * (size_t)(w->periods + 1) : NULL,
         .position = many->position,
-        .watch = many->watch};
+        .watch = many->watch,
+        .precision = many->precision};
 }
 
 /* Runs the next row by the scalar code. */
@@ -93,12 +103,11 @@ static void begin(work *w, int slot, capsule_state state, int help)
     const capsule_many *many = w->many;
     const size_t row = crew->row[slot];
     capsule_map_remake(&many->parameters[row], &crew->map);
-    if (!allowed(&crew->map, &state)) {
+    if (!capsule_allowed(&crew->map, &state)) {
         leave(w, slot, CAPSULE_REFUSED, &state);
         return;
     }
     for (;; help = 1) {
-        departure d;
         capsule_stop stop = CAPSULE_FULL;
         capsule_outcome open;
         size_t written;
@@ -111,30 +120,34 @@ static void begin(work *w, int slot, capsule_state state, int help)
         } else if (state.turn >= w->periods) {
             stop = CAPSULE_DONE;
         }
-        double cosine, sine;
-        cosine_sine(state.angle, state.angle_rest, &cosine, &sine);
-        if (stop == CAPSULE_FULL && !depart(&crew->map, &state, cosine, sine, &d))
+        const int field = state.field ? state.field : capsule_field_at(&crew->map, &state);
+        if (stop == CAPSULE_FULL && !field)
             stop = CAPSULE_OPEN;
         if (stop != CAPSULE_FULL) {
             w->stopped |= stop == CAPSULE_STOPPED;
             leave(w, slot, stop, &state);
             return;
         }
-        if (d.zeros[GAP] > 1)
+        if (state.gap == 0.0 && state.v_r == 0.0)
             continue;
-        const double way = d.field % 3 == 1 ? 1.0 : d.field % 3 == 0 ? -1.0 : 0.0;
-        const double second =
-            way != 0.0 ? d.zeros[DRIFT] : (double)(d.zeros[UPPER] - d.zeros[LOWER]);
+        const capsule_constants *c = &crew->map.field[field - 1];
+        const double way = DRIFT_OF[field - 1], at_bound = state.bound;
+        double cosine, sine;
+        sine_cosine(state.angle, state.angle_rest, &sine, &cosine);
+        const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
         const double numbers[CAPSULE_CREW_NUMBERS] = {
-            [X_R] = d.x_r, [FAR] = d.gap, [V_R] = d.v_r, [V_C] = d.v_c, [MARGIN] = d.margin,
-            [ANGLE] = d.angle, [COSINE] = cosine, [SINE] = sine, [POSITION] = state.position,
-            [WAY] = way, [GAP_ZEROS] = d.zeros[GAP], [SECOND_ZEROS] = second,
-            [ALPHA] = many->parameters[row].alpha, [DELTA] = many->parameters[row].delta,
-            [BOUND] = many->parameters[row].f_b};
+            [X_R] = state.x_r, [FAR] = state.gap, [V_R] = state.v_r, [V_C] = state.v_c,
+            [MARGIN] = state.bound ? at_bound * c->f_b - c->friction
+                                   : capsule_margin_at(c, state.x_r, state.gap, state.v_r),
+            [ANGLE] = state.angle, [COSINE] = cosine, [SINE] = sine,
+            [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
+            [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
+            [ALPHA] = c->alpha, [DELTA] = c->delta, [BOUND] = c->f_b};
         memcpy(crew->number[slot], numbers, sizeof numbers);
         crew->turn[slot] = state.turn;
+        crew->expansions[slot] = 0;
         crew->start[slot] = state;
-        send(crew, slot, d.field, d.zeros[GAP]);
+        send(crew, slot, field, state.gap == 0.0);
         return;
     }
 }
@@ -146,7 +159,10 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
     const double *number = crew->number[slot];
     double *guess = &crew->guess[slot][crew->key[slot]];
     const int crossing = out->crossing >> l & 1, open = out->open >> l & 1;
-    if (out->unplain >> l & 1 || (open && level + 1 == CAPSULE_LEVELS)) {
+    /* A switch after many expansions, whose roundings add up, is moved to where the closed form from
+       the segment's start has it. */
+    const int added = crossing && crew->expansions[slot] >= MOST_ADDED;
+    if (out->unplain >> l & 1 || added || (open && level + 1 == CAPSULE_LEVELS)) {
         begin(w, slot, crew->start[slot], 1);
         return;
     }
@@ -154,6 +170,7 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
         enqueue(crew, slot, level + 1);
         return;
     }
+    crew->expansions[slot] = crossing ? 0 : (int16_t)(crew->expansions[slot] + 1);
     if (out->passed >> l & 1) {
         const double *end = out->end[l];
         const int64_t turn = ++crew->turn[slot];
@@ -165,8 +182,9 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             mark[2] = end[3];
         }
         if (turn == w->periods) {
-            const capsule_state last = {end[0], end[1], end[2], end[3], 0.0, 0.0,
-                                        end[4], turn,   0,      0};
+            const capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
+                                        .v_c = end[3], .position = end[4], .turn = turn,
+                                        .field = crossing ? 0 : crew->key[slot] / KEYS + 1};
             leave(w, slot, CAPSULE_DONE, &last);
             return;
         }
@@ -176,11 +194,15 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
         const int way = (int)number[WAY];
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;
-        field = (out->contact >> l & 1 ? 5 : 2) - way;
+        field = FIELD_OF[out->contact >> l & 1][way + 1];
         crew->start[slot] = (capsule_state){
-            number[X_R],      number[FAR],      number[V_R],
-            number[V_C],      number[ANGLE],    0.0,           number[POSITION],
-            crew->turn[slot], number[SECOND_ZEROS] == 2.0 ? way : 0, 0};
+            .x_r = number[X_R], .gap = number[FAR], .v_r = number[V_R], .v_c = number[V_C],
+            .angle = number[ANGLE], .angle_rest = number[ANGLE_REST],
+            .position = number[POSITION], .turn = crew->turn[slot],
+            .bound = number[SECOND_ZEROS] == 2.0 ? way : 0, .field = field};
+    } else if (crew->expansions[slot] == MOST_BESIDE) {
+        begin(w, slot, crew->start[slot], 1);
+        return;
     } else {
         *guess = level ? 0.0 : -1.0;
         key = key < 2 ? 2 : key < KEYS - 1 ? key + 1 : key;
@@ -228,7 +250,7 @@ static void work_through(work *w, size_t end)
         const int flow = clear ? fullest - CLEAR_QUEUE : fullest / CAPSULE_LEVELS;
         const int level = clear ? 0 : fullest % CAPSULE_LEVELS;
         capsule_outcomes out;
-        w->step(&crew->map.field[3 * (flow / 2) + !(flow % 2)], &crew->table[CAPSULE_LEVELS * flow + level],
+        w->step(&crew->map.field[FIELD_OF[flow / 2][1 + flow % 2] - 1], &crew->map.table[flow], level,
                 w->many->position, ends, runs, &out);
         for (int l = 0; l < count; l++)
             settle(w, slot[l], level, &out, l);
@@ -244,10 +266,13 @@ static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
 
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew)
 {
-    work w = {crew, many, periods, NULL, capsule_lanes(), 0, 0};
+    const int widest = capsule_lanes(), asked = many->lanes;
+    work w = {crew, many, periods, NULL, asked == 1 || asked == 4 || asked == 8 ? asked : widest, 0, 0};
     if (!many->stride)
         return;
-#if defined(__x86_64__) && defined(__GNUC__)
+    if (w.lanes > widest && !CAPSULE_ANY_WIDTH)
+        w.lanes = widest;
+#if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
     w.step = w.lanes == 8 ? capsule_step_8 : capsule_step_4;
 #endif
     w.stopped = capsule_asked(many->watch, CAPSULE_WORK);
@@ -267,9 +292,6 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
             continue;
         }
         w.stopped = capsule_asked(many->watch, TABLES);
-        capsule_tables_make(&crew->map, CAPSULE_LEVELS, crew->table);
-        for (int flow = 0; flow < 4; flow++)
-            crew->reach[flow] = crew->table[CAPSULE_LEVELS * flow].reach;
         work_through(&w, end);
     }
     for (; w.next < count; w.next += many->stride) /* not begun */

@@ -6,12 +6,12 @@
 
 /* Numbers of a run: where its next expansion stands and what is known of its start there. */
 enum {
-    X_R, FAR, V_R, V_C, MARGIN, ANGLE, COSINE, SINE,
+    X_R, FAR, V_R, V_C, MARGIN, ANGLE, COSINE, SINE, ANGLE_REST,
     WAY,          /* of the drift: 1, -1, or 0 at rest */
     GAP_ZEROS,    /* derivatives that vanish at the start, of the gap */
     SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
     ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
-    LASTED,       /* what the last segment like this took; after a step, what this one did */
+    LASTED,       /* what the last segment like this took, over its reach; after a step, this one */
     ALPHA, DELTA, BOUND /* fixed */
 };
 
@@ -25,9 +25,10 @@ typedef struct {
     double end[8][8]; /* there, if asked for: x_r, gap, v_r, v_c, x_c by lane */
 } capsule_outcomes;
 
-/* Takes one expansion's step of as many runs as there are lanes, all in the same linear flow. */
-typedef void capsule_step(const capsule_constants *c, const capsule_table *t, int position,
-                          int ends, double *const *runs, capsule_outcomes *out);
+/* Takes one expansion's step of as many runs as there are lanes, all in the same linear flow,
+   on an expansion of this level. */
+typedef void capsule_step(const capsule_constants *c, const capsule_table *t, int level,
+                          int position, int ends, double *const *runs, capsule_outcomes *out);
 
 capsule_step capsule_step_4, capsule_step_8;
 

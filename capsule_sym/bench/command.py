@@ -30,7 +30,7 @@ _RESULTS = Path("results/bench")
     help="Repeats of which the median counts.",
 )
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
-@click.option("--quick", is_flag=True, help="A few runs of each set, for a first impression.")
+@click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
 @json_option
 def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     """Measure speed against error, beside other tools.
@@ -41,7 +41,8 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     the true words are those of this map, and 50 digits judge them in 11 of the 1,000.
 
     Writes results/bench/bench.json (part.json if --only or --quick is given), what --json prints,
-    after each part, so that an interrupted study leaves the parts that were done. "trajectory"
+    after each part, so that an interrupted study leaves the parts that were done. `figure
+    work-precision` draws bench.json, or part.json where there is no other. "trajectory"
     (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
     rows of tool and setting; "ratios" are of their times by ours; and "growth" is ours alone.
     """

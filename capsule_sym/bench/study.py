@@ -13,7 +13,7 @@ from capsule_sym.bench.tools import Tool
 from capsule_sym.bench.truth import Case
 
 _ENOUGH = 0.02  # seconds; quicker passes are repeated until they take so long
-_LONG = 2.0  # seconds; a pass that takes longer is made once
+LONG = 2.0  # seconds; a pass that takes longer is made once
 _STRIDE = 5  # a slow tool makes every fifth run of the tangencies
 
 
@@ -41,8 +41,8 @@ class Row(NamedTuple):
 class _Timed:
     """A tool that is set up, with its results and times so far."""
 
-    def __init__(self, tool: Tool, cases: Sequence[Case]) -> None:
-        self.tool, self.cases = tool, cases
+    def __init__(self, tool: Tool, cases: Sequence[Case], long: float) -> None:
+        self.tool, self.cases, self.long = tool, cases, long
         self.starts = [case.start for case in cases]
         begin = time.perf_counter()
         self.run: Run = tool.build()
@@ -50,7 +50,7 @@ class _Timed:
         begin = time.thread_time()
         self.results = self.run(self.starts)
         first = time.thread_time() - begin
-        self.spent = [first] if first > _LONG else []
+        self.spent = [first] if first > long else []
         self.calls = ceil(_ENOUGH / max(first, 1e-6))
         if tool.check:
             finals = zip(tool.check(self.starts), self.results, strict=True)
@@ -58,7 +58,7 @@ class _Timed:
 
     def repeat(self) -> None:
         """Makes all runs once more, unless that takes long."""
-        if self.spent and self.spent[0] > _LONG:
+        if self.spent and self.spent[0] > self.long:
             return
         begin = time.thread_time()
         for _ in range(self.calls):
@@ -94,14 +94,16 @@ def compare(
     cases: Callable[[Tool], Sequence[Case]],
     repeats: int,
     advance: Callable[[], None],
+    long: float = LONG,
 ) -> list[Row]:
     """The rows of tools on their cases. Repeats are interleaved: every tool once, then all again.
 
-    `advance` is called after each tool's turn, `repeats` + 1 times a tool.
+    All runs of a tool that take longer than `long` seconds are made once. `advance` is called
+    after each tool's turn, `repeats` + 1 times a tool.
     """
     timed = []
     for tool in tools:
-        timed.append(_Timed(tool, cases(tool)))
+        timed.append(_Timed(tool, cases(tool), long))
         advance()
     for _ in range(repeats):
         for one in timed:

@@ -13,13 +13,14 @@ from capsule_sym.bench import machine, truth
 from capsule_sym.bench.growth import Growth, growth, plan
 from capsule_sym.bench.peers import own
 from capsule_sym.bench.ratios import Ratio, ratios
-from capsule_sym.bench.study import Row, compare, strided
+from capsule_sym.bench.study import LONG, Row, compare, strided
 from capsule_sym.bench.tools import MPMATH, OURS, Tool, for_sweeps, one_at_a_time, skipped
 from capsule_sym.bench.truth import Case
 from capsule_sym.errors import InvalidInput
 from capsule_sym.records import dumps
 
-_QUICK = 4  # the quick study makes every fourth run
+_QUICK = 4  # the quick study makes every fourth run, and one of a slow tool
+_QUICK_LONG = 0.1  # seconds; a pass that takes longer is made once in the quick study
 _MOST = {False: 10**6, True: 100}  # periods and runs of the growth, by `quick`
 
 
@@ -75,14 +76,17 @@ class Study:
 
     def run(self, part: str, advance: Callable[[], None]) -> None:
         """Runs a part."""
+        long = _QUICK_LONG if self.quick else LONG
         if part == "trajectory":
-            cases = self._some(truth.cases("case study"))
-            self.trajectory = compare(self.single, lambda _: cases, self.repeats, advance)
+            cases = truth.cases("case study")
+            chosen = _few(cases) if self.quick else lambda _: cases
+            self.trajectory = compare(self.single, chosen, self.repeats, advance, long)
         elif part == "tangencies":
-            cases = self._some(truth.cases("tangencies"))
-            self.tangencies = compare(self._near(), strided(cases), 1, advance)
+            near = truth.cases("tangencies")
+            chosen = _few(near) if self.quick else strided(near)
+            self.tangencies = compare(self._near(), chosen, 1, advance, long)
         elif part == "sweep":
-            self.sweep = compare(self.many, self._sweep_cases(), self.repeats, advance)
+            self.sweep = compare(self.many, self._sweep_cases(), self.repeats, advance, long)
         elif core:
             self.growth = growth(self.repeats, _MOST[self.quick], advance)
 
@@ -102,12 +106,11 @@ class Study:
         """Tools for the tangencies: the 50-digit map is itself their truth."""
         return [tool for tool in self.single if tool.name != MPMATH]
 
-    def _some(self, cases: list[Case]) -> list[Case]:
-        return cases[::_QUICK] if self.quick else cases
-
     def _sweep_cases(self) -> Callable[[Tool], Sequence[Case]]:
         sample = truth.cases("sweep")
-        if self.quick or core is None:
+        if self.quick:
+            return _few(sample)
+        if core is None:
             return lambda _: sample
         every = truth.sweep()
         unknown = [case.start for case in every if not case.truth]
@@ -115,3 +118,8 @@ class Study:
         judged = [case if case.truth else Case(case.start, next(ours)) for case in every]
         # What our own words are compared with is known of the sample alone.
         return lambda tool: sample if tool.slow else every if tool.name == OURS else judged
+
+
+def _few(cases: Sequence[Case]) -> Callable[[Tool], Sequence[Case]]:
+    """One of the cases for a slow tool, every fourth for a fast one."""
+    return lambda tool: cases[:1] if tool.slow else cases[::_QUICK]

@@ -12,7 +12,7 @@ import click
 from capsule_sym.codegen.render import COMMAND, INPUTS, render
 
 _GENERATED = INPUTS.parent / "generated"
-_MANAGED = {".py", ".json", ".c", ".h"}
+_MANAGED = {".py", ".json", ".c", ".h", ".pxi"}
 
 
 def _present(directory: Path) -> dict[str, str]:

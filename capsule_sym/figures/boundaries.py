@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym.generated import formulas
+from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
@@ -49,8 +51,8 @@ def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Arra
     free = _clip(rectangle, (-1.0, 0.0, delta))
     pressed = _clip(rectangle, (1.0, 0.0, -delta))
     found: dict[str, Array] = {}
-    for first, half, stiff in ((1, free, 0.0), (4, pressed, p.beta)):
-        force = np.array([1.0 + stiff, 2 * p.zeta, -stiff * delta])
+    for first, half, stick in ((1, free, 2), (4, pressed, 5)):
+        force = np.array([*_slopes(p, stick), _force_at_origin(p, stick)])
         above, below = (force + np.array([0.0, 0.0, bound]) for bound in (-p.f_b, p.f_b))
         parts = (_clip(half, above), _clip(_clip(half, -above), below), _clip(half, -below))
         found |= {f"S{first + i}": part for i, part in enumerate(parts) if len(part) > 2}
@@ -66,14 +68,15 @@ def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
     rectangle = [(1.0, 0.0, -x_r[0]), (-1.0, 0.0, x_r[1]), (0.0, 1.0, -v_r[0]), (0.0, -1.0, v_r[1])]
     found = {}
     reach = 1e3 * max(map(abs, (*x_r, *v_r, p.f_b, delta)))
-    for name, side, stiff, bound in (
-        ("L1", -1.0, 0.0, p.f_b),
-        ("L2", -1.0, 0.0, -p.f_b),
-        ("L3", 1.0, p.beta, p.f_b),
-        ("L4", 1.0, p.beta, -p.f_b),
+    for name, side, stick, bound in (
+        ("L1", -1.0, 2, p.f_b),
+        ("L2", -1.0, 2, -p.f_b),
+        ("L3", 1.0, 5, p.f_b),
+        ("L4", 1.0, 5, -p.f_b),
     ):
-        middle = np.array([(bound + stiff * delta) / (1 + stiff), 0.0])
-        along = reach * np.array([-2 * p.zeta, 1 + stiff])
+        c, (stiffness, damper) = NumpyBackend().constants(stick, p), _slopes(p, stick)
+        middle = np.array([formulas.position_at(c, bound, 0.0), 0.0])
+        along = reach * np.array([-damper, stiffness])
         whole = np.array([middle - along, middle + along])
         found[name] = _within(whole, [*rectangle, (side, 0.0, -side * delta)])
     upper, lower = np.clip(corners(p), -reach, reach)
@@ -94,7 +97,19 @@ def corners(parameters: Parameters) -> tuple[float, float]:
     p = parameters
     if p.zeta == 0.0:
         return np.copysign(np.inf, p.f_b - p.delta), -np.inf
-    return (p.f_b - p.delta) / (2 * p.zeta), -(p.f_b + p.delta) / (2 * p.zeta)
+    c = NumpyBackend().constants(2, p)
+    return formulas.velocity_at(c, p.f_b), formulas.velocity_at(c, -p.f_b)
+
+
+def _slopes(parameters: Parameters, stick: int) -> tuple[float, float]:
+    """Derivatives of the interaction force with respect to x_r and v_r."""
+    c = NumpyBackend().constants(stick, parameters)
+    return formulas.force_change(c, 1.0, 0.0), formulas.force_change(c, 0.0, 1.0)
+
+
+def _force_at_origin(parameters: Parameters, stick: int) -> float:
+    c = NumpyBackend().constants(stick, parameters)
+    return float(formulas.force(c, 0.0, -parameters.delta, 0.0))
 
 
 def draw_lines(parameters: Parameters, axes: Axes) -> None:

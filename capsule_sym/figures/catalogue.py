@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from capsule_sym.parameters import Parameters
 
 BENCH = Path("results/bench/bench.json")
+_PART = BENCH.with_name("part.json")  # of a quick study, or one with some of the tools
 _BEGIN, _END = 0.005, 2.0  # excitation amplitudes of the case study
 _SAMPLES = 400  # motions side by side in the picture of itineraries
 _BEHIND = 40  # motions one behind the other in Fig. 6
@@ -141,13 +142,19 @@ def _chart(study: Study) -> Figure:
         return chart(results, curves, levels=GAMMAS)
 
 
+def measured() -> Path:
+    """The file with the times of all tools or, where there is none, that of a part of the study."""
+    return _PART if _PART.exists() and not BENCH.exists() else BENCH
+
+
 def _work_precision(study: Study) -> Figure:
     from capsule_sym.figures.precision import work_precision
 
-    if not BENCH.exists():
+    path = measured()
+    if not path.exists():
         made = "there; make it with: capsule-sym bench"
-        raise InvalidInput("results", str(BENCH), made)
-    return work_precision(json.loads(BENCH.read_text(encoding="utf-8")))
+        raise InvalidInput("results", str(path), made)
+    return work_precision(json.loads(path.read_text(encoding="utf-8")))
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from capsule_sym.figures.catalogue import FIGURES, Study
-from capsule_sym.options import track
+from capsule_sym.options import tracking
 
 _REPORT = Path("results/report.html")
 _colours_option = click.option(
@@ -42,7 +42,8 @@ def _list() -> str:
 def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
     """Draw a figure of the case study: the paper's, or one that it could not draw.
 
-    What is computed for it is kept in results/cache, so that drawing it again takes a second.
+    What is computed for it is kept in the user's cache directory, so that drawing it again takes a
+    second.
     """
     from capsule_sym.figures.data import Store
     from capsule_sym.figures.style import check_ending, save
@@ -50,7 +51,7 @@ def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
 
     check_ending(out)
     Parameters(gamma=gamma)
-    with _needs_plotting():
+    with _needs_plotting(), tracking() as track:
         save(FIGURES[name].make(Study(Store(track), gamma, colours)), out)
     click.echo(f"wrote {out}", err=True)
 
@@ -73,7 +74,7 @@ def report(out: Path, colours: Any) -> None:
     """
     from capsule_sym.figures.report import write
 
-    with _needs_plotting():
+    with _needs_plotting(), tracking(lines=True) as track:
         write(out, colours, track)
     click.echo(f"wrote {out}", err=True)
 

@@ -1,16 +1,20 @@
-"""The results that figures draw: computed once, then kept as files under results/cache.
+"""The results that figures draw: computed once, then kept as files in the user's cache.
 
 A file is named by a digest of what it was computed from: inputs, package version, and code.
 """
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,6 +24,7 @@ from capsule_sym.errors import InvalidInput
 from capsule_sym.figures.style import NotInstalled
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import Trajectory, simulate
+from capsule_sym.options import Track
 from capsule_sym.parameters import Parameters
 from capsule_sym.records import dumps, write
 
@@ -30,7 +35,6 @@ if TYPE_CHECKING:
     from capsule_sym.orbits.continuation import Branch
     from capsule_sym.orbits.orbit import Orbit
 
-CACHE = Path("results/cache")
 _BLOCK = 64  # excitation periods after which to look whether the motion is steady
 _MOST_PERIODS = 4096
 _BRANCH_POINTS = 200
@@ -39,9 +43,6 @@ _STEPS = 30  # of a branch that is followed for its bifurcations only
 _CHART_PERIODS, _CHART_TOLERANCE = 1500, 1e-6
 _STRIDE = 8  # cells of a chart between those that are computed first
 _DRAWN = 3  # excitation periods of a motion that is drawn, or its multiple if that is more
-
-Track = Callable[[Iterable[Any], str, int | None], Iterable[Any]]
-"""Passes items on while a progress bar with a text and a total, if known, shows what is done."""
 
 
 class Range(NamedTuple):
@@ -56,22 +57,36 @@ class Range(NamedTuple):
 class Store:
     """Results by name and inputs, from the cache or else computed and put there."""
 
-    def __init__(self, track: Track, directory: Path = CACHE) -> None:
-        self.track, self.directory = track, directory
+    def __init__(self, track: Track, directory: Path | None = None) -> None:
+        self.track, self.directory = track, directory or cache_directory()
+        self.spare: Path | None = None
 
     def get(self, name: str, inputs: Any, compute: Callable[[], Any]) -> Any:
         """The result of `compute`, plain data for JSON, which `name` and `inputs` decide."""
         path = self._path(name, inputs, ".json")
-        if path.exists():
+        # What cannot be read, such as a damaged file, is computed again.
+        with suppress(OSError, ValueError, LookupError, TypeError):
             return json.loads(path.read_text(encoding="utf-8"))["result"]
         kept = dumps({**_provenance(), "inputs": inputs, "result": compute()})
-        write({path.name: kept}, self.directory)
+        with suppress(InvalidInput):  # a figure needs no cache
+            write({path.name: kept}, self.directory)
         return json.loads(kept)["result"]
 
     def _path(self, name: str, inputs: Any, ending: str = "") -> Path:
         text = json.dumps([name, _provenance(), inputs], sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()[:16]
         return self.directory / f"{name}-{digest}{ending}"
+
+    def _place(self) -> Path:
+        """The directory, or one that ends with this process where nothing can be kept."""
+        try:
+            self.directory.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            if self.spare is None:
+                self.spare = Path(mkdtemp(prefix="capsule-sym-"))
+                atexit.register(rmtree, self.spare, ignore_errors=True)
+            return self.spare
+        return self.directory
 
     def _at_once(self, text: str, compute: Callable[[], Any]) -> Any:
         """The result of one long step, while a bar shows that it is under way."""
@@ -129,12 +144,13 @@ class Store:
         except ModuleNotFoundError as missing:
             raise NotInstalled(missing, "sweep") from missing
 
-        path = self._path("chart", [parameters.to_dict(), first, second])
+        path = self._place() / self._path("chart", [parameters.to_dict(), first, second]).name
         if not (path / "done").exists():
             axes = tuple(Axis.linear(*one) for one in (first, second))
             sweep = Sweep(axes, parameters, periods=_CHART_PERIODS, tolerance=_CHART_TOLERANCE)
             self._at_once(
-                "Charting motions", lambda: refine(sweep, path, stride=_STRIDE, resume=True)
+                "Charting motions",
+                lambda: refine(sweep, path, stride=_STRIDE, resume=True, any_core=True),
             )
             (path / "done").touch()
         return open_results(path)
@@ -145,12 +161,21 @@ class Store:
         return [simulate(parameters, start, section.phase, periods=1) for start in starts]
 
 
+def cache_directory() -> Path:
+    """Where the user's programs keep what they can compute again; nothing is made there."""
+    try:
+        from platformdirs import user_cache_path
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing) from missing
+    return user_cache_path("capsule-sym", appauthor=False)
+
+
 @cache
 def _provenance() -> dict[str, str]:
     """Version, generated code, and a digest of the code that computes what is kept."""
     root = files(capsule_sym)
-    sources = [root / "figures" / "data.py"]
-    for package in ("map", "orbits", "_native"):
+    sources = [root / "figures" / "data.py", root / "parameters.py"]
+    for package in ("map", "orbits", "sweeps", "_native"):
         sources += sorted((root / package).iterdir(), key=lambda file: file.name)
     digest = hashlib.sha256()
     for source in sources:

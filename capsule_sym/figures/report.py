@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from capsule_sym.casestudy import GAMMAS, THRESHOLDS
-from capsule_sym.figures.catalogue import BENCH, FIGURES, Study
-from capsule_sym.figures.data import Store, Track
+from capsule_sym.figures.catalogue import BENCH, FIGURES, Study, measured
+from capsule_sym.figures.data import Store
 from capsule_sym.figures.style import Colours, NotInstalled, styled
 from capsule_sym.generated.py import DIGEST
+from capsule_sym.options import Track
 from capsule_sym.parameters import Parameters
 from capsule_sym.records import write as write_texts
 
@@ -62,10 +63,12 @@ def page(colours: Colours, track: Track) -> str:
     template = environment.from_string(
         (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
     )
-    saved = {name: _load(path) for name, (path, _) in _SOURCES.items()}
+    saved = {name: _load(path) for name, (path, _) in _SOURCES.items() if name != "bench"}
+    saved["bench"] = _load(measured())
     return template.render(
         **saved,
         missing={name: command for name, (_, command) in _SOURCES.items()},
+        partly=measured() != BENCH,
         parameters=Parameters(),
         gammas=GAMMAS,
         printed_thresholds=THRESHOLDS,
@@ -110,7 +113,7 @@ def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[
         for gamma in (GAMMAS if entry.by_gamma else GAMMAS[:1])
     ]
     found: dict[str, list[Picture]] = {}
-    for name, gamma in track(wanted, "Drawing", len(wanted)):
+    for name, gamma in track(wanted, _drawing, len(wanted)):
         entry = FIGURES[name]
         title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
         if entry.by_gamma:
@@ -118,6 +121,11 @@ def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[
         source = _data_uri(entry.make(Study(store, gamma, colours)))
         found.setdefault(name, []).append(Picture(title, entry.caption, source, command))
     return found
+
+
+def _drawing(one: tuple[str, float]) -> str:
+    name, gamma = one
+    return f"Drawing {name}, γ = {gamma}" if FIGURES[name].by_gamma else f"Drawing {name}"
 
 
 def _data_uri(figure: Any) -> str:

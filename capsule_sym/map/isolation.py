@@ -177,18 +177,62 @@ def _descending_root(
 ) -> Number:
     """The root of a polynomial, given by its derivatives at 0, that decreases from low to high.
 
-    Newton's method, held to the bracket; an end of it where the polynomial does not change sign.
+    Brent's method; an end of the bracket where the polynomial does not change sign.
     """
     inverse = factorials(len(derivatives))
     values = [a / b for a, b in zip(derivatives, inverse, strict=True)]
-    slopes = [(i + 1) * a for i, a in enumerate(values[1:])]
-    d, step = low * 0, high - low
-    while abs(step) > tolerance:
-        value = _value(values, d)
-        low, high = (d, high) if value > 0 else (low, d)
-        slope = _value(slopes, d)
-        new = d - value / slope if slope < 0 else high
-        if not low < new < high:
-            new = (low + high) / 2
-        step, d = new - d, new
-    return d
+
+    def polynomial(d: Number) -> Number:
+        return _value(values, d)
+
+    if polynomial(low) <= 0:
+        return low
+    if polynomial(high) >= 0:
+        return high
+    if isinstance(low, float) and isinstance(high, float):
+        from scipy.optimize import brentq
+
+        least = max(tolerance / 8, _TINY)
+        return brentq(polynomial, low, high, xtol=least, rtol=_LEAST_RTOL, maxiter=1000)
+    return brent(polynomial, low, high, tolerance / 8)
+
+
+_LEAST_RTOL = 4 * 2.0**-52  # that SciPy's brentq takes
+
+
+def brent(f: Callable[[Number], Number], a: Number, b: Number, tolerance: Number) -> Number:
+    """The root of f between a and b, where it changes sign, as SciPy's `brentq` finds it.
+
+    Inverse quadratic interpolation, the secant, or bisection where these gain too little (R. P.
+    Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number system.
+    """
+    before, here = a, b
+    f_before, f_here = f(before), f(here)
+    kept, f_kept = before, f_before
+    step = last = here - before
+    while f_here != 0:
+        if f_before * f_here < 0:
+            kept, f_kept = before, f_before
+            step = last = here - before
+        if abs(f_kept) < abs(f_here):
+            before, here, kept = here, kept, here
+            f_before, f_here, f_kept = f_here, f_kept, f_here
+        middle = (kept - here) / 2
+        if abs(middle) < tolerance:
+            break
+        if abs(last) > tolerance and abs(f_here) < abs(f_before):
+            if before == kept:
+                trial = -f_here * (here - before) / (f_here - f_before)
+            else:
+                to_before = (f_before - f_here) / (before - here)
+                to_kept = (f_kept - f_here) / (kept - here)
+                trial = -f_here * (f_kept * to_kept - f_before * to_before)
+                trial /= to_kept * to_before * (f_kept - f_before)
+            gained = 2 * abs(trial) < min(abs(last), 3 * abs(middle) - tolerance)
+            last, step = (step, trial) if gained else (middle, middle)
+        else:
+            last = step = middle
+        before, f_before = here, f_here
+        here += step if abs(step) > tolerance else (tolerance if middle > 0 else -tolerance)
+        f_here = f(here)
+    return here

@@ -20,6 +20,9 @@ _REACH = 3  # how far an expansion is tried, over the fastest rate of the segmen
 _SHRINK = 8
 _SHORTEST = 1e-250  # start of the durations that are looked at, over the fastest rate
 _MOST_EVALUATIONS = 200_000
+# A step that is shorter than this, relative to the time passed and to the segment's own time scale,
+# hardly advances. Steps towards a close miss and away from it are, but at least double or halve.
+_SHORT = 2.0**-20
 _ERROR_UNITS = 8  # rounding of the kernels, in units of their largest terms; measured: below 4
 
 
@@ -208,8 +211,9 @@ def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
 
     The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
     GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
-    NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit), or
-    UNDECIDED (given up after very many evaluations, or at the deadline of the process's clock).
+    NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit),
+    STALLED (given up as steps do not advance), or UNDECIDED (given up after very many evaluations,
+    or at the deadline of the process's clock).
     """
     backend, c = flow.backend, flow.c
     unit = backend.unit
@@ -217,11 +221,14 @@ def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
     zeros: Mapping[Guard, int] = flow.start.zeros
     tangencies: list[Tangency] = []
     reach = _REACH / c.rate
+    short, most_short = 0, -2 * math.log2(unit)
     # A guard that vanishes with all its derivatives stays zero: rest on the impact surface.
     guards = [g for g in watched(c) if zeros.get(g, 0) < backend.kernels.JET_ORDER]
     while True:
         if flow.evaluations > _MOST_EVALUATIONS or perf_counter() > deadline:
             return Switch(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
+        if short > most_short:
+            return Switch(Outcome.STALLED, (), now, at, flow.evaluations, tuple(tangencies))
         if at_rest_forever(backend, c, at):
             return Switch(
                 Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies)
@@ -273,6 +280,7 @@ def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
             return Switch(outcome, (), limit, last, flow.evaluations, tuple(tangencies))
         # The next step is longer after one that was cleared whole, else of the length cleared.
         reach = 2 * ahead if horizon >= ahead else 2 * horizon
+        short = short + 1 if horizon < _SHORT * min(now, 1 / c.rate) else 0
         now, zeros = now + horizon, {}
         at = flow(now)
 
@@ -366,7 +374,8 @@ def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
     """Bound on the error of a switching time: that of the guard over its slope, and rounding."""
     expansion = _about(flow, guard, h)
     slope = abs(expansion.values[1])
-    return expansion.errors[0] / slope + 4 * flow.backend.unit * h
+    # Terms may cancel in the slope, though it is proved not to vanish.
+    return expansion.errors[0] / slope + 4 * flow.backend.unit * h if slope else math.inf
 
 
 def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:

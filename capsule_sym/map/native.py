@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from time import perf_counter
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
 from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.generated.interface import Precision
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.simulate import TIME_IS_UP, Journey, Run
 from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant
@@ -31,8 +33,15 @@ def core() -> Any:
 class NativeRun:
     """One run by the core, and the reference map for what it leaves open."""
 
-    def __init__(self, parameters: Parameters, settle: bool, deadline: float = math.inf) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        settle: bool,
+        deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
+    ) -> None:
         self.parameters, self.settle, self.deadline = parameters, settle, deadline
+        self.progress = progress
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
@@ -55,9 +64,7 @@ class NativeRun:
         while record["turn"] < periods and not stopped:
             room = buffer[: most - len(self.segments)]
             stop = self._piece(record, periods, room, strobe, watch)
-            if len(self.segments) == most:
-                stopped = f"after {most} segments"
-            elif stop == core().OPEN:
+            if stop == core().OPEN and len(self.segments) < most:
                 run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - len(self.segments))
                 self.segments += run.segments
@@ -66,6 +73,10 @@ class NativeRun:
                 if journey.departure is None:
                     stopped = run.stopped(journey, periods, most)
                 write(record, journey)
+            if self.progress is not None:
+                self.progress(int(record["turn"]))
+            if not stopped and len(self.segments) == most:
+                stopped = f"after {most} segments"
             if not stopped and perf_counter() > self.deadline:
                 stopped = TIME_IS_UP
         return Trajectory(
@@ -88,7 +99,10 @@ class NativeRun:
     ) -> int:
         """As many segments as there is room for, and why there are no more."""
         before = record.copy()
-        stop, count, _ = self.map.run(record, periods, room, strobe=strobe, watch=watch)
+        precision = Precision.AS_NEEDED if self.settle else Precision.DOUBLE
+        stop, count, _ = self.map.run(
+            record, periods, room, strobe=strobe, watch=watch, precision=precision
+        )
         first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
         if last - first >= rows and count > 1:
             # The last segment rests for ever, and its states took the places of those before it.
@@ -103,7 +117,8 @@ class NativeRun:
         (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[
             :13
         ]
-        field, source, target, outcome, evaluations = s[13:]
+        field, source, target, outcome, evaluations, wide = s[13:]
+        self.settled += wide
         omega = self.parameters.omega
         start, end = start.tolist(), end.tolist()
         gap, margin, cosine, sine = closed
@@ -131,16 +146,19 @@ _OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else
 def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> Journey:
     """One segment of the reference map from a state record of the core.
 
-    More, up to `most`, as long as 50 digits have to settle them: a record has none to go on from.
+    More, up to `most`, as long as 50 digits have to settle them, or they do not advance: a record
+    has no digits, nor a count of such segments, to go on from.
     """
-    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane = record.tolist()
+    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane, _ = record.tolist()
     source = f"Σ{plane}" if plane else ""
     state = State(x_r, gap, v_r, v_c, angle, bound, rest)
     journey = run.depart(state, source, turn, position)
     if journey.departure is not None and not source and v_c == 0:
         journey = journey._replace(source=f"Σ{journey.departure.field}")
     journey, taken = run.follow(journey, periods, 1), 1
-    while run.exact is not None and taken < most and journey.departure and journey.turns < periods:
+    while (run.exact is not None or run.still) and taken < most:
+        if journey.departure is None or journey.turns >= periods:
+            break
         taken += 1
         journey = run.follow(journey, periods, taken)
     return journey
@@ -150,5 +168,6 @@ def write(record: NDArray[np.void], journey: Journey) -> None:
     """Puts where a run of the reference map stands into a state record of the core."""
     state, source = journey.state, journey.source
     plane = int(source[1:]) if source else 0
-    rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane)
+    field = journey.departure.field if journey.departure else 0
+    rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane, field)
     record[...] = (*state[:5], rest, *place)

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import attrgetter
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from capsule_sym.errors import InvalidInput, Outcome
-from capsule_sym.generated.switching import IMPACT_PLANES
+from capsule_sym.map.arrival import plane, reached, tells
 from capsule_sym.map.backend import Backend, Number, backend, default_backend
 from capsule_sym.map.digits import fifty_digits
-from capsule_sym.map.expansion import Guard, Point
+from capsule_sym.map.expansion import Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.trajectory import LONGEST, Segment, Trajectory, Triple, instant
 from capsule_sym.map.transitions import State, Undetermined, depart, start_at
@@ -31,6 +31,7 @@ def simulate(
     settle: bool = True,
     max_segments: int = 1_000_000,
     max_seconds: float = math.inf,
+    progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
     """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
 
@@ -43,7 +44,8 @@ def simulate(
 
     The run stops early after `max_segments` segments, after `max_seconds` of the clock, or at a
     point that no field leaves with certainty; the trajectory has what was found until then, and
-    its `stopped` says why. Raises InvalidInput for a value that is not allowed.
+    its `stopped` says why. `progress` is called now and then with the whole periods passed. Raises
+    InvalidInput for a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
     check_count("max_segments", max_segments)
@@ -52,16 +54,20 @@ def simulate(
     if chosen == "c":
         from capsule_sym.map.native import NativeRun
 
-        native = NativeRun(parameters, settle, deadline)
+        native = NativeRun(parameters, settle, deadline, progress)
         return native.go(values, phase, periods, max_segments)
     with _backend(chosen) as numbers:
-        run = Run(numbers, parameters, settle, deadline)
+        run = Run(numbers, parameters, settle, deadline, progress)
         return run.go(values, phase, periods, max_segments)
 
 
 TIME_IS_UP = "at its time limit"
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
+# Doubles soon underflow below this. A motion without forcing that has died away so far stays.
+_NOTHING = 1e-200
+# After a start on several surfaces at once a few segments that hardly last may follow each other.
+_MOST_STILL = 16
 RANGES = {
     "alpha": (0.0, 1e10),
     "omega": (1e-6, 1e6),
@@ -150,9 +156,10 @@ class Run:
         parameters: Parameters,
         settle: bool,
         deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
     ) -> None:
         self.numbers, self.parameters = numbers, parameters
-        self.deadline = deadline
+        self.deadline, self.progress = deadline, progress
         self.settle = settle and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
@@ -163,6 +170,8 @@ class Run:
         self.settled = 0
         self.exact: State | None = None
         """The present state in 50 digits, where these settled the switch that led to it."""
+        self.still = 0
+        """How many segments up to here did not advance in time."""
 
     def go(
         self, values: tuple[float, float, float], phase: float, periods: int, most: int
@@ -174,7 +183,7 @@ class Run:
         state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
-        departure = self.take_over(state)
+        state, departure = self._begin(state)
         source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
         journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
         return Trajectory(
@@ -195,13 +204,17 @@ class Run:
             return TIME_IS_UP
         if journey.departure is not None:
             return f"after {most} segments"
-        if self.segments and self.segments[-1].outcome is Outcome.UNDECIDED:
+        last = self.segments[-1].outcome if self.segments else None
+        if last is Outcome.STALLED:
+            return "stalled: rounding lets no step advance in time"
+        if last is Outcome.UNDECIDED:
             return "undecided: no switch found or excluded within the limit of evaluations"
         return "undecided: no field leaves the last state with certainty"
 
     def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
         """A run that goes on from a state it came to otherwise."""
-        return Journey(state, self.take_over(state), source, turns, position)
+        state, departure = self._begin(state)
+        return Journey(state, departure, source, turns, position)
 
     def follow(self, journey: Journey, periods: int, most: int) -> Journey:
         """Goes on until the periods are over, for at most so many segments in all."""
@@ -214,11 +227,17 @@ class Run:
             passed, angle = self.numbers.turns(
                 state.angle + (self.omega * switch.duration + state.angle_rest)
             )
+            if switch.duration * max(flow.c.rate, self.omega) > self.numbers.unit:
+                self.still = 0
+            elif self.still < _MOST_STILL:
+                self.still += 1
+            else:
+                switch = replace(switch, outcome=Outcome.STALLED, guards=())
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
                 switch = replace(switch, point=flow.at_mark(switch.duration))
             self._strobe(flow, state.angle, passed, switch)
-            end_state, departure, target = self._arrive(departure, switch, angle)
+            end_state, departure, target = self._arrive(flow, switch, angle)
             advance = self._advance(flow, switch.duration)
             self.segments.append(
                 Segment(
@@ -240,10 +259,23 @@ class Run:
             )
             turns += passed
             state, source, position = end_state, target, position + advance
+            if self.progress is not None:
+                self.progress(turns)
         return Journey(state, departure, source, turns, position)
 
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
+
+    def _begin(self, state: State, source: int | None = None) -> tuple[State, Departure | None]:
+        """A state that a segment begins at, rest if it is next to that, and the field to come."""
+        size = max(abs(state.x_r), abs(state.v_r))
+        if self.parameters.alpha == 0 and state.v_c == 0 and 0 < size < _NOTHING:
+            self.exact, zero = None, size * 0
+            state = state._replace(x_r=zero, gap=zero - self.delta, v_r=zero, bound=0)
+            return state, self.take_over(state)
+        if self.exact is None:
+            return state, self.take_over(state, source)
+        return state, self._settle_departure(state, source)
 
     def take_over(self, state: State, source: int | None = None) -> Departure | None:
         """The field that takes over, after a segment of F`source`; None where that stays open."""
@@ -263,7 +295,8 @@ class Run:
         """The closed form of the segment from a state, and its first switch up to a duration."""
         flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
         switch = locate(flow, limit, self.deadline)
-        if self.settle and not (switch.certain or switch.outcome is Outcome.UNDECIDED):
+        decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
+        if self.settle and not decided:
             switch = self._settle_switch(state, departure, limit)
         else:
             self.exact = None
@@ -296,7 +329,7 @@ class Run:
             flow = Flow(numbers, c, replace(departure, start=start))
             switch = locate(flow, numbers.number(limit), self.deadline)
             _, angle = numbers.turns(given.angle + c.omega * switch.duration)
-            self.exact = _reached(c, switch, angle)
+            self.exact = reached(flow, switch, angle)
             return replace(
                 switch,
                 duration=float(switch.duration),
@@ -305,17 +338,14 @@ class Run:
             )
 
     def _arrive(
-        self, departure: Departure, switch: Switch, angle: Number
+        self, flow: Flow, switch: Switch, angle: Number
     ) -> tuple[State, Departure | None, str]:
         """State at a switch with what is known exactly there, what follows, and its plane."""
-        state = _reached(self.constants[departure.field - 1], switch, angle)
+        state = reached(flow, switch, angle)
         if not switch.guards:
             return state, None, ""
-        if self.exact is None:
-            following = self.take_over(state, departure.field)
-        else:
-            following = self._settle_departure(state, departure.field)
-        return state, following, _plane(state, following)
+        state, following = self._begin(state, flow.field)
+        return state, following, plane(state, following)
 
     def _advance(self, flow: Flow, duration: Number) -> Number:
         if not flow.c.drift:
@@ -329,26 +359,3 @@ class Run:
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
             point = flow.at_mark(h) if h > 0 else flow.origin
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
-
-
-def _reached(c: Any, switch: Switch, angle: Number) -> State:
-    """The state at the switch that ends a segment with constants `c`."""
-    point, zero = switch.point, angle * 0
-    state = State(point.x_r, point.gap, point.v_r, point.v_c if c.drift else zero, angle)
-    for guard in switch.guards:
-        if guard is Guard.GAP:
-            state = state._replace(x_r=c.delta, gap=zero)
-        elif guard is Guard.DRIFT:
-            state = state._replace(v_c=zero)
-        else:
-            state = state._replace(bound=1 if guard is Guard.UPPER else -1)
-    return state
-
-
-def _plane(state: State, following: Departure | None) -> str:
-    """The switching plane of a state, Eq. (24): by the field to come where the capsule rests."""
-    if following is None:
-        return ""
-    if state.v_c == 0:
-        return f"Σ{following.field}"
-    return f"Σ{IMPACT_PLANES[1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1]}"

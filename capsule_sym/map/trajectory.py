@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Number, backend
+from capsule_sym.map.itinerary import cyclic_start
 from capsule_sym.parameters import Parameters
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
@@ -51,6 +53,12 @@ class Segment:
     advance: Number
     closed: Any  # start of the closed form, for evaluation in between
 
+    def __repr__(self) -> str:
+        way = f"{self.source or 'start'} to {self.target or 'end'}"
+        begun = f"({self.start.period}, {float(self.start.phase):.6g})"
+        ended = f"{self.outcome} after {float(self.duration):.6g}"
+        return f"<Segment {self.name} {self.mode}: {way}, from {begun}, {ended}>"
+
     @property
     def name(self) -> str:
         """Name of the field, "F1" to "F6"."""
@@ -78,6 +86,11 @@ class SteadyMotion:
     segments: tuple[Segment, ...]
     period_multiple: int
     progression: Number
+
+    def __repr__(self) -> str:
+        word = shortened(" ".join(self.word))
+        pace = f"{float(self.progression):.6g} per excitation period"
+        return f"<SteadyMotion {word}: period multiple {self.period_multiple}, {pace}>"
 
     @property
     def word(self) -> tuple[str, ...]:
@@ -107,6 +120,13 @@ class Trajectory:
     """How many switches and departures double precision left open and 50 digits looked at."""
     stopped: str
     """Why the run ended before its periods were over; empty if it did not."""
+
+    def __repr__(self) -> str:
+        (periods, phase), (x_r, v_r, v_c) = self.final
+        state = ", ".join(f"{float(value):.6g}" for value in (x_r, v_r, v_c))
+        at = f"at ({periods}, {float(phase):.6g}) in ({state})"
+        stopped = f", stopped {self.stopped}" if self.stopped else ""
+        return f"<Trajectory by {self.backend}: {len(self.segments)} segments, {at}{stopped}>"
 
     @property
     def final(self) -> tuple[Instant, Triple]:
@@ -147,14 +167,22 @@ class Trajectory:
         if np.any(outside) or not self.segments:
             value = float(times[outside].flat[0]) if np.any(outside) else float(begin)
             raise InvalidInput("t", value, f"a time in [{float(begin)!r}, {stop!r}]")
-        index = np.searchsorted(starts, times, side="right") - 1
-        out = np.empty((*times.shape, 4))
+        index = np.searchsorted(starts, times.ravel(), side="right") - 1
+        present, place = np.unique(index, return_inverse=True)
+        segments = [self.segments[i] for i in present]
+        h = times.ravel() - starts[index]
+        h = np.clip(h, 0.0, np.array([s.duration for s in segments], dtype=float)[place])
+        fields = np.array([s.field for s in segments], dtype=int)[place]
+        begun = np.array([(*s.start_state, s.position) for s in segments], dtype=float)[place]
+        closed = np.array([s.closed for s in segments], dtype=float)[place].T
+        out = np.empty((times.size, 4))
         with backend("numpy") as numbers:
-            for i in np.unique(index):
-                chosen = index == i
-                h = np.clip(times[chosen] - starts[i], 0.0, float(self.segments[i].duration))
-                out[chosen] = _inside(numbers, self.parameters, self.segments[i], h)
-        return out
+            for field in np.unique(fields):
+                of = fields == field
+                c = numbers.constants(int(field), self.parameters)
+                start = numbers.kernels.Start(*closed[:, of])
+                out[of] = _inside(numbers.kernels, c, start, begun[of], h[of])
+        return out.reshape(*times.shape, 4)
 
     def steady(self, tolerance: float = 1e-9) -> SteadyMotion | None:
         """The periodic motion at the end of the run, None if it has not settled on one.
@@ -163,7 +191,16 @@ class Trajectory:
         within `tolerance`, and so do the segments; the least m up to 16 is taken. Slow
         alternating convergence to a shorter period looks almost periodic too: it is told apart by
         asking that states within the period differ by a thousand tolerances.
+
+        Without forcing a motion may die away and switch for ever, ever smaller. It is rest if its
+        energy, which never grows, keeps it within `tolerance` of that.
+
+        Raises InvalidInput for a tolerance that is not a number > 0 and finite.
         """
+        if not (_is_real(tolerance) and 0 < tolerance < math.inf):
+            raise InvalidInput("tolerance", tolerance, "a finite number > 0")
+        if self._rests(tolerance):
+            return SteadyMotion((self._rest(),), 1, self.segments[-1].advance * 0)
         states = np.array([[float(v) for v in state] for state in self.stroboscopic])
 
         def change(after: int, multiple: int) -> float:
@@ -183,6 +220,38 @@ class Trajectory:
             if _labels(segments) == _labels(previous):
                 return _steady(segments, multiple)
         return None
+
+    def _rests(self, tolerance: float) -> bool:
+        """Whether it is proved that the run stays this near to rest for ever, and never slips."""
+        p, (x_r, v_r, v_c) = self.parameters, map(float, self.final[1])
+        if p.alpha > 0 or v_c != 0 or self.stopped or not self.segments:
+            return False
+        # Twice the energy at rest: v_r^2 + x_r^2 + beta (x_r - delta)^2 in contact.
+        size = 1.000001 * math.hypot(v_r, x_r, math.sqrt(p.beta) * max(0.0, x_r - p.delta))
+        return size <= tolerance and (1 + p.beta + 2 * p.zeta) * size < p.f_b
+
+    def _rest(self) -> Segment:
+        """The last excitation period, at rest."""
+        last, zero = self.segments[-1], self.segments[-1].duration * 0
+        gap = zero - self.parameters.delta
+        field = 2 if gap else 5  # the region with contact is the closed one
+        return replace(
+            last,
+            field=field,
+            source=f"Σ{field}",
+            target=f"Σ{field}",
+            start=Instant(last.end.period - 1, zero),
+            end=Instant(last.end.period, zero),
+            start_state=(zero, zero, zero),
+            end_state=(zero, zero, zero),
+            duration=zero + self.parameters.period,
+            outcome=Outcome.NEVER,
+            tangencies=(),
+            evaluations=0,
+            position=last.position + last.advance,
+            advance=zero,
+            closed=type(last.closed)(zero, gap, zero, zero, zero, zero + 1, zero),
+        )
 
     def _last_period(self) -> Segment:
         """The last excitation period of a run that ends without switches, as a segment."""
@@ -216,28 +285,34 @@ def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
 
 
 def _steady(segments: tuple[Segment, ...], multiple: int) -> SteadyMotion:
-    # The paper begins a global map in contact, at rest if the motion has such a segment.
-    rank = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
-    turns = [segments[i:] + segments[:i] for i in range(len(segments))]
-    first = min(turns, key=lambda turn: [rank[s.field] for s in turn])
+    first = cyclic_start([s.field for s in segments])
     advance = sum((s.advance for s in segments), segments[0].advance * 0)
-    return SteadyMotion(first, multiple, advance / multiple)
+    return SteadyMotion(segments[first:] + segments[:first], multiple, advance / multiple)
 
 
 def _inside(
-    numbers: Any, parameters: Parameters, segment: Segment, h: NDArray[np.float64]
+    kernels: Any, c: Any, closed: Any, begun: NDArray[np.float64], h: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(x_r, v_r, v_c, x_c) at durations h after the start of a segment, shape (len(h), 4)."""
-    c = numbers.constants(segment.field, parameters)
-    closed = type(numbers.kernels.Start(*segment.closed))(*map(float, segment.closed))
-    values = numbers.kernels.flow(c, closed, h, True)
-    x_r, _, v_c = (float(v) for v in segment.start_state)
-    columns = [x_r + values[0], values[1]]
+    """(x_r, v_r, v_c, x_c) at durations h after the starts `begun` of segments, shape (n, 4)."""
+    values = kernels.flow(c, closed, h, True)
+    out = begun.copy()
+    out[:, 0] += values[0]
+    out[:, 1] = values[1]
     if c.drift:
-        columns += [v_c + values[2], float(segment.position) + values[3]]
+        out[:, 2] += values[2]
+        out[:, 3] += values[3]
     else:
-        columns += [np.zeros_like(h), np.full_like(h, float(segment.position))]
-    return np.stack(columns, axis=-1)
+        out[:, 2] = 0.0
+    return out
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def shortened(text: str, length: int = 60) -> str:
+    """The text, cut off where it is longer."""
+    return text if len(text) <= length else f"{text[: length - 4]} ..."
 
 
 def instant(turns: int, angle: Number, omega: Number) -> Instant:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from capsule_sym.map import simulate
+from capsule_sym.map import Trajectory, simulate
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.equations import Shot, Span
@@ -96,20 +96,27 @@ def _landing(span: Span, following: Span) -> Number:
 
 
 def realised(orbit: Orbit) -> bool:
-    """Whether the certified map, run for the orbit's periods, goes through the same word.
+    """Whether the certified map, run for the orbit's periods, goes through the same word."""
+    fields = tuple(segment.field for segment in rerun(orbit).segments)
+    expected = orbit.word.rotated(_longest(orbit)).fields
+    if len(expected) == 1:
+        return fields == expected
+    return fields[: len(expected) + 1] == (*expected, expected[0])
+
+
+def rerun(orbit: Orbit) -> Trajectory:
+    """The certified map over the orbit's periods and one more.
 
     It starts in the middle of the longest leg, where nothing is at its bound.
     """
-    word, parameters, spans = orbit.word, orbit.parameters, orbit.shot.spans
-    first = max(range(len(word)), key=lambda i: float(spans[i].h))
-    state, angle = _middle(spans[first])
+    parameters = orbit.parameters
+    state, angle = _middle(orbit.shot.spans[_longest(orbit)])
     phase = min(angle / parameters.omega, math.nextafter(parameters.period, 0.0))
-    run = simulate(parameters, state, phase, word.multiple + 1)
-    fields = tuple(segment.field for segment in run.segments)
-    expected = word.rotated(first).fields
-    if len(word) == 1:
-        return fields == expected
-    return fields[: len(word) + 1] == (*expected, expected[0])
+    return simulate(parameters, state, phase, orbit.word.multiple + 1)
+
+
+def _longest(orbit: Orbit) -> int:
+    return max(range(len(orbit.word)), key=lambda i: float(orbit.shot.spans[i].h))
 
 
 def _middle(span: Span) -> tuple[tuple[float, float, float], float]:

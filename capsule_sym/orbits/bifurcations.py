@@ -10,7 +10,7 @@ import numpy as np
 
 from capsule_sym.map.backend import backend
 from capsule_sym.orbits.events import Located, locate
-from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.stability import monodromy, multipliers
 from capsule_sym.orbits.word import Word
 
@@ -22,18 +22,21 @@ SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
 _UNIT = 2.0**-53
 _ROUNDINGS = 64  # of a test function, in units of its largest terms
 _STEP = 1e-4
+_SHARE = 1e-14  # how near the root of a test function is taken
 
 
 @dataclass(frozen=True)
 class Bifurcation:
     """A bifurcation on a branch of periodic orbits, located exactly; dimensionless.
 
-    `value` is that of the parameter `parameter`, `uncertainty` a bound on its rounding error, and
-    `residual` the largest entry of the equations there. `line` and `surfaces` are those that the
-    orbit meets (empty for a smooth bifurcation), `leg` the leg of `orbit` that has the duration 0
-    (None for a smooth one), `interval` the values between which the branch stepped over it,
-    `failed` the inequality that failed. The multipliers are those of orbits on the branch a little
-    before and after. `word_after` is None where the branch ends.
+    `value` is that of the parameter `parameter` and `uncertainty` a bound on its rounding error.
+    `residual` is the largest entry of the equations there, that of the bifurcation among them,
+    `iterations` how many steps led to it, and `status` whether it is solved; where it is
+    not, the uncertainty is all of the interval. `line` and
+    `surfaces` are those that the orbit meets (empty for a smooth bifurcation), `leg` the leg of
+    `orbit` that has the duration 0 (None for a smooth one), `interval` the values between which the
+    branch stepped over it, `failed` the inequality that failed. The multipliers are those of orbits
+    on the branch a little before and after. `word_after` is None where the branch ends.
     """
 
     type: str
@@ -41,6 +44,8 @@ class Bifurcation:
     value: float
     uncertainty: float
     residual: float
+    iterations: int
+    status: Status
     line: str
     surfaces: tuple[str, ...]
     leg: int | None
@@ -92,36 +97,74 @@ def tests(orbit: Orbit) -> dict[str, float]:
 
 
 class Root(NamedTuple):
-    """Where a test function vanishes between two points of a path: share, orbit, doubt."""
+    """Where a test function vanishes between two points of a path."""
 
     share: float
     orbit: Orbit
     doubt: float
     """Error of the share, estimated from the rounding of the test function and its slope."""
+    residual: float
+    iterations: int
+    status: Status
+
+
+class _Lost(Exception):
+    """The path between two points cannot be followed."""
+
+
+def noise(orbit: Orbit) -> float:
+    """Rounding of the test functions at an orbit."""
+    return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy(orbit))))) ** 3
 
 
 def root(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
     """The orbit of a smooth bifurcation between two orbits where the test's signs differ.
 
-    `between` gives the path's orbit at a share in [0, 1] of the way. None where the path cannot
-    be followed, and where the multipliers are not those of the bifurcation: a real pair mu, 1/mu
-    for that of Neimark-Sacker.
+    `between` gives the path's orbit at a share in [0, 1] of the way. Where the path or the root is
+    lost on the way the result says so: its status is NOT_CONVERGED, its orbit the first one. None
+    where the signs do not differ, and where the multipliers are not those of the bifurcation: a
+    real pair mu, 1/mu for that of Neimark-Sacker.
     """
     from scipy.optimize import brentq
 
-    def test(share: float) -> float:
+    def at(share: float) -> Orbit:
         orbit = between(share)
-        return tests(orbit)[name] if orbit else float("nan")
+        if orbit is None:
+            raise _Lost
+        return orbit
 
-    if not test(0.0) * test(1.0) < 0:
+    def test(share: float) -> float:
+        return tests(at(share))[name]
+
+    try:
+        first, last = at(0.0), at(1.0)
+    except _Lost:
         return None
-    share = float(brentq(test, 0.0, 1.0, xtol=1e-15, rtol=4 * 2.0**-52))
-    orbit = between(share)
-    if orbit is None:
+    ends = tests(first)[name], tests(last)[name]
+    if not ends[0] * ends[1] < 0:
         return None
-    values = moduli(orbit)
-    if name == NEIMARK_SACKER and not any(abs(value.imag) > 1e-6 for value in values):
+    iterations, residual = 0, abs(ends[0])
+    try:
+        share, found = brentq(
+            test, 0.0, 1.0, xtol=1e-15, rtol=4 * 2.0**-52, full_output=True, disp=False
+        )
+        iterations, orbit = found.iterations, at(share)
+        residual = abs(tests(orbit)[name])
+        beside = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
+        slope = abs(test(beside[1]) - test(beside[0])) / (beside[1] - beside[0])
+    except _Lost:
+        if name == NEIMARK_SACKER and not (_turns(first) and _turns(last)):
+            return None
+        return Root(0.0, first, 1.0, residual, iterations, Status.NOT_CONVERGED)
+    if name == NEIMARK_SACKER and not _turns(orbit):
         return None
-    slope = abs(test(share + _STEP) - test(share - _STEP)) / (2 * _STEP)
-    noise = _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy(orbit))))) ** 3
-    return Root(share, orbit, noise / slope)
+    error = noise(orbit)
+    solved = residual <= error + slope * _SHARE and orbit.status is Status.CONVERGED
+    status = Status.CONVERGED if solved else Status.NOT_CONVERGED
+    doubt = error / slope if solved else 1.0
+    return Root(share, orbit, doubt, max(residual, float(orbit.residual)), iterations, status)
+
+
+def _turns(orbit: Orbit) -> bool:
+    """Whether an orbit has complex multipliers."""
+    return any(abs(value.imag) > 1e-6 for value in moduli(orbit))

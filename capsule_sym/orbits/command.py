@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -68,9 +68,12 @@ def orbit(
     orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a figure
     are the figure and its derivative along the branch by each parameter.
 
-    Exits with 3, and the reason, where there is no orbit, and with 4 where --certify proves none.
+    Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
+    Exits with 4 where --certify does not prove all.
     """
-    from capsule_sym.orbits.records import orbit_record
+    from capsule_sym.orbits.orbit import NoOrbit
+    from capsule_sym.orbits.records import failure_record, orbit_record
+    from capsule_sym.orbits.search import find_orbit
     from capsule_sym.records import dumps
 
     parameters, _ = chosen_parameters(file, dimensionless)
@@ -85,13 +88,17 @@ def orbit(
         if certify is not None:
             _certify(certify, found)
         return
-    one = _settled(parameters, state)
+    settled = find_orbit(parameters, state)
+    if isinstance(settled, NoOrbit):
+        if as_json:
+            click.echo(dumps(failure_record(settled)))
+        _give_up(settled)
     if as_json:
-        click.echo(dumps(orbit_record(one)))
+        click.echo(dumps(orbit_record(settled)))
     else:
-        _print_orbit(one)
+        _print_orbit(settled)
     if certify is not None:
-        _certify(certify, [one])
+        _certify(certify, [settled])
 
 
 def _certify(path: Path, found: Sequence[Orbit | Bifurcation]) -> None:
@@ -135,10 +142,9 @@ def _settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
     if isinstance(found, Orbit):
         return found
     _give_up(found)
-    raise AssertionError
 
 
-def _give_up(found: NoOrbit) -> None:
+def _give_up(found: NoOrbit) -> NoReturn:
     click.echo(f"no orbit ({found.reason.value}): {found.detail}", err=True)
     raise click.exceptions.Exit(3)
 
@@ -212,10 +218,10 @@ def branch(
     Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
     """
     from capsule_sym.orbits.records import bifurcation_rows, branch_record, point_rows
-    from capsule_sym.orbits.states import Ending
     from capsule_sym.records import dumps, table, write
 
-    found = _branch(file, dimensionless, parameter, begin, end, points, state)
+    parameters, _ = chosen_parameters(file, dimensionless)
+    found = _branch(parameters, parameter, begin, end, points, state)
     if out is not None:
         texts = {"branch.json": dumps(branch_record(found)) + "\n"}
         texts["points.csv"] = table(point_rows(found))
@@ -228,14 +234,20 @@ def branch(
         _print_branch(found)
     if certify is not None:
         _certify(certify, found.bifurcations)
+    _tell_early_end(found)
+
+
+def _tell_early_end(found: Branch) -> None:
+    """Exit with 3, and the reason, where a branch ends before its parameter is there."""
+    from capsule_sym.orbits.states import Ending
+
     if found.ending is not Ending.REACHED:
         click.echo(f"the branch ends ({found.ending.value}): {found.detail}", err=True)
         raise click.exceptions.Exit(3)
 
 
 def _branch(
-    file: str | None,
-    dimensionless: dict[str, float | None],
+    parameters: Parameters,
     parameter: str,
     begin: float,
     end: float,
@@ -244,7 +256,6 @@ def _branch(
 ) -> Branch:
     from capsule_sym.orbits.continuation import follow
 
-    parameters, _ = chosen_parameters(file, dimensionless)
     start = _settled(parameters.replace(**{parameter: begin}), state)
     return follow(start, parameter, end, points=points)
 
@@ -259,9 +270,8 @@ def _print_branch(found: Branch) -> None:
     for point in shown:
         word = point.orbit.word
         tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(word)}"
-        names = " ".join(word.rotated(word.first).names)
         row = (f"{point.value:.6g}", f"{float(point.orbit.progression):.6g}")
-        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, names)
+        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(word))
     console.print(table)
     console.print()
     console.print(bifurcation_table(found.bifurcations))
@@ -272,7 +282,7 @@ def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
     table = make_table("type", "line", "value", "uncertainty", "word")
     for one in found:
         words = [one.word_before, one.word_after]
-        names = [" ".join(word.rotated(word.first).names) if word else "none" for word in words]
+        names = [str(word or "none") for word in words]
         value = f"{one.parameter} = {one.value:.15g}"
         table.add_row(one.type, one.line, value, f"{one.uncertainty:.0e}", " → ".join(names))
     return table
@@ -320,24 +330,40 @@ def curve(
     """Follow bifurcations in two parameters, with the points where two conditions meet.
 
     The bifurcations are those on the branch in the first parameter over its range, at the given
-    value of the second; each is followed both ways until a parameter leaves its range.
+    value of the second, or in the middle of its range where only the default lies outside; each is
+    followed both ways until a parameter leaves its range.
 
     In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
     "endings" are. --out writes curves.json, points.csv and codimension_two.csv.
+
+    Exits with 3, and the reason, where there is no orbit to begin with or a curve has no points.
     """
-    from capsule_sym.orbits.curves import trace
+    from capsule_sym.orbits.curves import check, trace
     from capsule_sym.orbits.records import codimension_two_rows, curve_record, curve_rows
     from capsule_sym.records import dumps, table, write
 
-    found = _branch(file, dimensionless, names[0], *first, points, state)
+    parameters, _ = chosen_parameters(file, dimensionless)
+    check(parameters, names, (first, second))
+    given = file is not None or dimensionless[names[1]] is not None
+    inside = _within(parameters, names[1], second, given)
+    found = _branch(inside, names[0], *first, points, state)
     chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
+    if not found.bifurcations:
+        _tell_early_end(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
-        raise InvalidInput("bifurcation", kind, f"in the type of one on the branch: {types}")
+        low, high = (point.value for point in (found.points[0], found.points[-1]))
+        over = f"{names[0]} from {low:g} to {high:g} at {names[1]} = {getattr(inside, names[1]):g}"
+        allowed = f"in the type of one on the branch over {over}, which has {types or 'none'}"
+        raise InvalidInput("bifurcation", kind, allowed)
+    if inside is not parameters:
+        middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
+        click.echo(f"bifurcations are sought at {middle}", err=True)
     curves = [trace(one, names[1], (first, second), points=points) for one in chosen]
     record = {"branch": found.ending.value, "curves": [curve_record(one) for one in curves]}
     if out is not None:
-        texts = {"curves.json": dumps(record) + "\n", "points.csv": table(curve_rows(curves))}
+        texts = {"curves.json": dumps(record) + "\n"}
+        texts["points.csv"] = table(curve_rows(curves), ("curve", "type", "line"))
         rows = codimension_two_rows(curves)
         texts["codimension_two.csv"] = table(rows, ("curve", "first", "second"))
         click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
@@ -345,11 +371,33 @@ def curve(
         click.echo(dumps(record))
     else:
         _print_curves(curves)
+    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=True) if not curve.points]
+    for one, curve in lost:
+        ending, detail = curve.endings[0]
+        at = f"{one.type} at {one.parameter} = {one.value:.12g}"
+        click.echo(f"no curve of {at} ({ending.value}): {detail}", err=True)
+    if lost:
+        raise click.exceptions.Exit(3)
+
+
+def _within(
+    parameters: Parameters, name: str, ends: tuple[float, float], given: bool
+) -> Parameters:
+    """The parameters with one of them in a range: where its default is not, in the middle."""
+    (low, high), value = ends, getattr(parameters, name)
+    if low <= value <= high:
+        return parameters
+    if given:
+        raise InvalidInput(name, value, f"in the range --second {low:g} {high:g}")
+    return parameters.replace(**{name: (low + high) / 2})
 
 
 def _print_curves(curves: Sequence[Curve]) -> None:
     console = make_console()
     for number, one in enumerate(curves, 1):
+        if not one.points:
+            console.print(f"{number}  {one.type}: no points\n")
+            continue
         begin, end = one.points[0], one.points[-1]
         ends = " to ".join(
             ", ".join(f"{n} = {v:.12g}" for n, v in zip(one.parameters, point.values, strict=True))

@@ -14,6 +14,7 @@ from capsule_sym.orbits.bifurcations import Bifurcation, Root, moduli
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import place
 from capsule_sym.orbits.following import FIRST, Follower
+from capsule_sym.orbits.identity import MIRRORED, paired
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 
@@ -43,6 +44,11 @@ class Branch:
     bifurcations: tuple[Bifurcation, ...]
     ending: Ending
     detail: str
+
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
+        counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
+        return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
 
 
 def follow(orbit: Orbit, parameter: str, to: float, *, points: int = 100) -> Branch:
@@ -118,7 +124,9 @@ class _Branch:
                 parameter=self.axis.name,
                 value=self._value(orbit),
                 uncertainty=abs(interval[1] - interval[0]) * one.doubt + rounding,
-                residual=float(orbit.residual),
+                residual=one.residual,
+                iterations=one.iterations,
+                status=one.status,
                 line="",
                 surfaces=(),
                 leg=None,
@@ -141,9 +149,11 @@ class _Branch:
             failure = str(error)
         if beside is not None:
             failure = _failure(beside)
+            if failure and paired(located.orbit("numpy"), event.leg):
+                failure = f"{failure} ({MIRRORED})"
             beside = None if failure else beside
         what = place(located.word, located.shot, event.leg)
-        at = Orbit(located.values, located.word, located.z, located.shot, "numpy")
+        at = located.orbit("numpy")
         self.bifurcations.append(
             Bifurcation(
                 type=what.type if what else "corner of higher codimension",
@@ -151,6 +161,8 @@ class _Branch:
                 value=self._value(at),
                 uncertainty=float(located.uncertainties[0]),
                 residual=float(located.residual),
+                iterations=located.iterations,
+                status=at.status,
                 line=what.line if what else "",
                 surfaces=what.surfaces if what else (),
                 leg=event.leg,

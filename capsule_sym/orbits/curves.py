@@ -9,14 +9,16 @@ import numpy as np
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, backend
 from capsule_sym.orbits.admissibility import Inequality
-from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root
+from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, noise
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
-from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.identity import MIRRORED, paired
+from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.word import Word
+from capsule_sym.parameters import Parameters
 
 _MOST_POINTS = 5_000
 _UNIT = 2.0**-53
@@ -27,7 +29,9 @@ _ROUNDINGS = 8
 class CurvePoint:
     """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
 
-    `leg` is the leg of duration 0, None on the curve of a smooth bifurcation.
+    `leg` is the leg of duration 0, None on the curve of a smooth bifurcation. `residual` is the
+    largest entry of the equations, that of the bifurcation among them, `iterations` counts Newton's
+    steps, and `status` says whether they are solved.
     """
 
     values: tuple[float, float]
@@ -35,6 +39,9 @@ class CurvePoint:
     orbit: Orbit
     leg: int | None
     admissibility: Inequality
+    residual: float
+    iterations: int
+    status: Status
 
 
 @dataclass(frozen=True)
@@ -50,6 +57,8 @@ class CodimensionTwo:
     values: tuple[float, float]
     uncertainties: tuple[float, float]
     residual: float
+    iterations: int
+    status: Status
     failed: str
     word_before: Word
     word_after: Word | None
@@ -66,6 +75,11 @@ class Curve:
     codimension_two: tuple[CodimensionTwo, ...]
     endings: tuple[tuple[Ending, str], tuple[Ending, str]]
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"
+        ends = " and ".join(ending for ending, _ in self.endings)
+        return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
+
 
 def trace(
     bifurcation: Bifurcation,
@@ -78,22 +92,23 @@ def trace(
 
     The ranges are those of the bifurcation's parameter and of the second, and hold the
     bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
-    fails, the point is located exactly and the curve goes on in the word beyond. Raises
+    fails, the point is located exactly and the curve goes on in the word beyond. There are no
+    points where the event and its mirror image happen together. Raises
     InvalidInput for a second parameter that is none or is the first, and for ranges that are not
     ascending, leave the parameters' own, or do not hold the bifurcation.
     """
     first = bifurcation.parameter
-    if second not in PARAMETERS or second == first:
-        others = (name for name in PARAMETERS if name != first)
-        raise InvalidInput("second", second, f"one of {', '.join(others)}")
     orbit, axes = bifurcation.orbit, []
+    check(orbit.parameters, (first, second), ranges)
     for name, (low, high) in zip((first, second), ranges, strict=True):
         value = orbit.values[PARAMETERS.index(name)]
-        for edge in (low, high):
-            orbit.parameters.replace(**{name: edge})
-        if not low <= value <= high or low == high:
+        if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
         axes.append(Axis(name, float(low), float(high)))
+    if bifurcation.leg is not None and paired(orbit, bifurcation.leg):
+        here = where(orbit, (axes[0], axes[1]))
+        why = Ending.NO_ADMISSIBLE_ORBIT, f"{MIRRORED}: no curve is followed from {here}"
+        return Curve(bifurcation.type, (first, second), (), (), (why, why))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         one, other = (
             _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)
@@ -108,6 +123,23 @@ def trace(
         (*one.meetings[::-1], *other.meetings),
         (back, ahead),
     )
+
+
+def check(
+    base: Parameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
+) -> None:
+    """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
+    first, second = names
+    if first not in PARAMETERS:
+        raise InvalidInput("first", first, f"one of {', '.join(PARAMETERS)}")
+    if second not in PARAMETERS or second == first:
+        others = (name for name in PARAMETERS if name != first)
+        raise InvalidInput("second", second, f"one of {', '.join(others)}")
+    for name, (low, high) in zip(names, ranges, strict=True):
+        for edge in (low, high):
+            base.replace(**{name: edge})
+        if not low < high:
+            raise InvalidInput(name, (low, high), "an ascending range")
 
 
 class _Curve:
@@ -170,7 +202,14 @@ class _Curve:
         tightest = self.follower.tightest(state)
         leg, values = self.follower.born, self._values(state.orbit)
         line = self._place(state.orbit, leg).line
-        self.points.append(CurvePoint(values, line, state.orbit, leg, tightest))
+        orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
+        if self.follower.critical is not None:
+            test = abs(state.tests[self.follower.critical])
+            residual = max(residual, test)
+            status = status if test <= noise(orbit) else Status.NOT_CONVERGED
+        self.points.append(
+            CurvePoint(values, line, orbit, leg, tightest, residual, orbit.iterations, status)
+        )
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
         new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
@@ -194,7 +233,9 @@ class _Curve:
                 lines=(here.line, ""),
                 values=self._values(one.orbit),
                 uncertainties=(first, second),
-                residual=float(one.orbit.residual),
+                residual=one.residual,
+                iterations=one.iterations,
+                status=one.status,
                 failed="",
                 word_before=one.orbit.word,
                 word_after=one.orbit.word,
@@ -205,7 +246,7 @@ class _Curve:
     def _cross(self, old: State, event: Event) -> State:
         """Record a point where a second leg has the duration 0, and go on in the word beyond."""
         located = event.located
-        at = Orbit(located.values, located.word, located.z, located.shot, "numpy")
+        at = located.orbit("numpy")
         born = None if self.follower.born is None else located.legs[0]
         here, there = self._place(at, born), self._place(at, event.leg)
         stop, beside = None, None
@@ -223,6 +264,8 @@ class _Curve:
                 values=self._values(at),
                 uncertainties=(first, second),
                 residual=float(located.residual),
+                iterations=located.iterations,
+                status=at.status,
                 failed=event.failed.named(old.orbit.word),
                 word_before=old.orbit.word,
                 word_after=beside.orbit.word if beside else None,

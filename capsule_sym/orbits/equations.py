@@ -24,6 +24,7 @@ from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.closed import ClosedForms
 from capsule_sym.orbits.word import Leg, Word
 
+ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 PARAMETERS = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b")
 _OMEGA, _DELTA, _ZETA, _BETA, _GAMMA, _F_B = (
     PARAMETERS.index(name) for name in ("omega", "delta", "zeta", "beta", "gamma", "f_b")
@@ -56,6 +57,9 @@ class Span:
     angle_by: Vector
     column: int
 
+    def __repr__(self) -> str:
+        return f"<Span in F{self.leg.field} for {float(self.h):.6g}>"
+
     def total(self, rows: Matrix) -> Matrix:
         """Total derivatives (many, n + 11) of what has these derivatives within the leg.
 
@@ -78,6 +82,10 @@ class Shot:
     spans: tuple[Span, ...]
     advance: Number
     advance_by: Vector
+
+    def __repr__(self) -> str:
+        largest = float(max(abs(self.residual)))
+        return f"<Shot of {len(self.spans)} legs: largest residual {largest:.1e}>"
 
 
 def shoot(numbers: Backend, values: Sequence[Number], word: Word, z: Vector) -> Shot:

@@ -11,12 +11,12 @@ from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.changes import around
-from capsule_sym.orbits.equations import PARAMETERS, Shot, Span, Vector, shoot, solve
+from capsule_sym.orbits.equations import PARAMETERS, ROUNDINGS, Shot, Span, Vector, shoot, solve
+from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.word import Word, contact, drift
 
 _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
-_ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 
 
 class Located(NamedTuple):
@@ -25,6 +25,7 @@ class Located(NamedTuple):
     `values` are the seven parameters, of which as many as there are such legs were free. The
     `residual` is the largest entry of the equations'; `uncertainties` bound the errors of the free
     parameters to first order: the rounding of every equation carried through the inverse Jacobian.
+    `iterations` counts the steps of Newton's method.
     """
 
     word: Word
@@ -34,6 +35,11 @@ class Located(NamedTuple):
     shot: Shot
     residual: Number
     uncertainties: tuple[Number, ...]
+    iterations: int
+
+    def orbit(self, backend: str) -> Orbit:
+        """The orbit, in the number system of a backend."""
+        return Orbit(self.values, self.word, self.z, self.shot, backend, self.iterations)
 
 
 def locate(
@@ -56,7 +62,7 @@ def locate(
     # Near a leg of duration 0 the derivative has an error of some unit^(1/3), steps shrink by that.
     small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
     with np.errstate(all="ignore"):
-        for _ in range(_MOST_STEPS):
+        for iterations in range(1, _MOST_STEPS + 1):
             shot = shoot(numbers, given, word, z)
             matrix = np.column_stack([shot.by_z[:, rest], shot.by_p[:, columns]])
             if not all(abs(value) < float("inf") for value in shot.residual):
@@ -69,7 +75,7 @@ def locate(
             for column, change in zip(columns, step[len(rest) :], strict=True):
                 given[column] = given[column] - change
             if max(abs(step)) <= small * (1 + max(abs(z))):
-                return _solved(numbers, given, columns, word, z, legs, rest)
+                return _solved(numbers, given, columns, word, z, legs, rest, iterations)
     return None
 
 
@@ -81,6 +87,7 @@ def _solved(
     z: Vector,
     legs: tuple[int, ...],
     rest: list[int],
+    iterations: int,
 ) -> Located | None:
     shot = shoot(numbers, given, word, z)
     matrix = np.column_stack([shot.by_z[:, rest], shot.by_p[:, columns]])
@@ -88,14 +95,14 @@ def _solved(
     residual = max(abs(shot.residual))
     if not residual <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
         return None
-    rounding = _ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
+    rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
     # Columns: the rows of the inverse that give the parameters.
     last = np.full((len(unknowns), len(columns)), numbers.number(0))
     for k in range(len(columns)):
         last[len(rest) + k, k] = last[len(rest) + k, k] + 1
     rows = solve(numbers, matrix.T, last).T
     uncertainties = tuple(abs(rows) @ (rounding + abs(shot.residual)))
-    return Located(word, legs, z, tuple(given), shot, residual, uncertainties)
+    return Located(word, legs, z, tuple(given), shot, residual, uncertainties, iterations)
 
 
 class Place(NamedTuple):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from capsule_sym.errors import InvalidInput
@@ -87,9 +89,10 @@ class Follower:
         ends = [(tests(self.orbit(u + s))[name], tests(self.orbit(u - s))[name]) for s in steps]
         return np.array([(ahead - behind) / (2 * _DIFFERENCE) for ahead, behind in ends])
 
-    def state(self, u: Vector, along: Vector, at: Evaluation | None = None) -> State:
-        """The state at u, its tangent in the direction of `along`."""
-        _, by, orbit = at or self.equations(u)
+    def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
+        """The state at u, which a solution may be of, with its tangent in the direction `along`."""
+        _, by, orbit = solution.at if solution else self.equations(u)
+        orbit = replace(orbit, iterations=solution.steps if solution else 0)
         held = inequalities(self.numbers, orbit.word, orbit.shot, self.born)
         try:
             direction = tangent(by, along)
@@ -134,7 +137,7 @@ class Follower:
             solution = self._at_border(state, solution, *outside)
             if solution is None:
                 return None
-        new = self.state(solution.u, state.tangent, solution.at)
+        new = self.state(solution.u, state.tangent, solution)
         if new.tangent @ state.tangent < _TURN:
             return None
         failing = [one for one in new.held if one.value <= 0]
@@ -290,7 +293,7 @@ class Follower:
         except np.linalg.LinAlgError:
             return None
         solution = corrected(self.equations, u + BESIDE * direction, direction)
-        return self.state(solution.u, direction, solution.at) if solution else None
+        return self.state(solution.u, direction, solution) if solution else None
 
 
 def _failing_share(held: list[Inequality], failed: Inequality) -> float:

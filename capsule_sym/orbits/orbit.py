@@ -14,7 +14,7 @@ from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.trajectory import Instant, Segment, SteadyMotion, Trajectory
-from capsule_sym.orbits.equations import PARAMETERS, Matrix, Shot, Vector, shoot, solve
+from capsule_sym.orbits.equations import PARAMETERS, ROUNDINGS, Matrix, Shot, Vector, shoot, solve
 from capsule_sym.orbits.word import Word, contact, drift
 from capsule_sym.parameters import Parameters
 
@@ -42,13 +42,24 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True)
 class NoOrbit:
-    """No orbit was found, and why; `residual` is the largest entry where the search ended."""
+    """No orbit was found, and why; `residual` is the largest entry where the search ended.
+
+    `iterations` counts the steps of Newton's method up to there.
+    """
 
     reason: Reason
     detail: str
     word: Word | None
     values: tuple[Number, ...]
     residual: Number
+    iterations: int = 0
+
+
+class Status(StrEnum):
+    """Whether equations are solved."""
+
+    CONVERGED = "converged"
+    NOT_CONVERGED = "not-converged"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +67,9 @@ class Orbit:
     """A periodic orbit modulo drift: a solution z of its word's equations.
 
     `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
-    forcing angle and durations as in `equations`, `shot` the equations there. With the backend
-    "mpmath" all numbers have 50 digits. Durations below 0 are allowed: such an orbit solves the
-    equations, but is not a motion.
+    forcing angle and durations as in `equations`, `shot` the equations there. `iterations` counts
+    the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
+    digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
     """
 
     values: tuple[Number, ...]
@@ -66,6 +77,11 @@ class Orbit:
     z: Vector
     shot: Shot
     backend: str
+    iterations: int = 0
+
+    def __repr__(self) -> str:
+        found = f"residual {float(self.residual):.1e}, by {self.backend}"
+        return f"<Orbit {self.word!r} at {self.parameters}: {found}>"
 
     @property
     def parameters(self) -> Parameters:
@@ -76,6 +92,13 @@ class Orbit:
     def residual(self) -> Number:
         """Largest entry of the equations' residual."""
         return max(abs(self.shot.residual))
+
+    @cached_property
+    def status(self) -> Status:
+        """Whether the equations are solved, by their residual here."""
+        with backend(self.backend) as numbers:
+            solved = solved_to_rounding(numbers, self.shot, self.z)
+        return Status.CONVERGED if solved else Status.NOT_CONVERGED
 
     @property
     def durations(self) -> Vector:
@@ -135,7 +158,8 @@ def close(
     """The orbit of this word near a guess z, by damped Newton steps with the exact Jacobian.
 
     The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
-    the largest entry of z if that is above 1. Without a guess only a word without switches is
+    the largest entry of z if that is above 1, or at most the roundings of its equations' terms
+    where those are larger, as of long itineraries. Without a guess only a word without switches is
     closed. Raises InvalidInput for a guess of the wrong size.
     """
     given = parameters.to_dict().values() if isinstance(parameters, Parameters) else parameters
@@ -157,35 +181,52 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], word: Word) -> list
 
 
 def _newton(numbers: Backend, values: tuple[Number, ...], word: Word, z: Vector) -> Orbit | NoOrbit:
-    tolerance = 1e-13 if numbers.name != "mpmath" else numbers.number(10) ** -50
+    steps = 0
 
     def none(reason: Reason, detail: str) -> NoOrbit:
-        return NoOrbit(reason, detail, word, values, norm)
+        return NoOrbit(reason, detail, word, values, norm, steps)
 
     shot = shoot(numbers, values, word, z)
     norm = _norm(shot)
     if not norm < float("inf"):
         return none(Reason.NOT_FINITE, "the residual of the guess is not finite")
-    for _ in range(_MOST_STEPS):
+    for steps in range(1, _MOST_STEPS + 1):
         try:
             step = solve(numbers, shot.by_z, shot.residual)
         except np.linalg.LinAlgError:
             return none(Reason.SINGULAR, "the Jacobian of the equations is singular")
-        solved = norm <= tolerance * max(1, *abs(z))
+        solved = norm <= _tolerance(numbers, z)
         # A solution is polished by one more step, as far as rounding lets it.
         better = _step(numbers, values, word, z, step, shot, 1.0 if solved else _LEAST_SCALE)
         if better is not None:
             z, shot = better
             norm = _norm(shot)
+        elif solved_to_rounding(numbers, shot, z):
+            solved = True
         if solved:
             if numbers.name != "mpmath" and np.linalg.cond(shot.by_z) * numbers.unit > _LOST:
                 return none(Reason.SINGULAR, "rounding leaves no digit of the solution")
-            return Orbit(values, word, z, shot, numbers.name)
+            return Orbit(values, word, z, shot, numbers.name, steps)
         if better is None:
             break
     return none(
         Reason.NOT_CONVERGED, "Newton's method came to rest where the residual is not small"
     )
+
+
+def _tolerance(numbers: Backend, z: Vector) -> Number:
+    """Largest entry of the residual that is taken for zero."""
+    tolerance = 1e-13 if numbers.name != "mpmath" else numbers.number(10) ** -50
+    return tolerance * max(1, *abs(z))
+
+
+def solved_to_rounding(numbers: Backend, shot: Shot, z: Vector) -> bool:
+    """Whether each equation is solved as far as the roundings of its own terms let it.
+
+    In a long itinerary every rounding is carried on by all that follows: the terms are large.
+    """
+    terms = numbers.unit * (abs(shot.by_z) @ abs(z))
+    return all(abs(shot.residual) <= np.maximum(_tolerance(numbers, z), ROUNDINGS * terms))
 
 
 def _step(

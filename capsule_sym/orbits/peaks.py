@@ -48,7 +48,7 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     gradient = c.beta * by[0]
     gradient[_DELTA] -= c.beta
     gradient[_BETA] += x_r - c.delta
-    return c.beta * (x_r - c.delta), gradient
+    return formulas.force(c, 0, x_r - c.delta, 0), gradient
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:

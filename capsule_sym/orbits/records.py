@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,7 +11,7 @@ from capsule_sym.orbits.bifurcations import Bifurcation, moduli
 from capsule_sym.orbits.continuation import Branch, BranchPoint
 from capsule_sym.orbits.curves import CodimensionTwo, Curve, CurvePoint
 from capsule_sym.orbits.equations import PARAMETERS
-from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.orbit import NoOrbit, Orbit, Status
 from capsule_sym.orbits.word import Word
 from capsule_sym.orbits.worth import Figure, worth
 
@@ -34,7 +35,7 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
     return {
         "parameters": _parameters(orbit),
         **_place(orbit),
-        "residual": float(orbit.residual),
+        **_convergence(orbit),
         "multipliers": _complex(moduli(orbit)),
         "stable": abs(moduli(orbit)[0]) < 1,
         "admissibility": _inequality(tightest(orbit), orbit.word),
@@ -60,6 +61,7 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
     return {
         "value": point.value,
         **_place(point.orbit),
+        **_convergence(point.orbit),
         "progression": float(point.orbit.progression),
         "average_velocity": float(point.orbit.average_velocity),
         "multipliers": _complex(multipliers),
@@ -77,8 +79,7 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
         "parameter": one.parameter,
         "value": one.value,
         "uncertainty": one.uncertainty,
-        "residual": one.residual,
-        "converged": True,
+        **_convergence(one),
         "interval": list(one.interval),
         "failed": one.failed or None,
         "word_before": _names(one.word_before),
@@ -106,6 +107,7 @@ def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
         **dict(zip(curve.parameters, point.values, strict=True)),
         "line": point.line or None,
         "word": _names(point.orbit.word),
+        **_convergence(point),
         "admissibility": _inequality(point.admissibility, point.orbit.word),
     }
 
@@ -116,7 +118,7 @@ def _meeting(curve: Curve, one: CodimensionTwo) -> dict[str, Any]:
         "lines": [line or None for line in one.lines],
         **dict(zip(curve.parameters, one.values, strict=True)),
         "uncertainties": list(one.uncertainties),
-        "residual": one.residual,
+        **_convergence(one),
         "failed": one.failed or None,
         "word_before": _names(one.word_before),
         "word_after": _names(one.word_after) if one.word_after else None,
@@ -132,6 +134,7 @@ def point_rows(branch: Branch) -> list[dict[str, Any]]:
         row = {branch.parameter: point.value, "word": " ".join(record["word"])}
         row |= {name: record[name] for name in ("period_multiple", "progression")}
         row |= {"average_velocity": record["average_velocity"], "stable": record["stable"]}
+        row |= _convergence(point.orbit)
         row |= {f"multiplier_{i}": abs(m) for i, m in enumerate(point.multipliers, 1)}
         row |= {
             "tightest": point.admissibility.named(point.orbit.word),
@@ -150,9 +153,9 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
             "parameter": one.parameter,
             "value": one.value,
             "uncertainty": one.uncertainty,
-            "residual": one.residual,
-            "word_before": " ".join(_names(one.word_before)),
-            "word_after": " ".join(_names(one.word_after)) if one.word_after else "",
+            **_convergence(one),
+            "word_before": str(one.word_before),
+            "word_after": str(one.word_after) if one.word_after else "",
             "failed": one.failed,
         }
         for one in bifurcations
@@ -167,7 +170,8 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             "type": curve.type,
             "line": point.line,
             **dict(zip(curve.parameters, point.values, strict=True)),
-            "word": " ".join(_names(point.orbit.word)),
+            "word": str(point.orbit.word),
+            **_convergence(point),
         }
         for number, curve in enumerate(curves, 1)
         for point in curve.points
@@ -182,17 +186,41 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             "first": " ".join(filter(None, (one.types[0], one.lines[0]))),
             "second": " ".join(filter(None, (one.types[1], one.lines[1]))),
             **dict(zip(curve.parameters, one.values, strict=True)),
-            "word_before": " ".join(_names(one.word_before)),
-            "word_after": " ".join(_names(one.word_after)) if one.word_after else "",
+            **_convergence(one),
+            "word_before": str(one.word_before),
+            "word_after": str(one.word_after) if one.word_after else "",
         }
         for number, curve in enumerate(curves, 1)
         for one in curve.codimension_two
     ]
 
 
+def failure_record(found: NoOrbit) -> dict[str, Any]:
+    """What is known where there is no orbit: why, and where Newton's method ended."""
+    residual = float(found.residual)
+    return {
+        "status": found.reason.value,
+        "converged": False,
+        "detail": found.detail,
+        "word": _names(found.word) if found.word else None,
+        "residual": residual if math.isfinite(residual) else None,
+        "iterations": found.iterations,
+    }
+
+
+def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwo) -> dict[str, Any]:
+    """How well the equations are solved, as found there."""
+    return {
+        "residual": float(found.residual),
+        "iterations": found.iterations,
+        "status": found.status.value,
+        "converged": found.status is Status.CONVERGED,
+    }
+
+
 def _names(word: Word) -> list[str]:
     """Names of the fields, begun where a steady motion's word begins."""
-    return list(word.rotated(word.first).names)
+    return list(word.cyclic.names)
 
 
 def _number(word: Word, leg: int) -> int:

@@ -11,19 +11,23 @@ from numpy.typing import NDArray
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map import Segment, Trajectory, simulate
 from capsule_sym.map.trajectory import LONGEST
-from capsule_sym.orbits.admissibility import realised, tightest
+from capsule_sym.orbits.admissibility import realised, rerun, tightest
+from capsule_sym.orbits.identity import primitive, same
 from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
 from capsule_sym.orbits.stability import jacobian, multipliers
-from capsule_sym.orbits.word import Word
+from capsule_sym.orbits.word import Word, drift
 from capsule_sym.parameters import Parameters
 
-_BLOCK = 64  # excitation periods after which to look whether the motion is periodic
+_BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
 _LATEST = 16  # segments that tell the size of the motion
 _NEAR = 0.1  # how far, in units of the motion's own size, an orbit may be from where it is sought
 _NEWTON_STEPS = 30
 _CLOSED = 1e-6  # change over the orbit's periods below which a word is read off
-_ALIKE = 1e-4  # durations of a turn that repeats itself differ by less
-_SAME = 1e-7  # states of one orbit, found twice, differ by less
+_REPEATED = 1e-7  # change over a turn below which a run has settled
+_ARRIVED = 1e-6  # distance, in units of the motion's size, below which a run is on its orbit
+_SLACK = 10  # how far a run may be from an orbit over what the multipliers say
+_BLOCKS = 64  # how long a run that creeps towards its orbit is looked at, in blocks
+_TOLD = 3  # itineraries that a message names
 
 
 def find_orbit(
@@ -34,28 +38,111 @@ def find_orbit(
 ) -> Orbit | NoOrbit:
     """The stable orbit on which the simulated motion settles within so many excitation periods.
 
-    The motion need not have settled to the last digit: an orbit close by, of the word that the
-    motion has come to, is taken if it is stable and the map realises it. Raises InvalidInput as
-    `simulate` does.
+    The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
+    motion repeats, is taken if it is stable, the map realises it, and the motion goes on towards
+    it. Itineraries over 1 to 16 excitation periods are tried. Where there is no orbit the detail
+    names those that the end of the run suggested, and what is wrong with each. Raises InvalidInput
+    as `simulate` does.
     """
-    done, last = 0, None
-    while done < periods:
-        trajectory = simulate(parameters, state, phase, min(_BLOCK, periods - done))
+    length, refused = _BLOCK, list[_Refused]()
+    while True:
+        length = min(length, periods)
+        # Always from the start: a chaotic transient would go elsewhere from a rounded state.
+        trajectory = simulate(parameters, state, phase, length)
         if trajectory.stopped:
             return NoOrbit(
                 Reason.NOT_PERIODIC, trajectory.stopped, None, _values(parameters), float("inf")
             )
-        for word, guess in endings(trajectory):
-            last = realise(parameters, word, guess)
-            if isinstance(last, Orbit) and _near(last, guess) and abs(multipliers(last)[0]) < 1:
-                return last
-        done += _BLOCK
-        _, final = trajectory.final
-        state, phase = [float(value) for value in final], 0.0
-    if isinstance(last, NoOrbit):
-        return last
-    detail = f"the motion has not settled on a periodic one within {periods} excitation periods"
-    return NoOrbit(Reason.NOT_PERIODIC, detail, None, _values(parameters), float("inf"))
+        refused = []
+        for ending in endings(trajectory):
+            found = _taken(trajectory, ending)
+            if isinstance(found, Orbit):
+                return found
+            refused.append(_Refused(ending, found))
+        if length == periods:
+            break
+        length *= 2
+    repeated = [one.why for one in refused if one.ending.change < _REPEATED]
+    if repeated:
+        # The run did settle, and yet its equations have no such solution.
+        return repeated[0]
+    return NoOrbit(
+        Reason.NOT_PERIODIC,
+        f"the run from {tuple(state)} at phase {phase} has not settled within {periods} excitation "
+        f"periods on a motion of at most {LONGEST}; {_told(refused)}",
+        None,
+        _values(parameters),
+        float("inf"),
+    )
+
+
+class Ending(NamedTuple):
+    """The last turn of a run that repeats an itinerary: its word, unknowns z, and what it changed.
+
+    `change` is the largest change of the state over the turn, in units of the motion's size.
+    """
+
+    word: Word
+    guess: list[float]
+    change: float
+
+
+class _Refused(NamedTuple):
+    """What was tried, and why it is not the orbit that the run settles on."""
+
+    ending: Ending
+    why: NoOrbit
+
+
+def _told(refused: Sequence[_Refused]) -> str:
+    """What was tried, in words."""
+    if not refused:
+        return "the end of the run repeats no itinerary"
+    told = [
+        f"{one.ending.word} over {one.ending.word.multiple} ({one.why.reason}: {one.why.detail})"
+        for one in refused[:_TOLD]
+    ]
+    more = [f"and {len(refused) - _TOLD} more"] if len(refused) > _TOLD else []
+    return f"tried {', '.join(told + more)}"
+
+
+def _taken(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
+    """The orbit next to the end of a run, if the run settles on it."""
+    found = realise(trajectory.parameters, ending.word, ending.guess)
+    if isinstance(found, NoOrbit):
+        return found
+    orbit = primitive(found)
+    largest = float(abs(multipliers(orbit)[0]))
+    if not _near(orbit, ending.guess):
+        detail = "the orbit of this itinerary is far from the run"
+    elif not largest < 1:
+        detail = f"the orbit of this itinerary is unstable, its multiplier {largest:.6g}"
+    elif not _settles(trajectory, orbit, largest):
+        detail = "the run goes on away from the orbit of this itinerary"
+    else:
+        return orbit
+    return NoOrbit(Reason.NOT_PERIODIC, detail, orbit.word, orbit.values, orbit.residual)
+
+
+def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
+    """Whether a run is on an orbit, or comes closer to it as the largest multiplier says."""
+    multiple = orbit.word.multiple
+    marks = np.array(rerun(orbit).stroboscopic[-multiple:], dtype=float)
+    size = 1 + abs(np.array([span.start for span in orbit.shot.spans], dtype=float)).max()
+
+    def distance(run: Trajectory) -> float:
+        return float(abs(marks - np.array(run.final[1], dtype=float)).max(axis=1).min())
+
+    first = now = distance(trajectory)
+    for block in range(_BLOCKS):
+        if now <= _ARRIVED * size:
+            return True
+        if now > _SLACK * first * largest ** (block * _BLOCK / multiple):
+            return False
+        state = [float(value) for value in trajectory.final[1]]
+        trajectory = simulate(trajectory.parameters, state, periods=_BLOCK)
+        now = distance(trajectory)
+    return now < first
 
 
 def realise(
@@ -76,18 +163,20 @@ def realise(
     return NoOrbit(Reason.NOT_REALISED, detail, word, orbit.values, orbit.residual)
 
 
-def endings(trajectory: Trajectory) -> Iterator[tuple[Word, list[float]]]:
-    """Words and unknowns z of the last 1, 2, ... excitation periods of a run, where they repeat.
+def endings(trajectory: Trajectory) -> Iterator[Ending]:
+    """The last 1, 2, ... excitation periods of a run, where they repeat those before.
 
-    They do where the fields are those of as many periods before, and the states are not far off.
+    They do where the fields are the same, and the states not far off. Segments may be longer than a
+    period. First comes stick without an end, where the run ends with more than a period of it.
     """
     period, omega = trajectory.parameters.period, trajectory.parameters.omega
-    last = trajectory.segments[-1]
-    if float(last.duration) > period:
-        state = [float(value) for value in trajectory.stroboscopic[-1]]
-        yield Word.of((last.field,)), [*state, 0.0, period]
-        return
+    last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
+    if drift(last.field) == 0 and not last.target and float(last.duration) > period:
+        change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
+        yield Ending(Word.of((last.field,)), [*marks[-1].tolist(), 0.0, period], change)
     segments = [s for s in trajectory.segments if s.target]
+    if not segments:
+        return
     times = np.array([s.start.period * period + float(s.start.phase) for s in segments])
     starts = np.array([s.start_state for s in segments], dtype=float)
     end = times[-1] + float(segments[-1].duration)
@@ -97,12 +186,13 @@ def endings(trajectory: Trajectory) -> Iterator[tuple[Word, list[float]]]:
         first = int(np.argmin(abs(end - multiple * period - times)))
         chosen = segments[first:]
         fields = [s.field for s in segments[max(0, 2 * first - len(segments)) :]]
-        change = starts[first] - np.array(chosen[-1].end_state, dtype=float)
-        if fields != 2 * fields[-len(chosen) :] or abs(change).max() > _NEAR * size:
+        change = abs(starts[first] - np.array(chosen[-1].end_state, dtype=float)).max()
+        late = abs(end - multiple * period - times[first])
+        if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
             continue
         legs = [_Leg(s.field, _start(s, omega), float(s.duration)) for s in chosen]
         if (guess := _guess(legs, multiple)) is not None:
-            yield guess
+            yield Ending(*guess, change / size)
 
 
 class _Leg(NamedTuple):
@@ -157,7 +247,7 @@ def random_search(
         for begin in (state, np.array(settled, dtype=float)):
             for multiple in multiples:
                 orbit = _newton(parameters, begin, multiple)
-                if orbit is not None and not any(_same(orbit, known) for known in found):
+                if orbit is not None and not any(same(orbit, known) for known in found):
                     found.append(orbit)
         if report is not None:
             report(start + 1, len(found))
@@ -182,7 +272,7 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -
         if abs(change).max() < _CLOSED * size:
             guess = _one_turn(run, multiple)
             orbit = close(parameters, *guess) if guess else None
-            return orbit if isinstance(orbit, Orbit) and realised(orbit) else None
+            return primitive(orbit) if isinstance(orbit, Orbit) and realised(orbit) else None
         try:
             step = np.linalg.solve(jacobian(run) - np.eye(3), change)
         except np.linalg.LinAlgError:
@@ -200,42 +290,12 @@ def _one_turn(run: Trajectory, multiple: int) -> tuple[Word, list[float]] | None
         # The turn is cut in the middle of a leg: the run's last segment is its first part.
         joined = legs[-1]._replace(duration=legs[-1].duration + legs[0].duration)
         legs = [*legs[1:-1], joined]
-    times = _repeats(legs, multiple)
-    return _guess(legs[: len(legs) // times], multiple // times)
-
-
-def _repeats(legs: Sequence[_Leg], multiple: int) -> int:
-    """How often the turn repeats a shorter one."""
-    for times in range(multiple, 1, -1):
-        count, rest = divmod(len(legs), times)
-        if rest or multiple % times:
-            continue
-        shifted = (*legs[count:], *legs[:count])
-        if all(
-            leg.field == later.field and abs(leg.duration - later.duration) < _ALIKE
-            for leg, later in zip(legs, shifted, strict=True)
-        ):
-            return times
-    return 1
+    return _guess(legs, multiple)
 
 
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:
     states = np.array([span.start for span in orbit.shot.spans])
     return bool(abs(orbit.z[:3] - guess[:3]).max() <= _NEAR * abs(states).max())
-
-
-def _same(orbit: Orbit, other: Orbit) -> bool:
-    """Whether two orbits are one, begun at different switches perhaps."""
-    if orbit.word.multiple != other.word.multiple or len(orbit.word) != len(other.word):
-        return False
-    place = _place(orbit, 0)
-    return any(abs(place - _place(other, i)).max() < _SAME for i in range(len(other.word)))
-
-
-def _place(orbit: Orbit, leg: int) -> NDArray[np.float64]:
-    """State and forcing where a leg begins."""
-    span = orbit.shot.spans[leg]
-    return np.array([*span.start, np.cos(span.angle), np.sin(span.angle)], dtype=float)
 
 
 def _values(parameters: Parameters) -> tuple[float, ...]:

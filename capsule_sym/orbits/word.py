@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.expansion import Guard
-from capsule_sym.map.trajectory import SteadyMotion
+from capsule_sym.map.itinerary import cyclic_start
+from capsule_sym.map.trajectory import SteadyMotion, shortened
 
-_RANK = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 
 
@@ -93,11 +93,16 @@ class Word:
         """The word of a motion that the map has settled on."""
         return cls.of((segment.field for segment in motion.segments), motion.period_multiple)
 
+    def __repr__(self) -> str:
+        times = f", {self.multiple}" if self.multiple != 1 else ""
+        return f"Word({shortened(str(self))}{times})"
+
     def __len__(self) -> int:
         return len(self.legs)
 
     def __str__(self) -> str:
-        return " ".join(self.names)
+        """The cycle as it is written, wherever this word begins."""
+        return " ".join(self.cyclic.names)
 
     @property
     def fields(self) -> tuple[int, ...]:
@@ -112,8 +117,12 @@ class Word:
     @property
     def first(self) -> int:
         """The leg at which the paper begins: in contact, at rest if there is such a leg."""
-        ranks = [_RANK[field] for field in self.fields]
-        return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])
+        return cyclic_start(self.fields)
+
+    @property
+    def cyclic(self) -> Word:
+        """The same cycle begun where the paper begins it, as it is written."""
+        return self.rotated(self.first)
 
     def rotated(self, start: int) -> Word:
         """The same cycle begun at leg `start`."""

@@ -9,19 +9,31 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from capsule_sym.sweeps.axes import Axis
     from capsule_sym.sweeps.basin import run_basin
     from capsule_sym.sweeps.execution import run
+    from capsule_sym.sweeps.plan import load_sweep, read_plan
     from capsule_sym.sweeps.refinement import refine
-    from capsule_sym.sweeps.store import open_results
-    from capsule_sym.sweeps.sweep import Axis, Sweep, load_sweep
+    from capsule_sym.sweeps.results import open_results
+    from capsule_sym.sweeps.sweep import Sweep
 
-__all__ = ["Axis", "Sweep", "load_sweep", "open_results", "refine", "run", "run_basin"]
+__all__ = [
+    "Axis",
+    "Sweep",
+    "load_sweep",
+    "open_results",
+    "read_plan",
+    "refine",
+    "run",
+    "run_basin",
+]
 
 _HOME = {
-    "Axis": "sweep",
+    "Axis": "axes",
     "Sweep": "sweep",
-    "load_sweep": "sweep",
-    "open_results": "store",
+    "load_sweep": "plan",
+    "open_results": "results",
+    "read_plan": "plan",
     "refine": "refinement",
     "run": "execution",
     "run_basin": "basin",

@@ -16,16 +16,20 @@ from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.stability import multipliers
 from capsule_sym.parameters import Parameters
 from capsule_sym.sweeps import words
+from capsule_sym.sweeps.axes import START
 from capsule_sym.sweeps.closing import NotClosed, closed
-from capsule_sym.sweeps.execution import Summary, run
-from capsule_sym.sweeps.store import open_results, opened
-from capsule_sym.sweeps.sweep import START, Sweep
+from capsule_sym.sweeps.execution import Settings, Summary, run_then
+from capsule_sym.sweeps.layout import Added
+from capsule_sym.sweeps.quantities import ATTRACTOR
+from capsule_sym.sweeps.results import open_results
+from capsule_sym.sweeps.sweep import Sweep
 
 NONE = -1
 """Code of a cell that has come to no closed orbit."""
 
 _QUANTITIES = ("word", "progression", "final")
 _SAME = 1e-9  # two closed orbits, each known to 1e-13, are one if their states are this near
+_MOST_CELLS = 10**8  # whose ends are held in memory
 _MOST_FAILURES = 20  # cells of one word under which Newton's method fails, before it is given up
 
 
@@ -61,25 +65,27 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     """Runs a basin and adds `attractor`, the number of each cell's, to the results of its store.
 
     `how` are the further arguments of `run`, which raises what this raises; besides InvalidInput
-    for a sweep over anything but the start.
+    for a sweep over anything but the start, or of more cells than memory is for.
     """
     for axis in sweep.axes:
         for quantity in axis.quantities:
             if quantity not in START:
                 raise InvalidInput("axis", quantity, f"one of {', '.join(START)} for a basin")
+    if sweep.size > _MOST_CELLS:
+        raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a basin")
     sweep = replace(sweep, compute=_QUANTITIES)
-    summary = run(sweep, store, **how)
-    basin = identify(sweep.parameters, open_results(store))
-    with opened(Path(store), sweep, resume=True, command="") as to:
-        to.add(
-            "attractor",
-            basin.numbers,
-            {
-                "long_name": f"attractor of the cell, the most frequent first; {NONE} for none",
-                "attractors": [attractor.record() for attractor in basin.attractors],
-            },
-        )
-    return summary, basin
+    found = Basin((), np.empty(0, np.int16))
+
+    def identified() -> dict[str, Added]:
+        nonlocal found
+        with open_results(store) as results:
+            found = identify(sweep.parameters, results)
+        meaning = f"attractor of the cell, the most frequent first; {NONE} for none"
+        records = [attractor.record() for attractor in found.attractors]
+        return {ATTRACTOR: Added(found.numbers, {"long_name": meaning, "attractors": records})}
+
+    summary = run_then(sweep, Path(store), "basin", identified, Settings(**how))
+    return summary, found
 
 
 def identify(parameters: Parameters, results: xr.Dataset) -> Basin:

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._native import core
-from capsule_sym.errors import Outcome
+from capsule_sym._native import Watch, core, live
+from capsule_sym.errors import CapsuleError, Outcome
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import SteadyMotion, simulate
-from capsule_sym.map.backend import default_backend
 from capsule_sym.map.trajectory import LONGEST
 from capsule_sym.orbits.stability import lyapunov, multipliers
 from capsule_sym.orbits.worth import worth
 from capsule_sym.parameters import Parameters
 from capsule_sym.sweeps import words
+from capsule_sym.sweeps.axes import PARAMETERS
 from capsule_sym.sweeps.closing import closed
-from capsule_sym.sweeps.sweep import PARAMETERS, Sweep
+from capsule_sym.sweeps.quantities import VARIABLES, CellOutcome, variables
+from capsule_sym.sweeps.sweep import Sweep
 
-KERNELS = f"{DIGEST}, {default_backend()}"
-"""What computes the cells: the digest of the generated kernels, and the backend."""
+KERNELS = DIGEST
+"""Digest of the generated kernels that compute the cells."""
+CORE = live()
+"""What runs them: backends, and cores of other widths, differ in the last bits."""
 
 _ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
 _SHARED = ("gamma", "beta", "zeta", "omega")
@@ -31,101 +33,47 @@ _FURTHER = 1000  # excitation periods, at most, that a Lyapunov exponent of a ru
 _BLOCK = 64  # excitation periods that the slow way takes at a time
 
 
-class CellOutcome(IntEnum):
-    """How the run of a cell ended."""
-
-    #: Not computed yet.
-    PENDING = 0
-    #: The motion is periodic.
-    CONVERGED = 1
-    #: The motion is periodic, and 50 digits decided what double precision left open on the way.
-    SETTLED = 2
-    #: The motion is not periodic within the sweep's periods and tolerance.
-    NOT_PERIODIC = 3
-    #: It is proved that no switch occurs any more.
-    NEVER_SWITCHES = 4
-    #: What was asked for could not be computed; the chunk's record holds the reason.
-    FAILED = 5
-
-
-class Variable(NamedTuple):
-    """A result of each cell: its type, its own dimension if it has one, unit and meaning."""
-
-    dtype: str
-    dimension: tuple[str, int] | None
-    unit: str
-    meaning: str
-
-
-_OUTCOME = Variable("i1", None, "1", "how the run of the cell ended")
-_VARIABLES = {
-    "word": {
-        "word": Variable("i8", None, "1", "fields of one period of the motion, as a 48-bit code"),
-        "multiple": Variable("i2", None, "1", "excitation periods of the motion, 0 if none"),
-    },
-    "progression": {
-        "progression": Variable("f8", None, "1", "advance of x_c per excitation period"),
-    },
-    "final": {
-        "final": Variable("f8", ("component", 3), "1", "x_r, v_r and v_c at the end of the run"),
-    },
-    "multipliers": {
-        "multipliers": Variable(
-            "c16", ("multiplier", 3), "1", "multipliers of the closed orbit, largest first"
-        ),
-    },
-    "energies": {
-        "velocity": Variable("f8", None, "1", "average velocity of the capsule"),
-        "work": Variable("f8", None, "1", "work of the drive per excitation period"),
-        "damper_loss": Variable("f8", None, "1", "energy lost in the damper, likewise"),
-        "friction_loss": Variable("f8", None, "1", "energy lost by friction, likewise"),
-    },
-    "lyapunov": {
-        "lyapunov": Variable("f8", None, "1", "largest Lyapunov exponent, per unit of time"),
-    },
-}
-
-
-def variables(sweep: Sweep) -> dict[str, Variable]:
-    """The results of each cell of a sweep, by name."""
-    asked = {name: v for quantity in sweep.compute for name, v in _VARIABLES[quantity].items()}
-    return {"outcome": _OUTCOME, **asked}
-
-
 class Block(NamedTuple):
     """Results of a chunk: columns (n, ...) by variable, and what they do not hold.
 
     `words` has code and number of cells of each word by its text, `reasons` the reason of each
-    failed cell by its place in the chunk; `kernels` names what computed them.
+    failed cell by its place in the chunk; `kernels` and `core` name what computed them.
     """
 
     columns: dict[str, NDArray[np.generic]]
     words: dict[str, tuple[int, int]]
     reasons: dict[str, str]
     kernels: str
+    core: str
 
 
-def compute(part: Sweep) -> Block:
-    """The results of all cells of a chunk. No exception of a cell leaves this function."""
-    cells = _Cells(part)
+class Abandoned(CapsuleError):
+    """The results of a chunk are not wanted any more."""
+
+
+def compute(part: Sweep, watch: Watch | None = None) -> Block:
+    """The results of all cells of a chunk. No exception of a cell leaves this function.
+
+    Raises Abandoned soon after the watch is over.
+    """
+    cells = _Cells(part, watch or Watch())
     slow = cells.fast() if core is not None else np.arange(part.size)
     for i in slow.tolist():
         cells.guarded(i, cells.slow)
     if set(part.compute) & {"multipliers", "energies", "lyapunov"}:
         for i in np.flatnonzero(cells.columns["outcome"] != CellOutcome.FAILED).tolist():
             cells.guarded(i, cells.close)
-    kept = {name: cells.columns[name] for name in variables(part)}
+    kept = {name: cells.columns[name] for name in variables(part.compute)}
     reasons = {str(i): cells.reasons[i] for i in sorted(cells.reasons)}
-    return Block(kept, cells.counted() if "word" in part.compute else {}, reasons, KERNELS)
+    return Block(kept, cells.counted() if "word" in part.compute else {}, reasons, KERNELS, CORE)
 
 
 class _Cells:
-    def __init__(self, part: Sweep) -> None:
-        self.part = part
+    def __init__(self, part: Sweep, watch: Watch) -> None:
+        self.part, self.watch = part, watch
         self.rows, self.states, self.phases = part.columns()
         self.columns: dict[str, NDArray[np.generic]] = {}
-        everything = {name: v for group in _VARIABLES.values() for name, v in group.items()}
-        for name, v in {"outcome": _OUTCOME, **everything}.items():
+        for name, v in variables().items():
             shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
             blank = np.nan if v.dtype[0] in "fc" else 0
             self.columns[name] = np.full(shape, blank, v.dtype)
@@ -133,10 +81,17 @@ class _Cells:
         self.reasons: dict[int, str] = {}
 
     def guarded(self, i: int, work: Callable[[int], None]) -> None:
+        self.look()
         try:
             work(i)
+        except Abandoned:
+            raise
         except Exception as error:
             self.fail(i, f"{type(error).__name__}: {error}")
+
+    def look(self) -> None:
+        if self.watch.over:
+            raise Abandoned("the run was stopped")
 
     def fail(self, i: int, reason: str) -> None:
         self.columns["outcome"][i] = CellOutcome.FAILED
@@ -152,13 +107,16 @@ class _Cells:
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
         strobe = np.empty((count, last + 1, 3))
-        core.start_many(rows, self.states[order], self.phases[order], records)
-        core.run_many(rows, records, self.part.periods - last, stops)
+        watch = self.watch
+        core.start_many(rows, self.states[order], self.phases[order], records, watch)
+        core.run_many(rows, records, self.part.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
         records["turn"] = 0
-        core.run_many(rows, records, last, stops, strobe)
+        core.run_many(rows, records, last, stops, strobe, watch=watch)
         stops[ahead] = core.OPEN
-        core.steady_many(rows, records, strobe, self.part.tolerance, stops, motions, switches)
+        tolerance = self.part.tolerance
+        core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
+        self.look()
         back = np.argsort(order)
         records, motions, stops, switches = (
             records[back],
@@ -207,6 +165,7 @@ class _Cells:
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
         left, settled = part.periods, 0
         while True:
+            self.look()
             # The last run is long enough to tell the longest motion.
             ahead = min(_BLOCK, left - 2 * LONGEST - 1)
             trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
@@ -251,7 +210,7 @@ class _Cells:
         columns["lyapunov"][i] = grown / (orbit.word.multiple * parameters.period)
         if "energies" in part.compute:
             value = worth(orbit)
-            for name in _VARIABLES["energies"]:
+            for name in VARIABLES["energies"]:
                 columns[name][i] = getattr(value, name).value
 
 

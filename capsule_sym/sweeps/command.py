@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from traceback import clear_frames
 from typing import Any, TypeVar
 
 import click
@@ -17,10 +18,13 @@ from capsule_sym.errors import CapsuleError, InvalidInput
 from capsule_sym.options import (
     chosen_parameters,
     json_option,
-    make_console,
+    make_progress,
     parameter_options,
     state_option,
 )
+from capsule_sym.sweeps.info import damaged_parts, info_record, show
+
+_INTERRUPTED = 130  # the exit status of shells for it
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
@@ -42,6 +46,11 @@ def _running(command: _Command) -> _Command:
             type=click.Choice(["threads", "processes"]),
             default="threads",
             show_default=True,
+        ),
+        click.option(
+            "--any-core",
+            is_flag=True,
+            help="Go on although another core began; results then differ in the last bits.",
         ),
         click.option("--resume", is_flag=True, help="Go on with what the store holds."),
         click.option("--store", required=True, metavar="DIR", help="Where results go."),
@@ -95,10 +104,11 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
                 "store": store,
                 "cells": loaded.size,
                 "computed": sum(r.computed for r in chart.rounds),
+                "damaged": chart.damaged,
                 "fraction_computed": chart.fraction,
                 "seconds": sum(r.seconds for r in chart.rounds),
             }
-    _show(record, as_json)
+    show(record, as_json)
 
 
 _WINDOW = click.Tuple([float, float, int])
@@ -129,6 +139,7 @@ def basin(
     workers: int | None,
     dask: str | None,
     resume: bool,
+    any_core: bool,
     **dimensionless: float | None,
 ) -> None:
     """Run a basin of attraction and tell its attractors.
@@ -143,51 +154,23 @@ def basin(
     axes = tuple(Axis.linear(name, *window) for name, window in windows.items() if window)
     parameters, _ = chosen_parameters(file, dimensionless)
     chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
-    with _executor(executor, workers, dask, resume) as given:
-        summary, found = run_basin(chosen, store, **given)
+    with _executor(executor, workers, dask, resume, any_core) as given:
+        summary, _ = run_basin(chosen, store, **given)
     record = {**_summary(summary, periods), **info_record(Path(store))}
-    record["attractors"] = [attractor.record() for attractor in found.attractors]
-    _show(record, as_json)
+    show(record, as_json)
 
 
 @click.command("sweep-info")
+@click.option("--check", is_flag=True, help="Compare every file with its checksum; exit 1 if not.")
 @json_option
 @click.argument("store", metavar="DIR")
-def sweep_info(store: str, as_json: bool) -> None:
-    """Show the axes, what is done, the outcomes and the provenance of a store."""
+def sweep_info(store: str, check: bool, as_json: bool) -> None:
+    """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
     _require_extra()
-    _show(info_record(Path(store)), as_json)
-
-
-def info_record(path: Path) -> dict[str, Any]:
-    """What a store holds, in plain values; raises InvalidInput where there is none."""
-    from collections import Counter
-
-    from capsule_sym.sweeps.store import finished, head, words
-
-    rounds = sorted(path.glob("round-*"))
-    if rounds:
-        return {"store": str(path), "rounds": [info_record(place) for place in rounds]}
-    there = head(path)
-    outcomes: Counter[str] = Counter()
-    reasons: Counter[str] = Counter()
-    for record in finished(path):
-        outcomes.update(record["outcomes"])
-        reasons.update(record["reasons"].values())
-    total = 1
-    for axis in there["sweep"]["axes"]:
-        total *= axis["count"]
-    return {
-        "store": str(path),
-        "axes": there["sweep"]["axes"],
-        "cells": total,
-        "done": sum(outcomes.values()),
-        "outcomes": dict(outcomes),
-        "words": {text: cells for text, (_, cells) in words(path).items()},
-        "reasons": dict(reasons.most_common(20)),
-        "sweep": {name: v for name, v in there["sweep"].items() if name != "axes"},
-        "provenance": there["provenance"],
-    }
+    record = info_record(Path(store), check)
+    show(record, as_json)
+    if damaged_parts(record):
+        raise click.exceptions.Exit(1)
 
 
 def _summary(summary: Any, periods: int) -> dict[str, Any]:
@@ -199,13 +182,14 @@ def _summary(summary: Any, periods: int) -> dict[str, Any]:
 
 @contextmanager
 def _executor(
-    executor: str, workers: int | None, dask: str | None, resume: bool
+    executor: str, workers: int | None, dask: str | None, resume: bool, any_core: bool
 ) -> Iterator[dict[str, Any]]:
     """The arguments of `run`, with a progress bar; what stops a run ends the command with 1."""
     given: dict[str, Any] = {
         "executor": executor,
         "workers": workers,
         "resume": resume,
+        "any_core": any_core,
         "command": shlex.join(["capsule-sym", *sys.argv[1:]]),
     }
     try:
@@ -216,6 +200,19 @@ def _executor(
     except CapsuleError as error:
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(1) from error
+    except KeyboardInterrupt as interrupt:
+        # What a run kept, where it had begun.
+        click.echo(": ".join(["error: interrupted", *map(str, interrupt.args)]), err=True)
+        _let_go(interrupt)
+        raise click.exceptions.Exit(_INTERRUPTED) from None
+
+
+def _let_go(error: BaseException | None) -> None:
+    """Frees what the frames of an exception hold: locks between processes, which have to be."""
+    while error is not None:
+        clear_frames(error.__traceback__)
+        error = error.__context__
+    gc.collect()
 
 
 @contextmanager
@@ -223,28 +220,19 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
     if address is None:
         yield {}
         return
-    from contextlib import ExitStack
+    if find_spec("distributed") is None:
+        raise click.UsageError("distributed is missing: pip install 'capsule-sym[sweep]'")
+    from capsule_sym.sweeps.cluster import client_of
 
-    distributed: Any = import_module("distributed")
-    with ExitStack() as stack:
-        if address == "local":
-            cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
-            )
-            stack.enter_context(cluster)
-        try:
-            client = stack.enter_context(
-                distributed.Client(cluster if address == "local" else address)
-            )
-        except (OSError, ValueError) as error:
-            raise InvalidInput("dask", address, "the address of a Dask scheduler") from error
+    with client_of(address, workers) as client:
         count = sum(client.nthreads().values())
-        yield {"executor": client.get_executor(), "workers": workers or count}
+        # Workers may come later: a run says that it waits for them.
+        yield {"executor": client.get_executor(), "workers": workers or count or 1}
 
 
 @contextmanager
 def _progress() -> Iterator[Callable[[int, int], None]]:
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TimeRemainingColumn
+    from rich.progress import BarColumn, ProgressColumn, Task, TimeRemainingColumn
     from rich.text import Text
 
     class Cells(ProgressColumn):
@@ -255,16 +243,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
             return Text(f"{done}, {task.speed or 0:,.0f} a second")
 
-    screen = make_console(stderr=True)
-    bar = Progress(
-        Cells(),
-        BarColumn(bar_width=20),
-        TimeRemainingColumn(),
-        console=screen,
-        disable=not screen.is_terminal,
-        transient=True,
-    )
-    with bar:
+    with make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
         task = bar.add_task("", total=None)
         total = -1
 
@@ -277,50 +256,3 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             bar.update(task, completed=done)
 
         yield show
-
-
-def _show(record: dict[str, Any], as_json: bool) -> None:
-    from capsule_sym.records import dumps
-
-    if as_json:
-        click.echo(dumps(record))
-        return
-    screen = make_console()
-    for part in record.get("rounds", ()):
-        _show(part, as_json)
-    for axis in record.get("axes", ()):
-        names = ", ".join(axis["quantities"])
-        screen.print(
-            f"axis {axis['name']:<12} {axis['count']} values of {names} "
-            f"from {_numbers(axis['first'])} to {_numbers(axis['last'])}"
-        )
-    for name in ("cells", "done", "computed", "damaged", "fraction_computed"):
-        if name in record:
-            screen.print(f"{name.replace('_', ' '):<17} {record[name]:,}")
-    if record.get("computed"):
-        screen.print(f"{'seconds':<17} {record['seconds']:.2f}")
-    if record.get("periods_per_second_and_core"):
-        rate = record["periods_per_second_and_core"]
-        screen.print(f"{'speed':<17} {rate:,.0f} excitation periods per second and core")
-    for title in ("outcomes", "words", "reasons"):
-        _print_shares(screen, title, record.get(title, {}))
-    for number, attractor in enumerate(record.get("attractors", ())):
-        screen.print(
-            f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['word']}  "
-            f"period multiple {attractor['multiple']}, progression {attractor['progression']:.9g}, "
-            f"multiplier {attractor['multiplier']:.6g}"
-        )
-    for name, value in record.get("provenance", {}).items():
-        screen.print(f"{name:<17} {value}")
-
-
-def _print_shares(screen: Any, title: str, counts: dict[str, int]) -> None:
-    ranked = sorted(counts.items(), key=lambda item: -item[1])
-    for name, cells in ranked[:12]:
-        screen.print(f"{title.rstrip('s'):<17} {cells:>12,}  {name}")
-    if len(ranked) > 12:
-        screen.print(f"{'':<17} {sum(n for _, n in ranked[12:]):>12,}  in {len(ranked) - 12} more")
-
-
-def _numbers(values: list[float]) -> str:
-    return ", ".join(f"{value:g}" for value in values)

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import platform
-from typing import Any
+import warnings
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 import zarr
+from numpy.typing import NDArray
+from zarr.errors import ZarrUserWarning
 
 import capsule_sym
-from capsule_sym.sweeps.cells import KERNELS, CellOutcome, variables
+from capsule_sym.sweeps.cells import CORE, KERNELS
+from capsule_sym.sweeps.quantities import CellOutcome, variables
 from capsule_sym.sweeps.sweep import Sweep
+
+
+class Added(NamedTuple):
+    """A result of all cells that is computed from the others in the end."""
+
+    values: NDArray[np.generic]
+    attributes: dict[str, Any]
 
 
 def provenance(command: str) -> dict[str, Any]:
@@ -19,6 +32,7 @@ def provenance(command: str) -> dict[str, Any]:
     return {
         "command": command,
         "kernels": KERNELS,
+        "core": CORE,
         "versions": {
             "capsule-sym": capsule_sym.__version__,
             "python": platform.python_version(),
@@ -29,7 +43,38 @@ def provenance(command: str) -> dict[str, Any]:
     }
 
 
-def coordinates(sweep: Sweep, provenance: dict[str, Any]) -> xr.Dataset:
+def lay(
+    place: Path,
+    sweep: Sweep,
+    origin: dict[str, Any],
+    cores: Iterable[str] = (),
+    words: dict[str, tuple[int, int]] | None = None,
+    added: Mapping[str, Added] | None = None,
+) -> None:
+    """Writes all of the results of a sweep but its chunks: what xarray opens, with no cell done.
+
+    With the cores that computed the cells, a table of words, and further results, where these are
+    known.
+    """
+    coordinates(sweep, origin, cores).to_zarr(place, zarr_format=3, consolidated=False)
+    group = zarr.open_group(place)
+    made = arrays(group, sweep)
+    if words is not None:
+        made["word"].attrs.update(word_flags(words))
+    for name, (values, attributes) in (added or {}).items():
+        _array(group, name, sweep, values.dtype, attributes)[...] = values
+    consolidate(place)
+
+
+def consolidate(place: Path) -> None:
+    """Copies what describes the arrays of a group into the group's own file, as xarray expects."""
+    with warnings.catch_warnings():
+        # Zarr warns that other readers than its own and xarray may not know these copies.
+        warnings.simplefilter("ignore", ZarrUserWarning)
+        zarr.consolidate_metadata(str(place))
+
+
+def coordinates(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> xr.Dataset:
     """The axes of a sweep as coordinates; as attributes what is the same for all cells."""
     columns = {
         quantity: (axis.name, axis.values[:, i], {"units": "1"})
@@ -45,8 +90,9 @@ def coordinates(sweep: Sweep, provenance: dict[str, Any]) -> xr.Dataset:
         "periods": sweep.periods,
         "tolerance": sweep.tolerance,
         **{name: value for name, value in fixed.items() if name not in columns},
-        **{name: provenance[name] for name in ("command", "kernels")},
-        "versions": ", ".join(f"{name} {v}" for name, v in provenance["versions"].items()),
+        **{name: origin[name] for name in ("command", "kernels")},
+        "core": "; ".join(cores) or origin["core"],
+        "versions": ", ".join(f"{name} {v}" for name, v in origin["versions"].items()),
     }
     return xr.Dataset(coords=columns, attrs=attributes)
 
@@ -54,15 +100,15 @@ def coordinates(sweep: Sweep, provenance: dict[str, Any]) -> xr.Dataset:
 def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
     """Empty arrays for all results of a sweep."""
     arrays = {}
-    for name, v in variables(sweep).items():
+    for name, v in variables(sweep.compute).items():
         attributes: dict[str, Any] = {"units": v.unit, "long_name": v.meaning}
         if name == "outcome":
             attributes |= outcome_flags()
-        arrays[name] = array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)
+        arrays[name] = _array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)
     return arrays
 
 
-def array(
+def _array(
     group: zarr.Group,
     name: str,
     sweep: Sweep,

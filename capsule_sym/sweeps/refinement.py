@@ -13,11 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
+from capsule_sym.sweeps.axes import Axis
 from capsule_sym.sweeps.execution import Summary, run
-from capsule_sym.sweeps.store import open_results, write_chart
-from capsule_sym.sweeps.sweep import Axis, Sweep
+from capsule_sym.sweeps.quantities import COMPUTED
+from capsule_sym.sweeps.results import Held, damaged_in_chart, open_results
+from capsule_sym.sweeps.store import write_chart
+from capsule_sym.sweeps.sweep import Sweep
 
 _UNKNOWN = -1
+_LONGEST_STRIDE = 2**20
+_MOST_CELLS = 10**8  # which are held in memory
 _LABEL = ("outcome", "word", "multiple")
 
 Numbers = NDArray[np.int32]
@@ -25,10 +30,14 @@ Mask = NDArray[np.bool_]
 
 
 class Chart(NamedTuple):
-    """A refined chart: the share of its points that were computed, and what each round did."""
+    """A refined chart: the share of its points that were computed, and what each round did.
+
+    `damaged` is the number of damaged parts that were found and made again.
+    """
 
     fraction: float
     rounds: tuple[Summary, ...]
+    damaged: int
 
 
 def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **how: Any) -> Chart:
@@ -50,8 +59,11 @@ def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **h
         or not isinstance(stride, int)
         or stride < 1
         or stride & (stride - 1)
+        or stride > _LONGEST_STRIDE
     ):
-        raise InvalidInput("stride", stride, "a power of two")
+        raise InvalidInput("stride", stride, f"a power of two, at most {_LONGEST_STRIDE}")
+    if sweep.size > _MOST_CELLS:
+        raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a refined chart")
     sweep = replace(sweep, compute=("word",), chunk=())
     points = _Points(sweep, Path(store), how)
     lattice = [np.unique(np.append(np.arange(0, n, stride), n - 1)) for n in sweep.shape]
@@ -77,6 +89,7 @@ class _Points:
         self.computed: Mask = np.zeros(sweep.shape, bool)
         self.labels: dict[tuple[int, int, int], int] = {}
         self.texts: dict[int, str] = {}
+        self.cores: set[str] = set()
         self.summaries: list[Summary] = []
         self.rounds: Iterator[int] = count()
 
@@ -91,6 +104,7 @@ class _Points:
         part = replace(self.sweep, axes=(axis,), chunk=())
         place = self.store / f"round-{next(self.rounds):03d}"
         self.summaries.append(run(part, place, **self.how))
+        self.cores.update(Held(place).tally().cores)
         with open_results(place) as results:
             flags = results["word"].attrs
             meanings = flags["flag_meanings"].split()
@@ -120,10 +134,12 @@ class _Points:
         columns: dict[str, Any] = {
             name: (dims, table[self.number, i].astype(kinds[name])) for i, name in enumerate(_LABEL)
         }
-        columns["computed"] = (dims, self.computed)
+        columns[COMPUTED] = (dims, self.computed)
         fraction = float(self.computed.mean())
-        write_chart(self.store, self.sweep, columns, self.texts, {"fraction_computed": fraction})
-        return Chart(fraction, tuple(self.summaries))
+        damaged = sum(s.damaged for s in self.summaries) + len(damaged_in_chart(self.store))
+        about = {"fraction_computed": fraction}
+        write_chart(self.store, self.sweep, columns, self.texts, sorted(self.cores), about)
+        return Chart(fraction, tuple(self.summaries), damaged)
 
 
 def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]]) -> Mask:

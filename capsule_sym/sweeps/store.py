@@ -1,43 +1,46 @@
-"""Results on disk: chunks appear whole or not at all, and what is damaged is found and run again.
-
-A store is a directory with `results.zarr` (what xarray opens), `sweep.json` (the sweep and its
-provenance), and `chunks` (a record of each finished chunk: checksums of its files, the texts of
-its words, the reasons of its failed cells).
-"""
+"""Writing results: chunks appear whole or not at all, and what is damaged is made again."""
 
 from __future__ import annotations
 
 import fcntl
-import hashlib
-import json
-import math
 import os
-import shutil
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 import zarr
 from numpy.typing import NDArray
 
 from capsule_sym.errors import CapsuleError, InvalidInput
-from capsule_sym.sweeps.cells import KERNELS, Block, CellOutcome
+from capsule_sym.sweeps.cells import CORE, KERNELS, Block
+from capsule_sym.sweeps.files import checksum, checksums, move, place, remove, sealed
 from capsule_sym.sweeps.layout import (
-    array,
+    Added,
     arrays,
+    consolidate,
     coordinates,
+    lay,
     outcome_flags,
     provenance,
-    word_flags,
+)
+from capsule_sym.sweeps.quantities import CellOutcome
+from capsule_sym.sweeps.results import (
+    CHART,
+    CHART_RECORD,
+    CHUNKS,
+    COPY,
+    FINISHED,
+    RESULTS,
+    SWEEP,
+    Check,
+    Held,
 )
 from capsule_sym.sweeps.sweep import Sweep
 
-_RESULTS, _CHUNKS, _PARTIAL = "results.zarr", "chunks", "partial"
-_LOCK, _SWEEP, _CHART = "lock", "sweep.json", "chart.zarr"
+_PARTIAL, _LOCK = "partial", "lock"
 
 
 class NotWritten(CapsuleError):
@@ -47,87 +50,95 @@ class NotWritten(CapsuleError):
 class Store:
     """A directory that receives the chunks of one sweep; made by `opened`."""
 
-    def __init__(self, path: Path, sweep: Sweep) -> None:
-        self.path, self.sweep = path, sweep
-        self.results, self.chunks = path / _RESULTS, path / _CHUNKS
+    def __init__(self, path: Path, sweep: Sweep, *, any_core: bool = False) -> None:
+        self.path, self.sweep, self.any_core = path, sweep, any_core
+        self.results, self.partial = path / RESULTS, path / _PARTIAL
+        self.check = Check(frozenset(), (), ())
+        self.held: Held
         self._staged: dict[str, Any] = {}
 
-    @property
-    def partial(self) -> Path:
-        """Where files are written before they are moved to their place."""
-        return self.path / _PARTIAL
-
-    def create(self, command: str) -> None:
+    def create(self, kind: str, command: str) -> None:
         """Lays out an empty store; `sweep.json` comes last and says that it is whole."""
-        for name in (_RESULTS, _CHUNKS):
-            shutil.rmtree(self.path / name, ignore_errors=True)
+        for name in (RESULTS, CHUNKS):
+            remove(self.path / name)
         origin = provenance(command)
-        self.chunks.mkdir()
-        coordinates(self.sweep, origin).to_zarr(self.results, zarr_format=3, consolidated=False)
-        arrays(zarr.open_group(self.results), self.sweep)
-        head = {"sweep": self.sweep.record(), "provenance": origin}
-        self._place(_text(head), self.path / _SWEEP)
+        lay(self.results, self.sweep, origin)
+        self._describe(
+            {
+                "kind": kind,
+                "sweep": self.sweep.record(),
+                "provenance": origin,
+                "files": checksums(self.results),
+            }
+        )
+
+    def mend(self) -> None:
+        """Finds what is damaged, and makes again all of it but the chunks, which `run` does."""
+        self.held = Held(self.path)
+        self.check = self.held.check()
+        if not self.check.files:
+            return
+        with writing(self.path):
+            again = self.partial / RESULTS
+            lay(again, self.sweep, self.held.head["provenance"])
+            made = checksums(again)
+            begun = [key for key in made if f"{RESULTS}/{key}" in self.check.files]
+            move(begun, again, self.results)
+            remove(again)
+            # Other versions of the libraries may write other bytes of the same meaning.
+            files = self.held.head["files"] | {key: made[key] for key in begun}
+            self._describe({**self.held.head, "files": files})
 
     def publish(self, index: int, block: Block) -> None:
         """Writes a chunk beside, moves its files to their places, and records it as finished.
 
-        Raises NotWritten if that cannot be done, CapsuleError for a chunk of other kernels.
+        Raises NotWritten if that cannot be done, CapsuleError for a chunk of other kernels, or of
+        another core than the store was begun with.
         """
         if block.kernels != KERNELS:
             raise CapsuleError(f"a worker has the kernels {block.kernels}, this process {KERNELS}")
-        with _writing(self.path):
+        held = self.held
+        if not self.any_core:
+            check_core(self.path, block.core, held.head["provenance"]["core"])
+        with writing(self.path):
             region = self.sweep.region(index)
             shape = tuple(part.stop - part.start for part in region)
-            place = "/".join(map(str, np.unravel_index(index, self.sweep.chunks)))
-            files = {}
+            keys = held.keys(index)
             for name, staged in self._staging().items():
                 column = block.columns[name]
                 staged[region] = column.reshape(shape + column.shape[1:])
-                key = f"{name}/c/{place}" + "/0" * (column.ndim - 1)
-                files[key] = _checksum(self.partial / key)
             outcomes = Counter(block.columns["outcome"].tolist())
             record = {
-                "files": files,
+                "files": {key: checksum(self.partial / key) for key in keys.values()},
+                "core": block.core,
                 "outcomes": {CellOutcome(o).name.lower(): n for o, n in sorted(outcomes.items())},
                 "words": block.words,
                 "reasons": block.reasons,
             }
-            for key in files:
-                (self.results / key).parent.mkdir(parents=True, exist_ok=True)
-                os.replace(self.partial / key, self.results / key)
-            self._place(_sealed(record), self._record_path(index))
+            move(keys.values(), self.partial, self.results)
+            place(sealed(record), held.record_path(index), self.partial)
 
-    def state(self) -> tuple[set[int], int]:
-        """The finished chunks whose files are as they were written, and how many are damaged."""
-        whole, damaged = set(), 0
-        for index in range(math.prod(self.sweep.chunks)):
-            path = self._record_path(index)
-            if path.exists():
-                record = _unsealed(path)
-                if record and all(
-                    _checksum(self.results / k) == v for k, v in record["files"].items()
-                ):
-                    whole.add(index)
-                else:
-                    damaged += 1
-        return whole, damaged
+    def finish(self, added: dict[str, Added]) -> None:
+        """Writes what is known when all chunks are there: texts of words, cores, further results.
 
-    def finish(self) -> None:
-        """Writes the texts of all words to the array of their codes, as CF flags."""
-        if "word" not in self.sweep.compute:
-            return
-        with _writing(self.path):
-            self._staging()["word"].attrs.update(word_flags(words(self.path)))
-            os.replace(self.partial / "word/zarr.json", self.results / "word/zarr.json")
+        What was written before is written anew, so that whatever it was, it is whole now.
+        """
+        held = self.held
+        tally = held.tally()
+        words = tally.words if "word" in self.sweep.compute else None
+        with writing(self.path):
+            last = self.partial / RESULTS
+            lay(last, self.sweep, held.head["provenance"], tally.cores, words, added)
+            files = checksums(last)
+            # A file is as it was begun or as it is listed here, at any moment.
+            move([key for key in files if key not in held.head["files"]], last, self.results)
+            place(sealed({"files": files}), self.path / FINISHED, self.partial)
+            move([key for key in files if key in held.head["files"]], last, self.results)
 
-    def add(self, name: str, values: NDArray[np.generic], attributes: dict[str, Any]) -> None:
-        """Adds a result of all cells, computed from the others; raises NotWritten."""
-        place = self.results / name
-        with _writing(self.path):
-            group = zarr.open_group(self.partial)
-            array(group, name, self.sweep, values.dtype, attributes)[...] = values
-            shutil.rmtree(place, ignore_errors=True)
-            os.replace(self.partial / name, place)
+    def _describe(self, head: dict[str, Any]) -> None:
+        for path in (self.path / COPY, self.path / SWEEP):
+            place(sealed(head), path, self.partial)
+        self.held = Held(self.path)
 
     def _staging(self) -> dict[str, Any]:
         """Arrays like those of the results, beside them."""
@@ -135,76 +146,62 @@ class Store:
             self._staged = arrays(zarr.open_group(self.partial), self.sweep)
         return self._staged
 
-    def _record_path(self, index: int) -> Path:
-        return self.chunks / f"{index // 1000:06d}" / f"{index:09d}.json"
-
-    def _place(self, text: str, path: Path) -> None:
-        self.partial.mkdir(exist_ok=True)
-        path.parent.mkdir(exist_ok=True)
-        part = self.partial / path.name
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
-
 
 @contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def writing(path: Path) -> Iterator[None]:
+    """Raises NotWritten for what the operating system refuses."""
     try:
         yield
     except OSError as error:
+        where = error.filename2 or error.filename or path
         raise NotWritten(
-            f"{path}: {error.strerror or error}; what was finished is kept, and --resume goes on "
+            f"{where}: {error.strerror or error}; what was finished is kept, and --resume goes on "
             "from there"
         ) from error
 
 
 @contextmanager
-def opened(path: Path, sweep: Sweep, *, resume: bool, command: str) -> Iterator[Store]:
+def opened(
+    path: Path,
+    sweep: Sweep,
+    *,
+    resume: bool,
+    command: str,
+    kind: str = "sweep",
+    any_core: bool = False,
+) -> Iterator[Store]:
     """The store of a sweep for one run: a new one, or with `resume` one that was begun.
 
     Raises InvalidInput for a directory that holds something else, another sweep or results of
-    other kernels, and while another run has it.
+    other kernels, or of another core unless `any_core`, and while another run has it.
     """
-    _check_directory(path)
+    begun = _is_begun(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        lock = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT)
+        lock = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
     except OSError as error:
-        raise InvalidInput("store", str(path), f"writable ({error.strerror})") from error
+        raise InvalidInput("store", str(error.filename), f"writable ({error.strerror})") from error
     try:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InvalidInput("store", str(path), "free: another run is writing to it") from None
-        store = Store(path, sweep)
-        shutil.rmtree(store.partial, ignore_errors=True)
-        if (path / _SWEEP).exists():
+        store = Store(path, sweep, any_core=any_core)
+        if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new, or continued with --resume")
-            _check_same(path, sweep)
-        else:
-            with _writing(path):
-                store.create(command)
+            _check_same(path, sweep, kind, any_core)
+        with writing(path):
+            os.ftruncate(lock, 0)
+            remove(store.partial)
+            if not begun:
+                store.create(kind, command)
+        if begun:
+            store.mend()
         yield store
-        shutil.rmtree(store.partial, ignore_errors=True)
+        remove(store.partial)
     finally:
         os.close(lock)
-
-
-def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
-    """The results in a store, read where they are used; cells not computed yet are PENDING.
-
-    Dimensions and coordinates are the sweep's axes, attributes its provenance. `word` holds codes;
-    its attributes `flag_values` and `flag_meanings` give their texts, with _ between the fields.
-    Of a refined chart the whole chart is opened. Raises InvalidInput where there is no store.
-    """
-    if (Path(path) / _CHART).exists():
-        chart: xr.Dataset = xr.open_zarr(Path(path) / _CHART, chunks=None, consolidated=False)
-        return chart
-    head(path)
-    dataset: xr.Dataset = xr.open_zarr(Path(path) / _RESULTS, chunks=None, consolidated=False)
-    if "word" in dataset and "flag_values" not in dataset["word"].attrs:
-        dataset["word"].attrs.update(word_flags(words(Path(path))))
-    return dataset
 
 
 def write_chart(
@@ -212,93 +209,64 @@ def write_chart(
     sweep: Sweep,
     columns: dict[str, tuple[list[str], NDArray[np.generic]]],
     texts: dict[int, str],
+    cores: Iterable[str],
     attributes: dict[str, Any],
 ) -> None:
     """Writes a refined chart: columns by name with their dimensions, texts of words by code."""
-    chart = coordinates(sweep, provenance("")).assign(columns).assign_attrs(attributes)
+    chart = coordinates(sweep, provenance(""), cores).assign(columns).assign_attrs(attributes)
     words = dict(sorted(texts.items()))
     chart["word"].attrs.update(flag_values=list(words), flag_meanings=" ".join(words.values()))
     chart["outcome"].attrs.update(outcome_flags())
-    part = path / f"{_CHART}.{_PARTIAL}"
-    with _writing(path):
-        shutil.rmtree(part, ignore_errors=True)
-        chart.to_zarr(part, zarr_format=3, consolidated=False)
-        shutil.rmtree(path / _CHART, ignore_errors=True)
-        os.replace(part, path / _CHART)
+    part = path / _PARTIAL
+    with writing(path):
+        remove(part)
+        part.mkdir()
+        chart.to_zarr(part / CHART, zarr_format=3, consolidated=False)
+        consolidate(part / CHART)
+        remove(path / CHART_RECORD)
+        remove(path / CHART)
+        os.replace(part / CHART, path / CHART)
+        place(sealed({"files": checksums(path / CHART)}), path / CHART_RECORD, part)
+        remove(part)
 
 
-def head(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """The sweep of a store and its provenance; raises InvalidInput where there is none."""
+def check_core(path: Path, core: str, begun: str) -> None:
+    """Raises InvalidInput unless results of a core belong into a store that was begun with one."""
+    if core != begun:
+        raise InvalidInput(
+            "core",
+            core,
+            f"{begun!r}, with which {path} was begun: results of two cores differ in the last "
+            "bits; --any-core goes on, and the record of each chunk says which computed it",
+        )
+
+
+def _is_begun(path: Path) -> bool:
+    """Whether a directory is a store; raises InvalidInput for one that holds something else."""
+    ours = {RESULTS, CHUNKS, _PARTIAL, _LOCK, SWEEP, FINISHED}
     try:
-        loaded: dict[str, Any] = json.loads((Path(path) / _SWEEP).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InvalidInput("store", str(path), "the directory of a sweep") from error
-    return loaded
-
-
-def words(path: Path) -> dict[str, tuple[int, int]]:
-    """Code and number of cells of every word in the finished chunks of a store, by its text."""
-    table: dict[str, tuple[int, int]] = {}
-    for record in finished(path):
-        for text, (code, cells) in record["words"].items():
-            table[text] = code, table.get(text, (code, 0))[1] + cells
-    if len({code for code, _ in table.values()}) < len(table):
-        raise CapsuleError(f"two words have one code: {table}")
-    return dict(sorted(table.items()))
-
-
-def finished(path: Path) -> Iterator[dict[str, Any]]:
-    """The records of the finished chunks of a store: `files`, `outcomes`, `words`, `reasons`."""
-    for entry in sorted((path / _CHUNKS).glob("*/*.json")):
-        record = _unsealed(entry)
-        if record:
-            yield record
-
-
-def _check_directory(path: Path) -> None:
-    ours = {_RESULTS, _CHUNKS, _PARTIAL, _LOCK, _SWEEP}
-    try:
-        held = {entry.name for entry in path.iterdir()} if path.exists() else set()
-    except OSError as error:
-        raise InvalidInput("store", str(path), f"a directory ({error.strerror})") from error
-    # A store without its sweep.json, but with finished chunks, is not for this run to empty.
-    chunks = any((path / _CHUNKS).rglob("*.json")) if _CHUNKS in held else False
-    if _SWEEP not in held and (chunks or not held <= ours):
+        held = {entry.name for entry in path.iterdir()} if os.path.lexists(path) else set()
+        if SWEEP in held or os.path.lexists(path / COPY):
+            return True
+        # A store that nothing describes, but with finished chunks, is not for this run to empty.
+        chunks = any((path / CHUNKS).rglob("*.json")) if CHUNKS in held else False
+    except (OSError, ValueError) as error:  # ValueError: a path with a zero character
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InvalidInput("store", str(path), f"a directory ({reason})") from error
+    if chunks or not held <= ours:
         raise InvalidInput("store", str(path), "new, or empty, or the directory of a sweep")
+    return False
 
 
-def _check_same(path: Path, sweep: Sweep) -> None:
-    there = head(path)
-    for name, value in sweep.record().items():
-        if there["sweep"].get(name) != value:
-            raise InvalidInput(name, value, f"{there['sweep'].get(name)!r}, as in {path}")
-    if there["provenance"]["kernels"] != KERNELS:
-        allowed = f"{there['provenance']['kernels']!r}, with which {path} was begun"
+def _check_same(path: Path, sweep: Sweep, kind: str, any_core: bool) -> None:
+    there = Held(path).head
+    for name, value in {"kind": kind, **sweep.record()}.items():
+        before = {"kind": there["kind"], **there["sweep"]}.get(name)
+        if before != value:
+            raise InvalidInput(name, value, f"{before!r}, as in {path}")
+    origin = there["provenance"]
+    if origin["kernels"] != KERNELS:
+        allowed = f"{origin['kernels']!r}, with which {path} was begun"
         raise InvalidInput("kernels", KERNELS, allowed)
-
-
-def _checksum(path: Path) -> str:
-    """SHA-256 of a file, empty if there is none."""
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except FileNotFoundError:
-        return ""
-
-
-def _text(record: dict[str, Any]) -> str:
-    return json.dumps(record, ensure_ascii=False, indent=1) + "\n"
-
-
-def _sealed(record: dict[str, Any]) -> str:
-    seal = hashlib.sha256(_text(record).encode()).hexdigest()
-    return _text({"sha256": seal, **record})
-
-
-def _unsealed(path: Path) -> dict[str, Any] | None:
-    """The record in a file, None if it is damaged."""
-    try:
-        record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        seal = record.pop("sha256")
-    except (ValueError, KeyError, AttributeError):
-        return None
-    return record if seal == hashlib.sha256(_text(record).encode()).hexdigest() else None
+    if not any_core:
+        check_core(path, CORE, origin["core"])

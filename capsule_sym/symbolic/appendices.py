@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import sympy as sp
 
@@ -82,21 +81,6 @@ def _sharp(claim: tuple[Bound, Relation]) -> bool:
     )
 
 
-def _told(bound: Bound) -> dict[str, Any]:
-    """What Appendix A prints about a bound, beside what is derived; nothing about L2 and L3."""
-    if bound.side < 0:
-        return {}
-    return {
-        "printed": f"stick always ends on {bound.line} while 0 < alpha < {bound.alpha_bound} "
-        "(sufficient)",
-        "derived": f"for zeta > 0 it does if and only if alpha <= {bound.alpha_bound}",
-        "proof": "the infimum of n over the line is at its corner, where v_r ends its range, and "
-        "over time at alpha cos(omega tau) = -alpha (L1) or alpha (L4); the corner is not on the "
-        "line (open at delta), so n > 0 at the end point of the bound too",
-        "consequence": "The printed condition is necessary too, and its end point may be added.",
-    }
-
-
 def _bound_items(bound: Bound) -> Iterator[Item]:
     way = "leaves" if bound.side > 0 else "enters"
     condition = sp.Le(bound.smaller, bound.larger)
@@ -116,7 +100,6 @@ def _bound_items(bound: Bound) -> Iterator[Item]:
         check=_sharp,
         mutant=(bound, sp.Lt(bound.smaller, bound.larger)),
         formula=formula,
-        **_told(bound),
     )
     yield Item(
         id=f"appendix.A.{bound.line}.solved",
@@ -237,6 +220,11 @@ PARTS: tuple[Part, ...] = tuple(part for line in EDGES for part in _parts(line))
 """L1^(1) to L4^(3) as derived (Appendix B)."""
 
 
+def unsettled(part: Part) -> bool:
+    """Whether at every v_r inside a part both signs of the product are taken at some phase."""
+    return _both_signs((part, (1, -1)))
+
+
 def _both_signs(claim: tuple[Part, tuple[int, ...]]) -> bool:
     """Whether at every v_r inside the part each of the signs is taken at some phase."""
     part, signs = claim
@@ -277,17 +265,6 @@ def bifurcations(part: Part) -> frozenset[str]:
         and target in leaf.departs
         and consistent([*part.relations, *leaf.condition, *moving])
     )
-
-
-_PRINTED = {
-    "L2^(1)": frozenset({"crossing", "grazing"}),
-    "L2^(2)": frozenset(BIFURCATIONS),
-    "L2^(3)": frozenset({"switching"}),
-    "L3^(1)": frozenset({"switching"}),
-    "L3^(2)": frozenset(BIFURCATIONS),
-    "L3^(3)": frozenset({"crossing", "grazing"}),
-}
-"""Sliding bifurcations that Section 3.3 names on each part."""
 
 
 def _possible(claim: tuple[Part, frozenset[str]]) -> bool:
@@ -331,8 +308,7 @@ def _part_items(part: Part) -> Iterator[Item]:
     yield Item(
         id=f"{name}.bifurcations",
         equation="Section 3.3",
-        statement=f"sliding bifurcations possible on {part.name}: {', '.join(sorted(kinds))}"
-        + (" (as printed)" if _PRINTED.get(part.name) == kinds else " (not in the paper)"),
+        statement=f"sliding bifurcations possible on {part.name}: {', '.join(sorted(kinds))}",
         claim=(part, kinds),
         check=_possible,
         mutant=(part, frozenset(BIFURCATIONS) - kinds),

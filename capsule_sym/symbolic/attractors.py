@@ -30,7 +30,7 @@ from capsule_sym.symbolic.intervals import (
     rational,
     upper,
 )
-from capsule_sym.symbolic.orbits import Box, Leg, System
+from capsule_sym.symbolic.orbits import Box, Leg, Passage, System
 from capsule_sym.symbolic.switching import LocalMap
 
 _RADII = [Fraction(1, 10**n) for n in (5, 7, 9)]  # of the boxes to try
@@ -57,11 +57,16 @@ class Attractor:
     @property
     def maps(self) -> tuple[LocalMap, ...]:
         """The local maps of one period in order of time; none where there is no switch."""
-        begun = [(leg.field, leg.plane) for leg in self.legs if leg.plane]
-        return tuple(
-            LocalMap(target, field, source)
-            for (field, source), (_, target) in zip(begun, [*begun[1:], *begun[:1]], strict=True)
-        )
+        return maps_of(self.legs)
+
+
+def maps_of(legs: Sequence[Leg]) -> tuple[LocalMap, ...]:
+    """The local maps of a period that ends in the leg in which it begins."""
+    begun = [(leg.field, leg.plane) for leg in legs if leg.plane]
+    return tuple(
+        LocalMap(target, field, source)
+        for (field, source), (_, target) in zip(begun, [*begun[1:], *begun[:1]], strict=True)
+    )
 
 
 def _basis(slopes: Sequence[Vector], size: int) -> list[list[Fraction]]:
@@ -77,10 +82,10 @@ def _inverse(matrix: list[list[Fraction]]) -> list[list[Fraction]]:
     return [[rational(x) for x in row] for row in inverse.tolist()]
 
 
-def _contraction(
+def contraction(
     system: System, reached: Vector, radius: Fraction
-) -> tuple[tuple[Leg, ...], tuple[Fraction, ...], Fraction]:
-    """Legs of a period from a box about a state, the box's centre, and by how much it shrinks.
+) -> tuple[Passage, tuple[Fraction, ...], Fraction]:
+    """One period from a box about a state, the box's centre, and by how much it shrinks.
 
     Raises `Undecided` where it is not proved that the state is in the box, and that the box is
     mapped into itself and contracted.
@@ -112,7 +117,7 @@ def _contraction(
     proved = inside(reached, [ZERO] * size) and inside(centre.end, factors)
     if not proved or passed.legs[0].field != passed.legs[-1].field:
         raise Undecided(f"no box of radius {radius} is contracted")
-    return passed.legs, rounded, max(map(upper, factors))
+    return passed, rounded, max(map(upper, factors))
 
 
 def attractor(values: Values) -> Attractor:
@@ -128,8 +133,8 @@ def attractor(values: Values) -> Attractor:
         near = exact(radii[0] * _SETTLED)
         if all(abs(x - y) < near for x, y in zip(reached, after, strict=True)):
             try:
-                legs, state, factor = _contraction(system, reached, radii[0])
-                return Attractor(legs, state, radii[0], factor, periods)
+                passed, state, factor = contraction(system, reached, radii[0])
+                return Attractor(passed.legs, state, radii[0], factor, periods)
             except Undecided:
                 if not radii[1:]:
                     raise

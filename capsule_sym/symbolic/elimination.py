@@ -98,9 +98,7 @@ class Constraint:
 
     def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Constraint:
         """The constraint with numbers in place of some symbols."""
-        numbers = [
-            (_POSITION[s], sp.QQ(*Fraction(v).as_integer_ratio())) for s, v in values.items()
-        ]
+        numbers = [(_POSITION[s], _rational(v)) for s, v in values.items()]
         terms: dict[tuple[int, ...], Any] = {}
         for powers, coefficient in self.polynomial.items():
             for position, number in numbers:
@@ -121,6 +119,11 @@ class Constraint:
         if self.kind == "==":
             return [Constraint(negative, ">"), Constraint(self.polynomial, ">")]
         return [Constraint(negative, ">=" if self.kind == ">" else ">")]
+
+
+def _rational(value: Fraction | int) -> Any:
+    """A number of the ring: not every type of SymPy's rationals is made from a Fraction."""
+    return sp.QQ(value.numerator, value.denominator)
 
 
 def _without(powers: tuple[int, ...], position: int) -> tuple[int, ...]:

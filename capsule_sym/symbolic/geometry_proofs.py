@@ -7,9 +7,8 @@ from itertools import combinations, product
 
 import sympy as sp
 
-from capsule_sym.symbolic import printed
 from capsule_sym.symbolic.elimination import Relation
-from capsule_sym.symbolic.geometry import LINES, PIECES, SCENARIOS, Piece, disjoint, empty, meets
+from capsule_sym.symbolic.geometry import LINES, PIECES, SCENARIOS, disjoint, empty, meets
 from capsule_sym.symbolic.items import Item, implication, vanishes
 from capsule_sym.symbolic.model import P3, P4, SEGMENTS, Segment
 from capsule_sym.symbolic.proof import always_solvable, consistent, implies
@@ -150,13 +149,14 @@ def lines_at(corner: str, hypotheses: tuple[Relation, ...]) -> frozenset[str]:
     return frozenset(name for name in LINES if meets(PIECES[name], point, hypotheses))
 
 
+_O2 = frozenset({"L2", "L4", "L7", "L8"})
 _CORNERS: dict[tuple[str, str], frozenset[str]] = {
-    ("O1", "δ < f_b"): printed.CORNERS["O1"],
-    ("O2", "δ < f_b"): printed.CORNERS["O2"],
+    ("O1", "δ < f_b"): frozenset({"L1", "L3", "L5", "L6"}),
+    ("O2", "δ < f_b"): _O2,
     ("O1", "δ = f_b"): frozenset({"L1", "L3", "L5", "L7", "L9"}),
-    ("O2", "δ = f_b"): printed.CORNERS["O2"],
+    ("O2", "δ = f_b"): _O2,
     ("O1", "δ > f_b"): frozenset({"L1", "L3", "L7", "L10"}),
-    ("O2", "δ > f_b"): printed.CORNERS["O2"],
+    ("O2", "δ > f_b"): _O2,
 }
 
 
@@ -187,54 +187,6 @@ def _corner_items() -> Iterator[Item]:
             check=implication,
             mutant=(PIECES[corner].relations, sp.Eq(2 * zeta * v_r, -side)),
             formula=sp.latex(sp.Eq(v_r, side / (2 * zeta))),
-        )
-
-
-def _same_set(claim: tuple[Piece, tuple[Piece, ...], tuple[Relation, ...], sp.Expr]) -> bool:
-    """Whether a set is the union of pieces, split by the sign of a function at its end."""
-    whole, pieces, hypotheses, split = claim
-    known = [*hypotheses]
-    inside = all(
-        implies([*piece.relations, *known], r) for piece in pieces for r in whole.relations
-    )
-    cases = [r for r in (sp.Lt(split, 0), sp.Eq(split, 0), sp.Gt(split, 0))]
-    covered = all(
-        any(
-            all(implies([*whole.relations, *known, case], r) for r in piece.relations)
-            for piece in pieces
-        )
-        for case in cases
-        if consistent([*whole.relations, *known, case])
-    )
-    return inside and covered
-
-
-_UNIONS = {
-    "L5": (("L5",), P3 - f_b),
-    "L6": (("L6", "O1"), P3 - f_b),
-    "L7": (("L7", "O2"), P3 + f_b),
-    "L8": (("L8",), P3 + f_b),
-}
-
-
-def _equation_14_items() -> Iterator[Item]:
-    for name, (pieces, split) in _UNIONS.items():
-        hypotheses = (_DAMPED, sp.Lt(delta, f_b))
-        union = tuple(PIECES[piece] for piece in pieces)
-        yield Item(
-            id=f"equation.14.{name}",
-            equation="Eq. (14)",
-            statement=(
-                f"for zeta > 0 and delta < f_b the printed {name} is "
-                f"{' and '.join(pieces)} of this derivation"
-            ),
-            claim=(printed.EQUATION_14[name], union, hypotheses, split),
-            check=_same_set,
-            mutant=(printed.EQUATION_14[name], union, (_DAMPED, sp.Gt(delta, f_b)), split)
-            if name in ("L5", "L7", "L6")
-            else (printed.EQUATION_14["L7"], union, hypotheses, split),
-            formula=r",\ ".join(sp.latex(r) for r in printed.EQUATION_14[name].relations),
-            verdict="conditional",
         )
 
 
@@ -352,7 +304,6 @@ def items() -> tuple[Item, ...]:
         _partition_items(),
         _existence_items(),
         _corner_items(),
-        _equation_14_items(),
         _field_items(),
     )
     return (

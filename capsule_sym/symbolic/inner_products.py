@@ -15,19 +15,15 @@ import sympy as sp
 
 from capsule_sym.symbolic.elimination import Relation, Sign
 from capsule_sym.symbolic.geometry import CELLS, LINES, PIECES, SURFACES, Piece
-from capsule_sym.symbolic.items import Item, signed, vanishes
+from capsule_sym.symbolic.items import Item, signed
 from capsule_sym.symbolic.model import P1, P2, P3, P4, SEGMENTS, Segment
 from capsule_sym.symbolic.proof import consistent, sign_under
 from capsule_sym.symbolic.switching import reduced
 from capsule_sym.symbolic.symbols import (
     STATE,
-    alpha,
     beta,
     delta,
     f_b,
-    gamma,
-    omega,
-    tau,
     v_r,
     x_r,
     zeta,
@@ -189,39 +185,6 @@ def _latex(product: InnerProduct) -> str:
     )
 
 
-_PULL = 2 * zeta * alpha * sp.cos(omega * tau)
-PRINTED = {
-    "16": ("S1", "∇P1−", 3, -(P3 + f_b) / gamma, "−(P3 + f_b)/γ"),
-    "17": ("S1", "∇P1+", 1, (P3 - f_b) / gamma, "(P3 − f_b)/γ"),
-    "18": ("S5", "∇P1+", 4, (P4 - f_b) / gamma, "(P4 − f_b)/γ"),
-    "19": ("S5", "∇P1−", 6, -(P4 + f_b) / gamma, "−(P4 + f_b)/γ"),
-    "20": ("S7", "∇P2−", 1, -v_r, "−v_r"),
-    "21": ("S7", "∇P2+", 4, v_r, "v_r"),
-    "22": ("L1", "∇P3+", 2, v_r - 2 * zeta * f_b + _PULL, "v_r − 2ζ f_b + 2ζ α cos ωτ"),
-}
-"""Eqs. (16)-(22) as printed; Eq. (23) is among the errata."""
-
-
-def _find(place: str, normal: str, field: int) -> InnerProduct:
-    return next(
-        p for p in inner_products() if (p.place, p.normal, p.field) == (place, normal, field)
-    )
-
-
-def _printed_item(equation: str) -> Item:
-    place, normal, field, value, text = PRINTED[equation]
-    product = _find(place, normal, field)
-    return Item(
-        id=f"equation.{equation}",
-        equation=f"Eq. ({equation})",
-        statement=f"⟨{normal}, F{field}⟩ on {place} is as printed: {text}",
-        claim=product.value - value,
-        check=vanishes,
-        mutant=product.value + value,
-        formula=_latex(product),
-    )
-
-
 def items() -> tuple[Item, ...]:
-    """Eqs. (16)-(22) as printed, and the sign of every inner product."""
-    return (*map(_printed_item, PRINTED), *map(_item, inner_products()))
+    """The sign of every inner product."""
+    return tuple(map(_item, inner_products()))

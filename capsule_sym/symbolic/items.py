@@ -66,7 +66,7 @@ def settle(item: Item) -> Result:
     witness: Mapping[str, str] = {}
     try:
         status: Status = item.verdict if item.check(item.claim) else "failed"
-        if item.witness:
+        if item.witness and status != "failed":
             witness = item.witness()
     except Undecided:
         status = "undecided"

@@ -11,8 +11,9 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import count
 
-from capsule_sym.symbolic import printed
-from capsule_sym.symbolic.case_study import CHANGES
+from capsule_sym.paper import events, read
+from capsule_sym.symbolic.case_study import BRACKETS
+from capsule_sym.symbolic.comparisons.tables import printed_maps
 from capsule_sym.symbolic.geometry import SCENARIOS
 from capsule_sym.symbolic.items import Result
 from capsule_sym.symbolic.model import SEGMENTS
@@ -88,30 +89,26 @@ def _point(result: Result) -> str:
 
 
 _SECTION_4 = """\
-The motion from (0, 0, 0) at τ = 0 is followed in interval arithmetic by the closed-form flow: each
-function that bounds the cell of a field is proved positive until one is proved to fall through
-zero, and there the next field is proved to take over. After some periods the motion enters a box
-in which the order of switches is proved to be one and the same, and which the map of one period is
-proved to carry into itself and to contract. By Banach's theorem it tends to the one periodic
-motion through the box. Where the motions at two values of α differ, there is a change between.
+Bifurcations of Section 4, each between two values of α at which the attracting motions are proved
+to differ: the map of one period is enclosed in interval arithmetic and proved to carry a box into
+itself and to contract it, so that by Banach's theorem there is one periodic motion through the box,
+which attracts the others.
 """
 
 
 def _values() -> Iterator[str]:
     """The printed bifurcation values beside the proved brackets."""
     yield _SECTION_4
-    brackets = {
-        (change.printed_at, change.gamma): f"{change.below[0]} to {change.above[0]}"
-        for change in CHANGES
-    }
-    values = sorted({value for value, _ in brackets}, key=float)
-    ratios = sorted({ratio for _, ratio in brackets}, reverse=True)
-    events = {change.printed_at: change.event for change in CHANGES}
     yield from _table(
-        ("Event", "Printed α", *(f"α at γ = {ratio}" for ratio in ratios)),
+        ("Event", "Line", "Printed α", *(f"α at γ = {ratio}" for ratio in BRACKETS)),
         (
-            (events[value], value, *(brackets.get((value, ratio), "") for ratio in ratios))
-            for value in values
+            (
+                event.type,
+                event.line,
+                event.alpha,
+                *(f"{b[number].below} to {b[number].above}" for b in BRACKETS.values()),
+            )
+            for number, event in enumerate(events(read()))
         ),
     )
 
@@ -164,7 +161,7 @@ def _mark(holds: bool) -> str:
 
 def _table_1() -> Iterator[str]:
     derived = {(t.surface, t.source, t.target) for t in surface_transitions()}
-    shown = {(row.place, row.source, row.target) for row in printed.TABLE_1}
+    shown = {tuple(row[:3]) for row in read()["table.1"]["rows"]}
     rows = sorted(derived | shown, key=lambda row: (int(row[0][1:]), row[1:]))
     yield "Each row: printed, and derived from the signs of the inner products.\n"
     yield from _table(
@@ -195,7 +192,7 @@ def _passages(line: str) -> dict[tuple[int, int], str]:
 
 def _table_2() -> Iterator[str]:
     yield "Each row: whether it is printed, and when it occurs as derived (off the corners).\n"
-    shown = {(row.place, row.source, row.target) for row in printed.TABLE_2}
+    shown = {tuple(row[:3]) for row in read()["table.2"]["rows"]}
     lines = [f"L{i}" for i in (*range(1, 9), 10)]
     rows = []
     for line in lines:
@@ -213,6 +210,7 @@ def _table_3() -> Iterator[str]:
     yield "A map occurs where a witness is proved (`table3.*` below) and is excluded elsewhere.\n"
     regimes = [(name, damped) for damped in (True, False) for name in SCENARIOS]
     occurs = {(witness.local_map, *witness.regime) for witness in witnesses()}
+    shown = printed_maps(read())
     heads = [f"{name}, {'ζ > 0' if damped else 'ζ = 0'}" for name, damped in regimes]
     yield from _table(
         ("Map", "Vector", "Operation", "Printed", *heads),
@@ -221,7 +219,7 @@ def _table_3() -> Iterator[str]:
                 str(one),
                 f"F{one.field}",
                 SEGMENTS[one.field - 1].mode,
-                _mark(one in printed.TABLE_3),
+                _mark(one in shown),
                 *(_mark((one, *regime) in occurs) for regime in regimes),
             )
             for one in local_maps()
@@ -229,10 +227,16 @@ def _table_3() -> Iterator[str]:
     )
 
 
+def _tables_1_2() -> Iterator[str]:
+    yield "### Table 1\n"
+    yield from _table_1()
+    yield "\n### Table 2\n"
+    yield from _table_2()
+
+
 _TABLES = {
-    "Section 4": _values,
-    "Table 1": _table_1,
-    "Table 2": _table_2,
+    "Printed statements that hold": _values,
+    "Table 2": _tables_1_2,
     "Table 3": _table_3,
 }
 """What stands at the beginning of a section, by how its title begins."""
@@ -255,7 +259,7 @@ def markdown(report: Report) -> str:
     for title, section in report.items():
         lines += [f"## {title}\n"]
         for name, table in _TABLES.items():
-            if title.startswith(name):
+            if title == name or (name.startswith("Table") and title.startswith(name)):
                 lines += [*table(), ""]
         for result in section:
             if result.item.printed:

@@ -1,4 +1,4 @@
-"""Tables 1, 2 and 3: the derived ones beside the printed ones, each difference accounted for."""
+"""Tables 2 and 3 as derived: the mechanism on L1-L4, L10, and every local map with its witness."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from dataclasses import replace
 
 import sympy as sp
 
-from capsule_sym.symbolic import printed
 from capsule_sym.symbolic.appendices import BOUNDS
 from capsule_sym.symbolic.elimination import Relation
-from capsule_sym.symbolic.geometry import PIECES, SCENARIOS, SURFACES
+from capsule_sym.symbolic.geometry import PIECES, SCENARIOS
 from capsule_sym.symbolic.inner_products import outward
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.printed import Row
 from capsule_sym.symbolic.proof import consistent, implies
 from capsule_sym.symbolic.reachability import Witness, described, proves, witnesses
 from capsule_sym.symbolic.switching import (
@@ -26,41 +24,11 @@ from capsule_sym.symbolic.switching import (
     local_maps,
     momentum,
     never_rests,
-    surface_transitions,
 )
 from capsule_sym.symbolic.symbols import delta, f_b, zeta
 
 Passage = tuple[frozenset[int], frozenset[int]]
 """Fields that arrive, and fields that depart."""
-
-
-def _modes(source: int, target: int) -> str:
-    return f"{SEGMENTS[source - 1].mode} → {SEGMENTS[target - 1].mode}"
-
-
-def _surface_matches(claim: frozenset[Row]) -> bool:
-    """Whether rows of one surface are exactly the derived ones."""
-    (surface,) = {row.place for row in claim}
-    derived = {(t.source, t.target) for t in surface_transitions() if t.surface == surface}
-    return derived == {(row.source, row.target) for row in claim}
-
-
-def _rows_1() -> Iterator[Item]:
-    for surface in SURFACES:
-        rows = frozenset(row for row in printed.TABLE_1 if row.place == surface)
-        listed = "; ".join(
-            f"Ω{r.source} → Ω{r.target} ({_modes(r.source, r.target)})"
-            for r in sorted(rows, key=lambda row: row.source)
-        )
-        yield Item(
-            id=f"table1.{surface}",
-            equation="Table 1",
-            statement=f"on {surface}: {listed}",
-            claim=rows,
-            check=_surface_matches,
-            mutant=frozenset(Row(row.target, row.place, row.source) for row in rows),
-            formula=PIECES[surface].latex,
-        )
 
 
 def mechanism(line: str) -> dict[str, Passage]:
@@ -126,14 +94,6 @@ def _line_item(line: str) -> Item:
     )
 
 
-def _crossing_matches(claim: frozenset[Row]) -> bool:
-    """Whether rows of a line on P1 = 0, P2 = delta are exactly the derived ones."""
-    (line,) = {row.place for row in claim}
-    (leaf,) = leaves_of(line)
-    derived = {(s, t) for s in leaf.arrives for t in leaf.departs}
-    return derived == {(row.source, row.target) for row in claim}
-
-
 def _one_way_under(claim: tuple[str, Relation, int]) -> bool:
     """Whether under a condition every trajectory leaves a line into one subspace."""
     line, condition, target = claim
@@ -158,23 +118,22 @@ def _rows_2() -> Iterator[Item]:
             formula=sp.latex(condition),
             verdict="conditional",
         )
-    added = {"L10": frozenset({Row(6, "L10", 1)})}
-    named = {
-        line: frozenset(row for row in printed.TABLE_2 if row.place == line)
-        for line in ("L5", "L6", "L7", "L8")
-    }
-    for line, rows in {**named, **added}.items():
-        sources = ", ".join(f"Ω{source}" for source in sorted(row.source for row in rows))
-        (target,) = {row.target for row in rows}
-        yield Item(
-            id=f"table2.{line}",
-            equation="Table 2" if line in named else "not in Table 2",
-            statement=f"on {line} (corners apart): {sources} → Ω{target}",
-            claim=rows,
-            check=_crossing_matches,
-            mutant=frozenset(Row(row.target, row.place, row.source) for row in rows),
-            formula=PIECES[line].latex,
-        )
+    yield Item(
+        id="table2.L10",
+        equation="not in Table 2",
+        statement="on L10 (corners apart): Ω6 → Ω1",
+        claim=("L10", (6, 1)),
+        check=_leads,
+        mutant=("L10", (1, 6)),
+        formula=PIECES["L10"].latex,
+    )
+
+
+def _leads(claim: tuple[str, tuple[int, int]]) -> bool:
+    """Whether a line leads from one subspace into one other."""
+    line, (source, target) = claim
+    (leaf,) = leaves_of(line)
+    return leaf.arrives == {source} and leaf.departs == {target}
 
 
 def _occurs(claim: tuple[LocalMap, tuple[Witness, ...]]) -> bool:
@@ -189,11 +148,10 @@ def _map_item(local_map: LocalMap) -> Item:
     scenarios = sorted(
         {f"{s}{'' if damped else ', ζ = 0'}" for s, damped in (w.regime for w in found)}
     )
-    new = "" if local_map in printed.TABLE_3 else " (not in the printed table)"
     return Item(
         id=f"table3.{local_map.target}.F{local_map.field}.{local_map.source}",
         equation="Table 3",
-        statement=f"{local_map} occurs{new}, for {'; '.join(scenarios)}",
+        statement=f"{local_map} occurs, for {'; '.join(scenarios)}",
         claim=(local_map, found),
         check=_occurs,
         mutant=(other, tuple(replace(w, local_map=other) for w in found)),
@@ -245,16 +203,6 @@ def _is_barred(claim: tuple[int, Relation]) -> bool:
 
 def _rows_3() -> Iterator[Item]:
     maps = tuple(sorted({w.local_map for w in witnesses()}))
-    common = frozenset(printed.TABLE_3)
-    yield Item(
-        id="table3.printed",
-        equation="Table 3",
-        statement=f"all {len(common)} printed local maps occur for some parameters",
-        claim=common,
-        check=lambda claim: claim <= {w.local_map for w in witnesses()},
-        mutant=common | {LocalMap("Σ4", 1, "Σ3")},
-        formula=r"\text{Table 3 (printed)}\subset\text{Table 3 (derived)}",
-    )
     yield Item(
         id="table3.complete",
         equation="Table 3",
@@ -281,13 +229,8 @@ def _rows_3() -> Iterator[Item]:
     yield from map(_map_item, maps)
 
 
-def table_1() -> tuple[Item, ...]:
-    """Every row of Table 1."""
-    return tuple(_rows_1())
-
-
 def table_2() -> tuple[Item, ...]:
-    """Every row of Table 2."""
+    """The mechanism on L1-L4, where it is one-way, and L10."""
     return tuple(_rows_2())
 
 

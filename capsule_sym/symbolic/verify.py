@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import partial
+from difflib import get_close_matches
+from functools import cache, partial
 from typing import Any
 
+from capsule_sym.errors import InvalidInput
+from capsule_sym.paper import read
 from capsule_sym.symbolic import (
     appendices,
     basis_proofs,
-    case_study,
-    errata,
-    findings,
     flow_proofs,
     geometry_proofs,
     inner_products,
     table_proofs,
 )
 from capsule_sym.symbolic.basis_proofs import Proof
-from capsule_sym.symbolic.items import Item, Result, settle
+from capsule_sym.symbolic.comparisons import everything
+from capsule_sym.symbolic.items import Item, Result, Verdict, settle
 from capsule_sym.symbolic.report import Report
 
 
@@ -41,21 +42,24 @@ def _flow_items() -> tuple[Item, ...]:
     )
 
 
-def _printed(refuted: bool) -> tuple[Item, ...]:
-    """The printed statements that fail, or those that hold or need a condition."""
-    told = (*errata.items(), *findings.items())
-    return tuple(item for item in told if (item.verdict == "refuted") == refuted)
+@cache
+def _compared() -> tuple[Item, ...]:
+    return everything.items(read())
+
+
+def _printed(verdict: Verdict) -> tuple[Item, ...]:
+    """The comparisons with the printed paper that end with a verdict."""
+    return tuple(item for item in _compared() if item.verdict == verdict)
 
 
 SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
-    "Errata": partial(_printed, refuted=True),
-    "Section 4, the case study: errata, and what holds": case_study.items,
-    "Printed statements that hold, or hold under a condition": partial(_printed, refuted=False),
+    "Errata": partial(_printed, "refuted"),
+    "Printed statements that hold under a condition": partial(_printed, "conditional"),
+    "Printed statements that hold": partial(_printed, "proved"),
     "State space, Eqs. (13)-(15)": geometry_proofs.items,
     "Inner products, Eqs. (16)-(23)": inner_products.items,
-    "Table 1": table_proofs.table_1,
-    "Table 2": table_proofs.table_2,
-    "Table 3": table_proofs.table_3,
+    "Table 2 as derived": table_proofs.table_2,
+    "Table 3 as derived": table_proofs.table_3,
     "Appendices A and B": appendices.items,
     "Closed-form flow, Eqs. (7)-(12)": _flow_items,
 }
@@ -65,6 +69,18 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
 def items() -> dict[str, tuple[Item, ...]]:
     """Every statement of the theory with its proof, by section title."""
     return {title: section() for title, section in SECTIONS.items()}
+
+
+def item(name: str) -> dict[str, tuple[Item, ...]]:
+    """The statement of this name with its proof, by section title; raises InvalidInput for none."""
+    names: list[str] = []
+    for title, section in SECTIONS.items():
+        for one in section():
+            if one.id == name:
+                return {title: (one,)}
+            names.append(one.id)
+    close = get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]
+    raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
 
 
 def run(

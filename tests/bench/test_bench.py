@@ -2,17 +2,19 @@
 
 import json
 from importlib.util import find_spec
+from shutil import copytree
 
 import pytest
 
 from capsule_sym._native import core
-from capsule_sym.bench import tools
+from capsule_sym.bench import tools, whole
 from capsule_sym.bench.growth import Growth
 from capsule_sym.bench.peers import compiled
 from capsule_sym.bench.ratios import Ratio
 from capsule_sym.bench.study import Row
 from capsule_sym.bench.tools import OURS
 from capsule_sym.bench.whole import Study
+from capsule_sym.figures import catalogue
 
 PARTS = ("trajectory", "tangencies", "sweep")
 
@@ -185,3 +187,38 @@ def test_tables_show_the_rows(command, tmp_path) -> None:
         wanted = [str(row[name]) for name in ("missed", "invented", "locked", "runs", "judged")]
         us = f"{row['us_per_period']:.3g}"
         assert any(us in cells and cells[-6:-1] == wanted for cells in shown)
+
+
+def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
+    runs = []
+
+    def count(chosen, cases, repeats, advance, long):
+        runs.extend((tool, len(cases(tool)), long) for tool in chosen)
+        return []
+
+    monkeypatch.setattr(whole, "compare", count)
+    study = Study(repeats=3, only="SciPy", quick=True)
+    for part in PARTS:
+        study.run(part, lambda: None)
+    assert {n for tool, n, _ in runs if tool.slow} == {1}
+    assert {n for tool, n, _ in runs if not tool.slow} <= {2, 3, 28}
+    # What takes longer than a blink is not repeated.
+    assert {long for *_, long in runs} == {0.1}
+
+
+def test_the_figure_draws_what_a_quick_study_leaves(done, command, tmp_path) -> None:
+    results = tmp_path / "results"
+    copytree(done[0] / "results", results)
+    process = command("figure", "work-precision", "--out", "x.svg", cwd=tmp_path)
+    assert (process.returncode, process.stderr) == (0, "wrote x.svg\n")
+
+
+def test_a_whole_study_goes_before_a_part_of_one(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "results" / "bench"
+    folder.mkdir(parents=True)
+    assert catalogue.measured().name == "bench.json"
+    (folder / "part.json").write_text("{}")
+    assert catalogue.measured().name == "part.json"
+    (folder / "bench.json").write_text("{}")
+    assert catalogue.measured().name == "bench.json"

@@ -3,12 +3,15 @@
 import ast
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from capsule_sym.cli import group
 
 PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
 FILES = {
@@ -50,10 +53,10 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run --backend abacus", ["--backend", "'abacus'", "'c', 'numpy', 'mpmath'"]),
         ("run --alhpa 1", ["--alhpa"]),
         ("run stray", ["stray"]),
-        ("run --params missing.toml", ["file = 'missing.toml'", "readable", "No such file"]),
-        ("run --params .", ["file = '.'", "readable"]),
-        ("run --params not.toml", ["file = 'not.toml'", "a TOML file"]),
-        ("run --params binary.toml", ["file = 'binary.toml'", "a TOML file"]),
+        ("run --params missing.toml", ["--params = 'missing.toml'", "readable", "No such file"]),
+        ("run --params .", ["--params = '.'", "readable"]),
+        ("run --params not.toml", ["--params = 'not.toml'", "a TOML file"]),
+        ("run --params binary.toml", ["--params = 'binary.toml'", "a TOML file"]),
         ("run --params nested.toml", ["parameter = 'parameters'", "one of alpha"]),
         ("run --params mixed.toml", ["alpha = 1", "absent"]),
         ("run --params partial.toml", ["M_c = None", "given"]),
@@ -62,7 +65,6 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run --params physical.toml --beta 2", ["beta = 2.0", "absent", "physical.toml"]),
         ("paper --alpha 1", ["--alpha"]),
         ("jog", ["jog"]),
-        ("", ["Missing command"]),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(command, files, arguments, parts) -> None:
@@ -87,9 +89,23 @@ def modules_after(*arguments: str) -> set[str]:
 
 
 def test_help_imports_nothing_that_computes() -> None:
-    loaded = modules_after("--help") | modules_after("run", "--help")
-    assert "click" in loaded
-    assert loaded & {"sympy", "numpy", "scipy", "mpmath", "rich"} == set()
+    code = (
+        "import sys\n"
+        "from capsule_sym.cli import group, main\n"
+        "for name in ('', *group.commands):\n"
+        "    try:\n        main([*name.split(), '--help'])\n"
+        "    except SystemExit as done:\n        assert done.code == 0, name\n"
+        "    heavy = {'sympy', 'numpy', 'scipy', 'mpmath', 'rich'} & set(sys.modules)\n"
+        "    assert not heavy, (name, heavy)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.count("Usage: capsule-sym") == 1 + len(group.commands)
+
+
+def test_every_command_that_prints_results_takes_json(command) -> None:
+    writing = {name for name in group.commands if "--json" not in command(name, "--help").stdout}
+    assert writing == {"figure", "report"}
 
 
 @pytest.mark.parametrize(
@@ -107,7 +123,12 @@ def test_help_and_version_succeed(command) -> None:
     for name in ("run", "paper", "verify"):
         assert f"\n  {name} " in overview.stdout
         assert command(name, "--help").returncode == 0
-    assert command("--version").stdout.strip() == "0.1.0"
+    assert re.fullmatch(
+        r"0\.1\.0 \((C core, (8 lanes|4 lanes|1 lane)|no C core: NumPy)\)\n",
+        command("--version").stdout,
+    )
+    alone = command()
+    assert (alone.returncode, alone.stdout, alone.stderr) == (0, overview.stdout, "")
 
 
 def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:

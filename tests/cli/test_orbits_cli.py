@@ -22,6 +22,7 @@ def test_an_orbit_as_json(capsys) -> None:
     record = json.loads(out)
     assert record["word"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
     assert record["stable"] is True
+    assert (record["status"], record["converged"]) == ("converged", True)
     assert len(record["multipliers"]) == 3
     assert record["admissibility"]["value"] > 0
     assert abs(record["imbalance"]) < 1e-12
@@ -108,6 +109,62 @@ def test_curves(capsys, tmp_path: Path) -> None:
     assert names == {"curves.json", "points.csv", "codimension_two.csv"}
 
 
+CURVE = ("curve", "--parameters", "alpha", "gamma", "--points", "4")
+
+
+def test_a_curve_begins_in_its_range_where_the_default_lies_outside(capsys) -> None:
+    arguments = (*CURVE, "--first", "1.4", "1.7", "--second", "2.4", "2.6")
+    arguments += ("--bifurcation", "crossing-sliding", "--json")
+    status, out, err = call(capsys, *arguments)
+    assert status == 0
+    assert err == "bifurcations are sought at gamma = 2.5, the middle of its range\n"
+    (curve,) = json.loads(out)["curves"]
+    assert [point["gamma"] for point in curve["points"]][:: len(curve["points"]) - 1] == [2.4, 2.6]
+    # The same curve as from a value that is given.
+    status, out, err = call(capsys, *arguments, "--gamma", "2.5")
+    assert (status, err) == (0, "")
+    assert json.loads(out)["curves"] == [curve]
+
+
+def test_a_curve_that_symmetry_ends_at_once_says_so(capsys) -> None:
+    arguments = ("curve", "--delta", "1.2", "--parameters", "alpha", "gamma", "--points", "4")
+    arguments += ("--first", "0.3", "0.5", "--second", "1", "5", "--bifurcation", "adding-sliding")
+    status, out, err = call(capsys, *arguments)
+    assert status == 3
+    assert "no points" in out
+    # A sticking capsule starts to slide where its spring and damper pull by f_b = 1.
+    response = abs(1 - 0.8**2 + 2j * 0.05 * 0.8) / abs(1 + 2j * 0.05 * 0.8)
+    assert err.startswith(f"no curve of adding-sliding at alpha = {response:.12g} ")
+    assert "two inequalities vanish together" in err
+    assert "its own mirror image" in err
+    assert err.count("\n") == 1
+    status, out, _ = call(capsys, *arguments, "--json")
+    (curve,) = json.loads(out)["curves"]
+    assert (status, curve["points"]) == (3, [])
+
+
+def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
+    # On the way down segments are taken out of the itinerary, which is then begun elsewhere.
+    settings = ("--alpha", "1.53")
+    _, out, _ = call(capsys, "run", *settings, "--periods", "300", "--json")
+    word = json.loads(out)["word"]
+    _, out, _ = call(capsys, "orbit", *settings, "--json")
+    assert json.loads(out)["word"] == word
+    arguments = ("--parameter", "alpha", "--from", "1.53", "--to", "1.5", "--points", "2")
+    _, out, _ = call(capsys, "branch", *arguments, "--json")
+    branch = json.loads(out)
+    assert branch["points"][0]["word"] == word
+    ends = branch["points"][-1]["word"]
+    assert branch["detail"].endswith(f"word {' '.join(ends)}")
+    arguments = (*CURVE, "--first", "1.5", "1.53", "--second", "3.29", "3.31")
+    status, out, _ = call(capsys, *arguments, "--bifurcation", "all", "--json")
+    assert status == 0
+    for curve in json.loads(out)["curves"]:
+        ends = curve["points"][:: len(curve["points"]) - 1]
+        for end, point in zip(curve["endings"], ends, strict=True):
+            assert end["detail"].endswith(f"word {' '.join(point['word'])}")
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -128,7 +185,30 @@ def test_curves(capsys, tmp_path: Path) -> None:
                 *("curve", "--parameters", "alpha", "gamma", "--first", "0.9", "1"),
                 *("--second", "3", "4", "--bifurcation", "fold"),
             ),
-            "bifurcation = 'fold': must be in the type of one on the branch: ['adding-sliding']",
+            "bifurcation = 'fold': must be in the type of one on the branch over alpha from 0.9 to "
+            "1 at gamma = 3.3, which has ['adding-sliding']",
+        ),
+        (
+            (
+                *(*CURVE, "--first", "1", "2", "--second", "2", "3"),
+                *("--gamma", "4", "--bifurcation", "all"),
+            ),
+            "gamma = 4.0: must be in the range --second 2 3",
+        ),
+        (
+            (*CURVE, "--first", "2", "1", "--second", "2", "3", "--bifurcation", "all"),
+            "alpha = (2.0, 1.0): must be an ascending range",
+        ),
+        (
+            (*CURVE, "--first", "0.96", "1", "--second", "2", "3", "--bifurcation", "all"),
+            "on the branch over alpha from 0.96 to 1 at gamma = 2.5, which has none",
+        ),
+        (
+            (
+                *("curve", "--parameters", "speed", "gamma", "--bifurcation", "all"),
+                *("--first", "1", "2", "--second", "2", "3"),
+            ),
+            "first = 'speed': must be one of alpha, omega",
         ),
     ],
 )
@@ -136,6 +216,18 @@ def test_bad_input_exits_with_2(capsys, arguments: tuple[str, ...], complaint: s
     status, out, err = call(capsys, *arguments)
     assert (status, out) == (2, "")
     assert complaint in err
+    assert err.count("\n") == 1
+
+
+def test_no_orbit_as_json_has_the_reason(capsys) -> None:
+    # Undamped and without contact the response keeps its beat for ever.
+    arguments = ("--alpha", "0.3", "--delta", "5", "--zeta", "0", "--fb", "10", "--json")
+    status, out, err = call(capsys, "orbit", *arguments)
+    assert status == 3
+    assert err.startswith("no orbit (not-periodic): the run from (0.0, 0.0, 0.0) at phase 0.0 has")
+    record = json.loads(out)
+    assert (record["status"], record["converged"]) == ("not-periodic", False)
+    assert record["detail"] in err
     assert err.count("\n") == 1
 
 

@@ -14,7 +14,7 @@ from capsule_sym import casestudy
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import simulate
 from capsule_sym.parameters import Parameters
-from tests.cli.readme import MAIN_JOB, assert_shown
+from tests.cli.readme import MAIN_JOB, README, assert_shown
 
 JUDGES = Path(__file__).parents[1] / "judges" / "data"
 
@@ -52,6 +52,27 @@ def test_the_case_study(command, tmp_path: Path) -> None:
         assert_words_are_those_of_independent_integration(cases, gamma, JUDGES / truth)
 
 
+def assert_one_percentage_is_told(thresholds: list[dict[str, Any]], output: str) -> None:
+    """How far off the printed values are, relative to the exact ones, as the README has it too."""
+    off = {
+        gamma: max(
+            abs(one["printed"] - one["exact"]) / one["exact"]
+            for one in thresholds
+            if one["gamma"] == gamma
+        )
+        for gamma in (3.3, 3.0)
+    }
+    for gamma, share in off.items():
+        told = f"up to {100 * share:.2f} % off at γ = {gamma}"
+        assert f"Relative to the exact values, the printed ones are {told}" in " ".join(
+            output.split()
+        )
+    assert f"up to {100 * off[3.3]:.2f} % off, relative to the exact ones" in README.replace(
+        "\n", " "
+    )
+    assert f"printed order, and {100 * off[3.0]:.2f} %" in README
+
+
 def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str) -> None:
     thresholds = found["thresholds"]
     assert [one["gamma"] for one in thresholds] == 8 * [3.3] + 8 * [3.0]
@@ -68,6 +89,7 @@ def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str
     crossing, grazing = (one["gamma"] for one in found["order_changes"])
     assert 3.0 < crossing < grazing < 3.3
     assert f"change their order at γ = {crossing:.10g}" in " ".join(output.split())
+    assert_one_percentage_is_told(thresholds, output)
     with (results / "thresholds.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["exact"]) for row in rows] == [round(one["exact"], 12) for one in thresholds]

@@ -13,6 +13,7 @@ import pytest
 
 from capsule_sym.map.backend import default_backend
 from capsule_sym.parameters import Parameters
+from tests.cli.terminal import in_terminal
 
 OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--fb")
 
@@ -220,3 +221,35 @@ def test_a_physical_file_gives_results_in_si_units(command, tmp_path: Path, defa
         if segment["local_map"] == "P_{Σ4,F5,Σ5}"
     ]
     assert float(row.split()[-4]) == pytest.approx(1e3 * durations[-1], abs=1e-4)
+
+
+STIFF = ("run", "--beta", "1e10", "--state", "0.02", "0", "0")
+
+
+def test_a_run_stops_at_its_time_limit_with_what_it_found(command) -> None:
+    done = command(*STIFF, "--max-seconds", "0.5", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    record = json.loads(done.stdout)
+    assert record["stopped"] == "at its time limit"
+    assert record["segments"]
+    assert "[default: 120.0]" in " ".join(command("run", "--help").stdout.split())
+
+
+@pytest.mark.parametrize("seconds", ["0", "-1", "nan"])
+def test_a_time_limit_that_is_none_is_refused(command, seconds: str) -> None:
+    done = command("run", "--max-seconds", seconds)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: max_seconds = ")
+
+
+def test_a_run_in_a_terminal_shows_its_progress_and_can_be_interrupted() -> None:
+    program = ("-m", "capsule_sym", *STIFF)
+    shown = in_terminal(*program, "--max-seconds", "0.5")
+    assert shown.status == 0, shown.written
+    assert "Running" in shown.written
+    assert not [line for line in shown.lines if "Running" in line]
+    assert any("at its time limit" in line for line in shown.lines)
+    shown = in_terminal(*program, interrupt_at="Running")
+    assert shown.status == 130
+    assert shown.lines[-1] == "error: interrupted"
+    assert shown.cursor_is_shown

@@ -1,40 +1,125 @@
-"""Every command in a terminal: with and without colour, narrow and wide, with Ctrl-C."""
+"""Every command with progress in a terminal: narrow and wide, in colour or not, with Ctrl-C."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.cli.terminal import in_terminal, screen
+from capsule_sym.cli import group
+from tests.cli.terminal import Shown, in_terminal
 
 CHART = """
 periods = 40
 compute = ["word"]
 [axes]
-alpha = { from = 0.01, to = 2.0, count = 9 }
+alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }
 """
-BASIN = ("basin", "--x-r", "-1", "1", "3", "--v-r", "-1", "1", "4", "--periods", "40")
-TERMINALS = pytest.mark.parametrize(
-    ("columns", "colour"), [(60, True), (60, False), (200, True), (200, False)]
-)
+NO_PROGRESS = {"run", "sweep-info", "branch", "curve"}
+# What each command is called with, and what it shows when it is in the middle of that.
+MIDDLE = {
+    "paper": ([], "Running the case study"),
+    "verify": ([], "deriving"),
+    "hardcases": ([], "Judging the hard cases"),
+    "adversarial": (["--count", "1000000"], "Comparing with 50 digits"),
+    "bench": (["--only", "SciPy"], "trajectory"),
+    "sweep": (["long.toml", "--store", "store"], r"\d of 810,000 cells"),
+    "basin": (
+        ["--x-r", "-1", "1", "900", "--v-r", "-1", "1", "900", "--store", "store"],
+        r"\d of 810,000 cells",
+    ),
+    "orbit": (["--starts", "100000"], "Searching"),
+    "figure": (["fig6", "--out", "fig6.svg"], "Following the branch"),
+    "report": ([], "Drawing fig2"),
+}
+ENDS = {
+    "verify": ["--only", "erratum.equation.6"],
+    "hardcases": ["--only", "graze from F2, 1e-02 past"],
+    "adversarial": ["--count", "8"],
+    "sweep": ["short.toml", "--store", "store"],
+    "basin": [
+        "--x-r",
+        "-1",
+        "1",
+        "3",
+        "--v-r",
+        "-1",
+        "1",
+        "4",
+        "--periods",
+        "40",
+        "--store",
+        "store",
+    ],
+    "orbit": ["--starts", "2"],
+    "figure": ["margins", "--out", "margins.svg"],
+}
+QUICK = {"verify", "sweep", "orbit"}
 
 
-def test_the_screen_is_what_a_terminal_shows() -> None:
-    assert screen("one\r\n\x1b[1mtwo\x1b[0m\r\n") == ["one", "two"]
-    assert screen("bar 10 %\rbar 20 %\r\x1b[2K\x1b[1A\x1b[2Kdone\r\n") == ["done"]
-    assert screen("bar 10 %\r\x1b[2Kx\r\n") == ["x"]
+@pytest.fixture
+def shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Shown]:
+    """Runs a command in a folder with two sweeps."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "short.toml").write_text(CHART.replace("COUNT", "9"))
+    (tmp_path / "long.toml").write_text(CHART.replace("COUNT", "90000"))
+
+    def run(*arguments: str, columns: int, colour: bool, interrupt_at: str | None = None) -> Shown:
+        return in_terminal(
+            *("-m", "capsule_sym", *arguments),
+            columns=columns,
+            colour=colour,
+            cwd=tmp_path,
+            interrupt_at=interrupt_at,
+        )
+
+    return run
 
 
-@TERMINALS
-@pytest.mark.parametrize("arguments", [("sweep", "chart.toml"), BASIN], ids=["sweep", "basin"])
-def test_a_sweep_shows_its_progress(
-    arguments: tuple[str, ...], columns: int, colour: bool, tmp_path: Path
+def terminals(*chosen: tuple[int, bool]) -> pytest.MarkDecorator:
+    """All four terminals; the chosen ones in the quick tests."""
+    every = [(columns, colour) for columns in (60, 200) for colour in (True, False)]
+    values = [pytest.param(*one, marks=() if one in chosen else pytest.mark.long) for one in every]
+    return pytest.mark.parametrize(("columns", "colour"), values)
+
+
+def assert_clean(shown: Shown, colour: bool) -> None:
+    assert "Traceback" not in shown.written
+    assert not [line for line in shown.lines if "━" in line]
+    assert shown.cursor
+    assert shown.coloured <= colour
+
+
+def test_every_command_is_here() -> None:
+    assert set(MIDDLE) | NO_PROGRESS == set(group.commands)
+
+
+@terminals((60, True))
+@pytest.mark.parametrize("name", MIDDLE)
+def test_ctrl_c_in_the_middle_is_one_line(
+    name: str, columns: int, colour: bool, shown: Callable[..., Shown]
 ) -> None:
-    (tmp_path / "chart.toml").write_text(CHART)
-    program = ("-m", "capsule_sym", *arguments, "--store", "store")
-    shown = in_terminal(*program, columns=columns, colour=colour, cwd=tmp_path)
-    assert shown.status == 0, shown.written
-    assert "cells" in shown.written
-    assert not [line for line in shown.lines if "Traceback" in line or "━" in line]
-    assert shown.coloured == colour
-    assert shown.cursor_is_shown
+    arguments, middle = MIDDLE[name]
+    found = shown(name, *arguments, columns=columns, colour=colour, interrupt_at=middle)
+    assert found.status == 130, found.written
+    assert_clean(found, colour)
+    told = [line for line in found.written.splitlines() if "error:" in line]
+    assert len(told) == 1
+    assert re.search(r"error: interrupted[^\x1b]*$", told[0])
+    assert found.written.rstrip("\r\n").endswith(told[0])
+
+
+@terminals((200, False))
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in ENDS]
+)
+def test_progress_is_gone_in_the_end(
+    name: str, columns: int, colour: bool, shown: Callable[..., Shown]
+) -> None:
+    found = shown(name, *ENDS[name], columns=columns, colour=colour)
+    assert found.status == 0, found.written
+    assert "\x1b[?25l" in found.written  # the bars hide the cursor
+    assert_clean(found, colour)
+    assert found.lines
+    assert found.lines[0]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -70,3 +72,14 @@ def test_run_with_a_switch_left_out_is_not_proved() -> None:
         enclose_run(replace(trajectory, segments=(longer, *rest)))
     later = replace(first, duration=first.duration + 1e-3)
     enclose_run(replace(trajectory, segments=(later, second, *rest)))  # a guess, no more
+
+
+def test_without_python_flint_one_line_says_what_to_install() -> None:
+    script = (
+        "import sys; sys.modules['flint'] = None; sys.argv = ['capsule-sym', 'enclose']; "
+        "from capsule_sym.cli import main; main()"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert run.returncode == 2
+    assert "capsule-sym[proof]" in run.stderr
+    assert len(run.stderr.strip().splitlines()) == 1

@@ -72,3 +72,13 @@ def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
     assert done.stderr == "wrote new/x.svg\n"
     assert done.stdout == "LOADED False False\n"
     assert (tmp_path / "new/x.svg").read_text().startswith("<?xml")
+
+
+def test_nothing_but_the_figure_is_written_where_one_is(tmp_path: Path) -> None:
+    here = tmp_path / "here"
+    here.mkdir()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+        assert call("figure", "margins", "--out", "x.svg", cwd=here).returncode == 0
+    assert [path.name for path in here.iterdir()] == ["x.svg"]
+    assert [path.suffix for path in (tmp_path / "cache" / "capsule-sym").iterdir()] == [".json"]

@@ -43,6 +43,23 @@ def test_a_result_is_computed_once(counting: Store) -> None:
     assert [name.split("-")[0] for name in names] == ["other", "sum", "sum"]
 
 
+@pytest.mark.parametrize("text", ["", "{", "[1]", '{"inputs": 1}', "\udcff"])
+def test_a_damaged_file_is_computed_again(counting: Store, text: str) -> None:
+    counting.get("sum", 1, lambda: 1)
+    (path,) = counting.directory.iterdir()
+    path.write_text(text, errors="surrogateescape")
+    assert counting.get("sum", 1, lambda: 2) == 2
+    assert counting.get("sum", 1, lambda: 3) == 2
+
+
+def test_nothing_is_kept_where_nothing_can_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    store = Store(count_items, tmp_path / "file" / "cache")
+    assert [store.get("sum", 1, lambda n=n: n) for n in (1, 2)] == [1, 2]
+    ranges = data.Range("alpha", 0.5, 0.7, 2), data.Range("gamma", 3.0, 3.3, 2)
+    assert store.chart(Parameters(), *ranges)["word"].shape == (2, 2)
+
+
 def test_another_version_computes_again(counting: Store, monkeypatch) -> None:
     counting.get("sum", 1, lambda: 1)
     now = data._provenance()

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
+from scipy.optimize import brentq
 
 from capsule_sym import Parameters, simulate
 from capsule_sym.map import isolation, location
@@ -304,3 +305,31 @@ def test_a_remainder_too_small_misses_an_impact(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(location, "expand", small)
     assert simulate(case, start, periods=1).segments[0].duration > impact + 0.01
+
+
+@pytest.mark.parametrize(
+    ("f", "a", "b", "true"),
+    [
+        (lambda x: mp.cos(x) - x, 0, 1, lambda: mp.findroot(lambda x: mp.cos(x) - x, 0.74)),
+        (lambda x: (1 - x) ** 3 - mpf(10) ** -12, 0, 3, lambda: 1 - mpf(10) ** -4),
+        (lambda x: mp.exp(-50 * x) - mpf(1) / 3, 0, 1, lambda: mp.log(3) / 50),
+    ],
+)
+def test_brents_method_has_all_digits_and_takes_scipys_steps(
+    f: Callable[[Any], Any], a: float, b: float, true: Callable[[], Any]
+) -> None:
+    with mp.workdps(60):
+        root = isolation.brent(f, mpf(a), mpf(b), mpf(10) ** -55)
+        assert abs(root - true()) < 1e-50
+    calls: list[float] = []
+
+    def counted(x: float) -> float:
+        calls.append(x)
+        return float(f(mpf(x)))
+
+    with mp.workdps(30):
+        ours = isolation.brent(counted, float(a), float(b), 1e-12)
+        mine, calls = calls, []
+        theirs = brentq(counted, a, b, xtol=2e-12, rtol=4 * 2.0**-52)
+    assert abs(ours - theirs) < 1e-11
+    assert mine[2:6] == calls[2:6]

@@ -8,7 +8,8 @@ from capsule_sym._native import core
 from capsule_sym.errors import Outcome
 from capsule_sym.map import SteadyMotion
 from capsule_sym.sweeps import Axis, Sweep, cells
-from capsule_sym.sweeps.cells import CellOutcome, compute
+from capsule_sym.sweeps.cells import compute
+from capsule_sym.sweeps.quantities import CellOutcome
 from capsule_sym.sweeps.words import code
 from tests.sweeps import chart
 

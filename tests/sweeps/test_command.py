@@ -89,6 +89,29 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     # The progression that the README prints for this motion.
     assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
     assert "attractor 0" in said(capsys, [*arguments, "--resume"])
+    shown = json.loads(said(capsys, ["sweep-info", str(tmp_path / "store"), "--json"]))
+    assert shown["attractors"] == record["attractors"]
+    assert "attractor 0" in said(capsys, ["sweep-info", str(tmp_path / "store")])
+
+
+def test_a_check_tells_what_is_damaged(
+    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = tmp_path / "store"
+    said(capsys, ["sweep", file, "--store", str(store)])
+    assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
+    (store / "results.zarr" / "alpha" / "c" / "0").unlink()
+    (store / "results.zarr" / "word" / "c" / "0" / "0").write_bytes(b"x")
+    with pytest.raises(SystemExit) as exit_:
+        main(["sweep-info", str(store), "--check"])
+    text = capsys.readouterr().out
+    assert exit_.value.code == 1
+    assert "damaged           2" in text
+    for part in ("results.zarr/alpha/c/0", "chunk 0"):
+        assert part in text
+    resumed = said(capsys, ["sweep", file, "--store", str(store), "--resume", "--json"])
+    assert json.loads(resumed)["damaged"] == 2
+    assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
 
 
 @pytest.mark.parametrize(
@@ -133,9 +156,10 @@ def test_ctrl_c_leaves_a_store_that_goes_on(tmp_path: Path) -> None:
     os.kill(program.pid, signal.SIGINT)
     _, errors = program.communicate(timeout=60)
     assert program.returncode == 130
-    assert errors == "error: interrupted\n"
     done = len(list(chunks.rglob("*.json")))
     assert 0 < done < 81
+    kept = f"{done} of 81 cells are kept in {tmp_path / 'store'}, and --resume goes on from there"
+    assert errors == f"error: interrupted: {kept}\n"
 
 
 def test_a_run_that_cannot_write_ends_with_1(

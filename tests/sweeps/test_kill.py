@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym.sweeps import run
-from capsule_sym.sweeps.execution import Lost
+from capsule_sym.sweeps.pools import Lost
 from tests.sweeps import chart, contents, deadly_corner
 
 ROOT = Path(__file__).parents[2]
@@ -141,7 +141,7 @@ def test_a_chunk_under_which_workers_always_die_is_named_and_all_others_are_fini
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("capsule_sym.sweeps.execution.compute", deadly_corner)
+        patch.setattr("capsule_sym.sweeps.pools.compute", deadly_corner)
         with pytest.raises(Lost, match=r"a worker died under one of the chunks \[0\]"):
             run(chart(), tmp_path / "store", executor="processes", workers=1)
     assert len(finished(tmp_path / "store")) == 8

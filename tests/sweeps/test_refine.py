@@ -7,15 +7,16 @@ import pytest
 
 from capsule_sym import InvalidInput
 from capsule_sym.sweeps import Axis, Sweep, cells, open_results, run
-from capsule_sym.sweeps import execution as execution_module
-from capsule_sym.sweeps.cells import Block, CellOutcome
+from capsule_sym.sweeps import pools as execution_module
+from capsule_sym.sweeps.cells import Block
+from capsule_sym.sweeps.quantities import CellOutcome
 from capsule_sym.sweeps.refinement import refine
 from tests.sweeps import chart
 
 DISK = (0.9, 2.6, 0.55, 1.1)  # centre and half axes, in alpha and gamma
 
 
-def disk(part: Sweep) -> Block:
+def disk(part: Sweep, watch: object = None) -> Block:
     """A motion of one kind in an ellipse, of another outside, in place of the map."""
     rows, _, _ = part.columns()
     x, y, a, b = DISK
@@ -26,7 +27,7 @@ def disk(part: Sweep) -> Block:
         "multiple": np.ones(part.size, np.int16),
     }
     kept = {"F5 F2": (7, int(inside.sum())), "F2": (11, int((~inside).sum()))}
-    return Block(columns, {t: v for t, v in kept.items() if v[1]}, {}, cells.KERNELS)
+    return Block(columns, {t: v for t, v in kept.items() if v[1]}, {}, cells.KERNELS, cells.CORE)
 
 
 def test_a_smooth_boundary_costs_its_length_not_the_area(

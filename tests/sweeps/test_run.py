@@ -17,13 +17,16 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput
+from capsule_sym._native import live
 from capsule_sym.errors import CapsuleError
 from capsule_sym.sweeps import Axis, Sweep, open_results, run
 from capsule_sym.sweeps import cells as cells_module
-from capsule_sym.sweeps import execution as run_module
+from capsule_sym.sweeps import pools as run_module
 from capsule_sym.sweeps import store as store_module
-from capsule_sym.sweeps.cells import CellOutcome, compute
-from capsule_sym.sweeps.execution import Lost
+from capsule_sym.sweeps.cells import compute
+from capsule_sym.sweeps.pools import Lost
+from capsule_sym.sweeps.quantities import CellOutcome
+from capsule_sym.sweeps.results import Held
 from capsule_sym.sweeps.store import NotWritten, opened
 from tests.sweeps import chart, contents
 
@@ -58,6 +61,7 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
         assert results.attrs["omega"] == 0.8
         assert results.attrs["command"] == "capsule-sym sweep"
         assert results.attrs["kernels"] == cells_module.KERNELS
+        assert results.attrs["core"] == live()
         assert "numpy" in results.attrs["versions"]
         assert not {"alpha", "gamma"} & set(results.attrs)
 
@@ -166,8 +170,7 @@ def test_a_damaged_chunk_is_found_and_computed_again(
     again = Counting()
     summary = run(SWEEP, tmp_path, executor=again, resume=True)
     assert len(again.parts) == 1
-    # Without its record a chunk is not known to have been finished.
-    assert summary.damaged == (0 if damage is None and name.startswith("chunks") else 1)
+    assert summary.damaged == 1
     assert contents(tmp_path) == whole
 
 
@@ -222,7 +225,8 @@ def test_a_store_is_not_mixed_with_anything_else(
     with pytest.raises(InvalidInput, match="new, or empty"):
         run(SWEEP, tmp_path / "other", resume=True)
     run(SWEEP, tmp_path / "headless")
-    (tmp_path / "headless" / "sweep.json").unlink()
+    for name in ("sweep.json", "chunks/sweep.copy"):
+        (tmp_path / "headless" / name).unlink()
     before = contents(tmp_path / "headless")
     with pytest.raises(InvalidInput, match="new, or empty"):
         run(SWEEP, tmp_path / "headless", resume=True)
@@ -243,6 +247,36 @@ def test_results_of_other_kernels_are_not_taken_in(
     monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(kernels="x"))
     with pytest.raises(CapsuleError, match="a worker has the kernels x"):
         run(SWEEP, tmp_path / "store", executor=Counting())
+
+
+def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = cells_module.CORE
+    with pytest.raises(KeyboardInterrupt):
+        run(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
+    for module in (cells_module, store_module):
+        monkeypatch.setattr(module, "CORE", "c-other")
+    before = contents(tmp_path / "store")
+    with pytest.raises(InvalidInput, match=rf"core = 'c-other': must be '{here}', .*--any-core"):
+        run(SWEEP, tmp_path / "store", resume=True)
+    assert contents(tmp_path / "store") == before
+    run(SWEEP, tmp_path / "store", resume=True, any_core=True)
+    tally = Held(tmp_path / "store").tally()
+    assert set(tally.cores) == {here, "c-other"}
+    assert sum(tally.cores.values()) == 120
+    with open_results(tmp_path / "store") as results:
+        assert results.attrs["core"] == "; ".join(sorted([here, "c-other"]))
+
+
+def test_a_worker_with_another_core_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(core="c-x"))
+    with pytest.raises(InvalidInput, match="core = 'c-x'"):
+        run(SWEEP, tmp_path / "store", executor=Counting())
+    run(SWEEP, tmp_path / "store", executor=Counting(), resume=True, any_core=True)
+    assert set(Held(tmp_path / "store").tally().cores) == {"c-x"}
 
 
 def test_no_more_chunks_are_under_way_than_workers(

@@ -8,12 +8,14 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from capsule_sym.symbolic.errata import ERRATA
+from capsule_sym.paper import read
+from capsule_sym.symbolic.comparisons import everything
 from capsule_sym.symbolic.erratum import Erratum
-from capsule_sym.symbolic.findings import items
 from capsule_sym.symbolic.proof import consistent
 from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, gamma, v_c, v_r, x_r, zeta
 
+ITEMS = {item.id: item for item in everything.items(read())}
+ERRATA = tuple(item.claim for item in ITEMS.values() if isinstance(item.claim, Erratum))
 BY_ID = {erratum.id: erratum for erratum in ERRATA}
 
 
@@ -43,10 +45,18 @@ def test_equation_23_at_its_witness() -> None:
 
 
 def test_forward_drift_from_l4_is_decelerated() -> None:
-    point = BY_ID["table2.L4"].point()
+    witness = ITEMS["erratum.table2.L4"].witness()
+    point = {s: Fraction(witness[str(s)]) for s in (x_r, v_r, zeta, beta, gamma, delta)}
     assert _force(point, contact=True) == -1
     assert point[x_r] > point[delta]
     assert (_force(point, contact=True) - 1) / point[gamma] == -2 / point[gamma]
+
+
+def test_second_spring_ends_stick_that_the_printed_condition_holds() -> None:
+    witness = ITEMS["erratum.equation.5.held"].witness()
+    point = {s: Fraction(witness[str(s)]) for s in (x_r, v_r, zeta, beta, gamma, delta)}
+    assert point[x_r] > point[delta]
+    assert abs(_force(point, contact=False)) < 1 < _force(point, contact=True)
 
 
 def test_line_above_the_corner_holds_no_stick() -> None:
@@ -71,18 +81,41 @@ def test_true_statement_has_no_witness() -> None:
     erratum = BY_ID["equation.23"]
     true = replace(erratum, printed_relation=erratum.derived_relation)
     with pytest.raises(ValueError, match="holds everywhere"):
-        true.settled()
+        true.point()
+
+
+def test_true_statement_is_not_settled_as_an_erratum() -> None:
+    erratum = BY_ID["equation.23"]
+    assert not replace(erratum, printed_relation=erratum.derived_relation).settled()
+
+
+def test_errata_hold_errors_only() -> None:
+    """What is right, or right in scope, is told apart from what is refuted."""
+    for item in ITEMS.values():
+        assert item.id.startswith("erratum.") == (item.verdict == "refuted")
+        if item.verdict == "refuted":
+            assert item.derived != "as printed"
+
+
+def test_what_the_scan_leaves_in_doubt_says_so() -> None:
+    for entry in read():
+        assert bool(entry.note) == (entry.reading != "clear") or entry.id == "table.2"
+    assert "doubtful scan" in ITEMS["erratum.equation.11"].printed
+    assert "illegible" in ITEMS["erratum.section.3.1.O1.line"].printed
 
 
 def test_known_doubts_are_all_settled() -> None:
-    settled = {erratum.id for erratum in ERRATA} | {item.id for item in items()}
     assert {
-        "equation.23",
-        "appendix.B.L2.1",
-        "appendix.B.L2.3.sign",
-        "equation.6",
-        "table2.L4",
-        "erratum.table3.missing",
-        "confirmed.roles.L2",
-        "confirmed.roles.L3",
-    } <= settled
+        "erratum.equation.23",
+        "erratum.appendix.B.L2^(1)",
+        "erratum.appendix.B.L2^(3).sign",
+        "erratum.equation.6",
+        "erratum.table2.L4",
+        "erratum.table3.missing.restricted",
+        "erratum.table3.missing.every",
+        "printed.section.3.3.L2^(1).stick",
+        "printed.appendix.B.L3^(3)",
+        "erratum.equation.5.held",
+        "erratum.section.3.1.O1.line",
+        "erratum.section.4.reference.1",
+    } <= set(ITEMS)

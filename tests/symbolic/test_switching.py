@@ -9,7 +9,8 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from capsule_sym.symbolic import printed
+from capsule_sym.paper import read
+from capsule_sym.symbolic.comparisons.tables import printed_maps
 from capsule_sym.symbolic.enclosure import Flow, first_order
 from capsule_sym.symbolic.geometry import PIECES, SCENARIOS
 from capsule_sym.symbolic.model import SEGMENTS
@@ -48,14 +49,14 @@ WAVE = {
 
 def test_surfaces_are_those_of_table_1() -> None:
     derived = {(t.source, t.surface, t.target) for t in surface_transitions()}
-    assert derived == {(row.source, row.place, row.target) for row in printed.TABLE_1}
+    assert derived == {(s, on, t) for on, s, t, *_ in read()["table.1"]["rows"]}
     assert len(surface_transitions()) == len(derived) == 12
 
 
 def test_lines_of_crossing_are_those_of_table_2() -> None:
     derived = {(t.source, t.line, t.target) for t in line_transitions()}
     for line in ("L5", "L6", "L7", "L8"):
-        rows = {(r.source, r.place, r.target) for r in printed.TABLE_2 if r.place == line}
+        rows = {(s, on, t) for on, s, t, *_ in read()["table.2"]["rows"] if on == line}
         assert {row for row in derived if row[1] == line} == rows
 
 
@@ -137,8 +138,9 @@ def test_motion_goes_on_in_one_way() -> None:
 
 
 def test_maps_contain_the_printed_ones_and_ten_more() -> None:
-    assert set(printed.TABLE_3) < set(local_maps())
-    assert len(local_maps()) == len(set(local_maps())) == len(printed.TABLE_3) + 10
+    printed = printed_maps(read())
+    assert set(printed) < set(local_maps())
+    assert len(local_maps()) == len(set(local_maps())) == len(printed) + 10
 
 
 def test_wide_gap_excludes_contact_from_stick() -> None:

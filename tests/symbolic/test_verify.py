@@ -3,28 +3,34 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym.symbolic import case_study, verify
+from capsule_sym.errors import InvalidInput
+from capsule_sym.paper import read
+from capsule_sym.symbolic import frozen, verify
 from capsule_sym.symbolic.command import verify as command
+from capsule_sym.symbolic.comparisons import bifurcations, captions, motions
 from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.items import Item, Result, settle
 from capsule_sym.symbolic.report import markdown
 
 _APART = ("Closed-form flow, Eqs. (7)-(12)",)  # with tests of their own, as the case study
 _SECTIONS = {title: section() for title, section in verify.SECTIONS.items()}
-_CASE_STUDY = {item.id for item in case_study.items()}
+_CASE_STUDY = {item.id for part in (motions, bifurcations, captions) for item in part.items(read())}
 ITEMS = tuple(
     item
     for title, section in _SECTIONS.items()
     for item in section
     if title not in _APART and item.id not in _CASE_STUDY
 )
-_SAMPLE = tuple(item for item in ITEMS if item.id.startswith(("equation.1", "erratum.equation")))
+_SAMPLE = tuple(
+    item for item in ITEMS if item.id.startswith(("printed.equation.1", "erratum.equation"))
+)
 
 
 @pytest.mark.parametrize("item", ITEMS, ids=lambda item: item.id)
@@ -44,8 +50,25 @@ def test_ids_are_unique() -> None:
     assert len(set(names)) == len(names)
 
 
+def test_every_statement_is_expected_and_with_the_verdict_of_the_code() -> None:
+    told = {item.id: item.verdict for section in _SECTIONS.values() for item in section}
+    assert told == frozen.expected().statuses
+
+
+def test_exit_status_is_one_when_a_verdict_is_not_expected(
+    short: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = frozen.expected()
+    statuses = {**known.statuses, _SAMPLE[0].id: "refuted", "gone": "proved"}
+    monkeypatch.setattr(frozen, "expected", lambda: frozen.Expected(statuses, known.words))
+    result = CliRunner().invoke(command, [])
+    assert result.exit_code == 1
+    assert f"{_SAMPLE[0].id}: {_SAMPLE[0].verdict}, expected: refuted" in result.stderr
+    assert "gone: missing, expected: proved" in result.stderr
+
+
 def test_every_erratum_has_what_the_report_needs() -> None:
-    for item in (*ITEMS, *case_study.items()):
+    for item in (item for section in _SECTIONS.values() for item in section):
         if item.verdict == "refuted":
             assert item.printed
             assert item.derived
@@ -74,6 +97,10 @@ def test_a_statement_that_cannot_be_decided_is_undecided() -> None:
 def short(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """The command with few items, in an empty directory."""
     monkeypatch.setattr(verify, "SECTIONS", {"Some": lambda: _SAMPLE})
+    names = {item.id for item in _SAMPLE}
+    whole = frozen.expected()
+    statuses = {name: status for name, status in whole.statuses.items() if name in names}
+    monkeypatch.setattr(frozen, "expected", lambda: frozen.Expected(statuses, whole.words))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -140,3 +167,18 @@ def test_every_row_of_the_report_has_its_cells() -> None:
     for block in markdown(wide).split("\n\n"):
         rows = [line for line in block.splitlines() if line.startswith("|")]
         assert len({row.count("|") for row in rows}) <= 1, rows[:1]
+
+
+@pytest.mark.usefixtures("short")
+def test_only_the_named_statement_is_proved() -> None:
+    for item in (_SAMPLE[0], _SAMPLE[-1]):
+        result = CliRunner().invoke(command, ["--only", item.id, "--json"])
+        assert result.exit_code == 0
+        assert [record["id"] for record in json.loads(result.stdout)["items"]] == [item.id]
+
+
+@pytest.mark.usefixtures("short")
+def test_a_name_of_no_statement_is_refused_with_names_alike() -> None:
+    with pytest.raises(InvalidInput, match=re.escape(_SAMPLE[0].id)):
+        verify.item(_SAMPLE[0].id + "x")
+    assert CliRunner().invoke(command, ["--only", _SAMPLE[0].id, "--write"]).exit_code == 2

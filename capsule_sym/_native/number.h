@@ -1,0 +1,248 @@
+/* The number that the code after it works on: one double, WIDTH of them side by side, one run in
+   each lane, or with WIDE a double-double, whose 106 bits decide what double precision leaves open.
+
+   A `real` is a value, a `bound` what errors are measured by (a double for each lane), an `entry`
+   what a table holds, and a `mask` a truth for each lane. Bounds and masks have the compiler's own
+   operators, but for masks' negation. */
+#ifndef CAPSULE_NUMBER_H
+#define CAPSULE_NUMBER_H
+
+#include <math.h>
+#include <stdint.h>
+
+#include "capsule.h"
+
+#ifndef WIDTH
+#define WIDTH 1
+#endif
+
+#define TWO_PI 6.283185307179586
+#define TWO_PI_REST 2.4492935982947064e-16
+#define TWO_PI_LAST -5.989539619436679e-33
+#define UNDERFLOW 1e-290 /* more than all that is lost below the normal range */
+
+#if defined(WIDE) && defined(__GNUC__)
+#define inlined static inline __attribute__((unused)) /* fast enough, and compiled soon */
+#elif defined(__GNUC__)
+#define inlined static inline __attribute__((always_inline, unused))
+#else
+#define inlined static inline
+#endif
+
+#if WIDTH == 1
+typedef double bound;
+typedef int mask;
+#define all(a) ((double)(a))
+#define some(m) (m)
+#define bits_of(m) (m)
+#define not(m) (!(m))
+#define none 0
+inlined bound pick(mask m, bound a, bound b) { return m ? a : b; }
+inlined bound size_of(bound a) { return fabs(a); }
+inlined bound larger(bound a, bound b) { return a > b ? a : b; }
+inlined bound smaller(bound a, bound b) { return a < b ? a : b; }
+#else
+typedef double bound __attribute__((vector_size(8 * WIDTH)));
+typedef int64_t mask __attribute__((vector_size(8 * WIDTH)));
+#define all(a) ((double)(a) - (bound){0})
+#define not(m) (~(m))
+#define none ((mask){0})
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+inlined bound pick(mask m, bound a, bound b)
+{
+#if defined(__AVX__) && WIDTH == 4
+    return _mm256_blendv_pd(b, a, (bound)m);
+#else
+    return (bound)((m & (mask)a) | (~m & (mask)b));
+#endif
+}
+inlined bound size_of(bound a) { return (bound)((mask)a & INT64_MAX); }
+inlined bound larger(bound a, bound b)
+{
+#if defined(__AVX__) && WIDTH == 4
+    return _mm256_max_pd(a, b);
+#else
+    return pick(a > b, a, b);
+#endif
+}
+inlined bound smaller(bound a, bound b)
+{
+#if defined(__AVX__) && WIDTH == 4
+    return _mm256_min_pd(a, b);
+#else
+    return pick(a < b, a, b);
+#endif
+}
+inlined int bits_of(mask m)
+{
+#if defined(__AVX__) && WIDTH == 4
+    return _mm256_movemask_pd((bound)m);
+#elif defined(__AVX512DQ__) && WIDTH == 8
+    return _mm512_movepi64_mask((__m512i)m);
+#else
+    int bits = 0;
+    for (int l = 0; l < WIDTH; l++)
+        bits |= (int)(m[l] & 1) << l;
+    return bits;
+#endif
+}
+inlined int some(mask m) { return bits_of(m) != 0; }
+#endif
+
+#ifndef WIDE
+#define UNIT 0x1p-53 /* unit roundoff */
+#define ROOT_UNIT 0x1p-26
+#define TERMS CAPSULE_TERMS
+#define DEGREE CAPSULE_DEGREE
+#define LEVELS CAPSULE_LEVELS
+typedef bound real;
+typedef double entry;
+#define num(a) all(a)
+#define wide(a) (a)
+#define near_to(a) (a)
+#define add(a, b) ((a) + (b))
+#define sub(a, b) ((a) - (b))
+#define mul(a, b) ((a) * (b))
+#define mad(a, b, c) ((a) * (b) + (c))
+#define over(a, b) ((a) / (b))
+#define neg(a) (-(a))
+#define choose pick
+#define row(e) all(e)
+#else
+#define UNIT 0x1p-102 /* bounds what a few operations below lose */
+#define ROOT_UNIT 0x1p-51
+#define TERMS 28
+#define DEGREE 29 /* of a guard: v_c has a term more than x_r */
+#define LEVELS 1
+typedef struct {
+    double hi, lo;
+} real;
+typedef real entry;
+inlined real whole_sum(double a, double b)
+{
+    const double s = a + b, by = s - a;
+    return (real){s, (a - (s - by)) + (b - by)};
+}
+inlined real near_sum(double a, double b) /* |a| >= |b| */
+{
+    const double s = a + b;
+    return (real){s, b - (s - a)};
+}
+inlined real whole_product(double a, double b)
+{
+    const double p = a * b, ca = 134217729.0 * a, cb = 134217729.0 * b;
+    const double ah = ca - (ca - a), bh = cb - (cb - b), al = a - ah, bl = b - bh;
+    return (real){p, ((ah * bh - p) + ah * bl + al * bh) + al * bl};
+}
+inlined real num(double a) { return (real){a, 0.0}; }
+#define wide(a) num(a)
+inlined double near_to(real a) { return a.hi; }
+inlined real add(real a, real b)
+{
+    real s = whole_sum(a.hi, b.hi), t = whole_sum(a.lo, b.lo);
+    s = near_sum(s.hi, s.lo + t.hi);
+    return near_sum(s.hi, s.lo + t.lo);
+}
+inlined real neg(real a) { return (real){-a.hi, -a.lo}; }
+inlined real sub(real a, real b) { return add(a, neg(b)); }
+inlined real mul(real a, real b)
+{
+    const real p = whole_product(a.hi, b.hi);
+    return near_sum(p.hi, p.lo + (a.hi * b.lo + a.lo * b.hi));
+}
+inlined real mad(real a, real b, real c) { return add(mul(a, b), c); }
+inlined real over(real a, real b)
+{
+    const double q = a.hi / b.hi;
+    real r = sub(a, mul(b, num(q)));
+    const double q2 = r.hi / b.hi;
+    r = sub(r, mul(b, num(q2)));
+    return add(near_sum(q, q2), num(r.hi / b.hi));
+}
+inlined real choose(mask m, real a, real b) { return m ? a : b; }
+#define row(e) (e)
+#endif
+
+#define TABLE_NAME2(a, b) a##b
+#if defined(WIDE)
+typedef CAPSULE_TABLE_OF(entry, TERMS, DEGREE, LEVELS) table;
+#else
+typedef capsule_table table;
+#endif
+
+/* A segment's constants as values, and as bounds. */
+typedef struct {
+    real alpha, omega, delta, zeta, beta, gamma, f_b;
+    real contact, drift, m, kappa, push, friction, sigma, K;
+} segment;
+#ifdef WIDE
+typedef struct {
+    bound alpha, omega, delta, zeta, beta, gamma, f_b;
+    bound contact, drift, m, kappa, push, friction, sigma, K;
+} segment_sizes;
+inlined segment_sizes sizes_of(const segment *c)
+{
+    return (segment_sizes){c->alpha.hi, c->omega.hi, c->delta.hi,    c->zeta.hi,  c->beta.hi,
+                           c->gamma.hi, c->f_b.hi,   c->contact.hi,  c->drift.hi, c->m.hi,
+                           c->kappa.hi, c->push.hi,  c->friction.hi, c->sigma.hi, c->K.hi};
+}
+#else
+typedef segment segment_sizes;
+#define sizes_of(c) (*(c))
+#endif
+
+#include "capsule_formulas.h"
+
+/* Sine and cosine of an angle in [0, 2 pi], and a little more: the nearest multiple of pi/2 is
+   taken off in parts, then Taylor's series on [-pi/4, pi/4]. */
+#ifndef WIDE
+inlined void sine_cosine(bound angle, bound rest, bound *sine, bound *cosine)
+{
+    static const double S[] = {-1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+                               1.0 / 362880.0,         -1.0 / 5040.0,      1.0 / 120.0,
+                               -1.0 / 6.0};
+    static const double C[] = {-1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0,
+                               1.0 / 40320.0,        -1.0 / 720.0,      1.0 / 24.0};
+    const bound quarters = (angle * 0.6366197723675814 + 0x1.8p52) - 0x1.8p52;
+    /* The first parts have few enough bits for exact products. */
+    const bound first = angle - quarters * 0x1.921fb544p0;
+    const bound z0 = first - quarters * 0x1.0b4611a6p-34;
+    const bound r = z0 - quarters * 0x1.8cc51701b839ap-68, z = r * r;
+    bound s = all(1.0 / 355687428096000.0), c = all(1.0 / 20922789888000.0);
+    for (int i = 0; i < 7; i++)
+        s = s * z + S[i];
+    for (int i = 0; i < 6; i++)
+        c = c * z + C[i];
+    s = r * z * s + r;
+    c = 1.0 - (0.5 * z - z * z * c);
+    const mask one = quarters == 1.0, two = quarters == 2.0, three = quarters == 3.0;
+    const mask swapped = one | three;
+    const bound a = pick(swapped, c, s), b = pick(swapped, s, c);
+    const bound turned_s = pick(two | three, -a, a), turned_c = pick(one | two, -b, b);
+    *sine = turned_s + rest * turned_c;
+    *cosine = turned_c - rest * turned_s;
+}
+#else
+inlined void sine_cosine(real angle, bound rest, real *sine, real *cosine)
+{
+    static const real HALF_PI = {1.5707963267948966, 6.123233995736766e-17};
+    const int quarters = (int)floor(angle.hi * 0.6366197723675814 + 0.5);
+    real r = sub(add(angle, num(rest)), mul(HALF_PI, num(quarters)));
+    r = add(r, num(1.4973849048591833e-33 * quarters));
+    const real z = neg(mul(r, r));
+    real s = r, c = num(1.0), s_term = r, c_term = c;
+    for (int n = 1; n < 28; n += 2) {
+        c_term = over(mul(c_term, z), num((double)n * (n + 1)));
+        s_term = over(mul(s_term, z), num((double)(n + 1) * (n + 2)));
+        c = add(c, c_term);
+        s = add(s, s_term);
+    }
+    const real a = quarters & 1 ? c : s, b = quarters & 1 ? s : c;
+    *sine = quarters & 2 ? neg(a) : a;
+    *cosine = (quarters + 1) & 2 ? neg(b) : b;
+}
+#endif
+
+#endif

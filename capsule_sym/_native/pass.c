@@ -1,0 +1,2 @@
+/* One segment in double precision. */
+#include "solo.h"

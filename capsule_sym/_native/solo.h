@@ -1,0 +1,368 @@
+/* One run's segments, one after another: which field takes over, the steps of its segment, and what
+   is known exactly where that ends. Over the double or double-double of number.h. */
+#include <string.h>
+
+#include "internal.h"
+#include "step.h"
+
+#include "isolate.h"
+
+/* A segment that takes more is left to the caller: another method looks further ahead there. */
+#define MOST_EXPANSIONS 8192
+#define MOST_ADDED 4 /* expansions whose roundings may add up to a switch */
+
+/* A state with what is known exactly there, as in capsule_state. */
+typedef struct {
+    real x_r, gap, v_r, v_c, angle;
+    double angle_rest;
+    int bound_at;
+} place;
+
+#ifdef WIDE
+static segment segment_of(const capsule_map *map, int field)
+{
+    const capsule_parameters *p = &map->parameters;
+    segment c = {.alpha = num(p->alpha), .omega = num(p->omega), .delta = num(p->delta),
+                 .zeta = num(p->zeta), .beta = num(p->beta), .gamma = num(p->gamma),
+                 .f_b = num(p->f_b)};
+    field_constants(field, &c);
+    return c;
+}
+
+/* Near the impact surface the gap is what is known, elsewhere the position is. */
+static place place_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
+{
+    const real delta = num(map->parameters.delta);
+    if (exact->known)
+        return (place){{exact->x_r[0], exact->x_r[1]}, {exact->gap[0], exact->gap[1]},
+                       {exact->v_r[0], exact->v_r[1]}, {exact->v_c[0], exact->v_c[1]},
+                       {exact->angle[0], exact->angle[1]}, 0.0, s->bound};
+    const int far = 2.0 * fabs(s->gap) > map->parameters.delta;
+    const real gap = far ? sub(num(s->x_r), delta) : num(s->gap);
+    return (place){far ? num(s->x_r) : add(delta, gap), gap, num(s->v_r), num(s->v_c),
+                   whole_sum(s->angle, s->angle_rest), 0.0, s->bound};
+}
+#else
+static segment segment_of(const capsule_map *map, int field)
+{
+    const capsule_constants *c = &map->field[field - 1];
+    return (segment){c->alpha, c->omega, c->delta, c->zeta, c->beta,     c->gamma, c->f_b, c->contact,
+                     c->drift, c->m,     c->kappa, c->push, c->friction, c->sigma, c->K};
+}
+
+static place place_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
+{
+    (void)map, (void)exact;
+    return (place){s->x_r, s->gap, s->v_r, s->v_c, s->angle, s->angle_rest, s->bound};
+}
+#endif
+
+/* The start of a segment of a field. */
+static stand stand_at(const segment *c, int field, const place *p, const capsule_course *course)
+{
+    const int way = DRIFT_OF[field - 1];
+    const double bound_at = p->bound_at;
+    stand s = {.x_r = p->x_r, .gap = p->gap, .v_r = p->v_r, .v_c = p->v_c, .angle = p->angle,
+               .position = num(0.0), .angle_rest = p->angle_rest};
+#ifndef WIDE
+    if (course && course->angle == p->angle)
+        s.sine = course->sine, s.cosine = course->cosine;
+    else
+#else
+    (void)course;
+#endif
+        sine_cosine(p->angle, p->angle_rest, &s.sine, &s.cosine);
+    s.margin = bound_at != 0.0 ? sub(mul(num(bound_at), c->f_b), c->friction)
+                               : margin_at(c, p->x_r, p->gap, p->v_r);
+    if (near_to(p->gap) == 0.0)
+        s.gap_zeros = near_to(p->v_r) == 0.0 ? 2.0 : 1.0;
+    if (!way)
+        s.second_zeros = bound_at;
+    else if (near_to(p->v_c) == 0.0)
+        s.second_zeros = bound_at == way ? 2.0 : 1.0;
+    return s;
+}
+
+/* The sign of the first of a guard's derivatives that does not vanish exactly; 0 where rounding
+   leaves it open. */
+static int first_sign(const double *values, const double *errors, int exact)
+{
+    if (!(fabs(values[exact]) > errors[exact]))
+        return 0;
+    return values[exact] > 0.0 ? 1 : -1;
+}
+
+/* 1 if the field takes over, all of its guards being positive just after; 0 if it does not, -1
+   where that is open. Derivatives come with a bound on their rounding error. */
+static int takes_over(const segment *c, int field, const place *p)
+{
+    const segment_sizes sizes = sizes_of(c), *b = &sizes;
+    const stand s = stand_at(c, field, p, NULL);
+    const double way = DRIFT_OF[field - 1], side = CONTACT_OF[field - 1] ? 1.0 : -1.0;
+    const double x = size_of(near_to(s.x_r)), gap = size_of(near_to(s.gap));
+    const double v = size_of(near_to(s.v_r));
+    const real rate = v_rate(c, s.x_r, s.gap, s.v_r, s.cosine);
+    const double rate_size = v_rate_size(b, x, gap, v);
+    const double turned = 2.0 * UNIT * near_to(s.angle); /* error of the angle */
+    const double margin_error = 6.0 * UNIT * margin_at_size(b, x, gap, v);
+    const real force_rate = force_change(c, s.v_r, rate);
+    const double force_error = (24.0 * UNIT + turned) * force_change_size(b, v, rate_size);
+    const double gaps[4] = {side * near_to(s.gap), side * near_to(s.v_r), side * near_to(rate),
+                            side * near_to(v_second(c, s.v_r, rate, s.sine))};
+    const double gap_errors[4] = {0.0, 0.0, (24.0 * UNIT + turned) * rate_size,
+                                  (32.0 * UNIT + turned) * v_second_size(b, v, rate_size)};
+    int sign = first_sign(gaps, gap_errors, (int)s.gap_zeros), open = sign == 0;
+    if (sign < 0)
+        return 0;
+    if (way != 0.0) {
+        const double values[3] = {way * near_to(s.v_c), way * near_to(v_c_rate(c, s.margin)),
+                                  way * near_to(v_c_rate(c, force_rate))};
+        const double errors[3] = {0.0, margin_error / b->gamma, force_error / b->gamma};
+        sign = first_sign(values, errors, (int)s.second_zeros);
+        return sign < 0 ? 0 : (open || sign == 0) ? -1 : 1;
+    }
+    for (int turn = -1; turn <= 1; turn += 2) {
+        const double first = near_to(mad(num(turn), s.margin, c->f_b));
+        const double values[2] = {first, turn * near_to(force_rate)};
+        const double errors[2] = {margin_error + 2.0 * UNIT * fabs(first), force_error};
+        sign = first_sign(values, errors, p->bound_at == -turn);
+        if (sign < 0)
+            return 0;
+        open |= sign == 0;
+    }
+    return open ? -1 : 1;
+}
+
+/* The field that takes over: the one all of whose guards are positive just after. */
+static int field_after(const capsule_map *map, const place *p)
+{
+    const double gap = near_to(p->gap), v_r = near_to(p->v_r), v_c = near_to(p->v_c);
+    const int contact = gap > 0.0 || (gap == 0.0 && v_r > 0.0);
+    if (!(gap == 0.0 && (v_r == 0.0 || (v_c == 0.0 && p->bound_at)))) {
+        const int rest = FIELD_OF[contact][1];
+        const segment c = segment_of(map, rest);
+        const segment_sizes b = sizes_of(&c);
+        const stand s = stand_at(&c, rest, p, NULL);
+        int unplain;
+        const double way = way_after(&c, &b, &s, p->bound_at, &unplain);
+        if (!unplain)
+            return FIELD_OF[contact][(int)way + 1];
+    }
+    int found = 0;
+    for (int field = 1; field <= 6; field++) {
+        if ((gap != 0.0 && CONTACT_OF[field - 1] != (gap > 0.0)) ||
+            (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)))
+            continue;
+        const segment c = segment_of(map, field);
+        const int taken = takes_over(&c, field, p);
+        if (taken < 0 || (taken && found))
+            return 0;
+        if (taken)
+            found = field;
+    }
+    return found;
+}
+
+/* Whether a sticking segment without contact is proved to last for ever. */
+static int lasts(const segment *c, const capsule_constants *k, const stand *s)
+{
+    const segment_sizes sizes = sizes_of(c), *b = &sizes;
+    /* Rounding of K - omega^2 is felt near resonance; there the proof is not tried. */
+    const double distance = sqrt(k->Z2), rounded = 4.0 * 0x1p-53 * (b->K + b->omega * b->omega);
+    if (distance <= 64.0 * rounded)
+        return 0;
+    const double relative = 4.0 * rounded / distance;
+    const double amplitude = b->alpha / distance * (1.0 + relative);
+    real x, v;
+    forced(c, s->cosine, s->sine, &x, &v);
+    const double rounding = 32.0 * UNIT + relative + 2.0 * UNIT * near_to(s->angle);
+    const double error =
+        s->energy_error + rounding * (fabs(near_to(s->v_r)) + fabs(near_to(s->x_r)) +
+                                      (1.0 + b->omega) * amplitude);
+    const double low = fabs(near_to(sub(s->x_r, x))) + error;
+    const double high = fabs(near_to(sub(s->v_r, v))) + error;
+    const double inflation = 1.0 + 64.0 * 0x1p-53 + relative, root_K = sqrt(b->K);
+    const double energy = inflation * sqrt(high * high + b->K * low * low);
+    const double reach = inflation * (amplitude + energy / root_K);
+    const double most = inflation * (amplitude * sqrt(near_to(force_gain2(c))) +
+                                     near_to(force_per_energy(c, num(root_K))) * energy);
+    return reach < b->delta && most < b->f_b;
+}
+
+#ifndef WIDE
+/* Moves a switch and the state there to where the closed form from the segment's start has it.
+   Expansions add up their roundings; the switch stays within what they prove, `error` of time. */
+static void refine(const segment *c, const capsule_constants *k, const stand *from,
+                   const outcome *o, double error, stand *to, double *duration)
+{
+    const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
+                                 from->margin, from->cosine, from->sine};
+    double change[3] = {0.0, 0.0, 0.0};
+    capsule_flow(k, &start, *duration, change);
+    const double x_r = from->x_r + change[0], gap = from->gap + change[0], v_r = change[1];
+    const double v_c = from->v_c + change[2], pull = force(c, x_r, gap, v_r);
+    const double rate = v_rate(c, x_r, gap, v_r, to->cosine);
+    const double slip = c->drift != 0.0 ? v_c_rate(c, pull - c->friction) : 0.0;
+    const double value = o->at_gap ? gap : c->drift != 0.0 ? v_c : pull - o->bound_at * c->f_b;
+    const double slope = o->at_gap ? v_r : c->drift != 0.0 ? slip : force_change(c, v_r, rate);
+    const double by = -value / slope;
+    if (!(fabs(by) <= error))
+        return;
+    to->x_r = o->at_gap ? c->delta : x_r + by * v_r;
+    to->gap = o->at_gap ? 0.0 : gap + by * v_r;
+    to->v_r = v_r + by * rate;
+    to->v_c = c->drift != 0.0 && o->at_gap ? v_c + by * slip : 0.0;
+    to->angle_rest += c->omega * by;
+    sine_cosine(to->angle, to->angle_rest, &to->sine, &to->cosine);
+    *duration += by;
+}
+#endif
+
+#ifdef WIDE
+#define PASS capsule_pass_wide
+#else
+#define PASS capsule_pass
+int capsule_field_at(const capsule_map *map, const capsule_state *state)
+{
+    const place p = place_of(map, state, NULL);
+    return field_after(map, &p);
+}
+#endif
+
+static void one_step(const segment *c, const segment_sizes *b, const table *t, int drift,
+                     int position, int ends, double way, double guess, const stand *s, stand *to,
+                     outcome *o)
+{
+    if (!drift)
+        step(c, b, t, 0, 0, 0, ends, way, guess, s, to, o);
+    else if (position)
+        step(c, b, t, 0, 1, 1, ends, way, guess, s, to, o);
+    else
+        step(c, b, t, 0, 1, 0, ends, way, guess, s, to, o);
+}
+
+void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
+{
+    const capsule_map *map = course->map;
+    const capsule_wish *wish = course->wish;
+    const place start = place_of(map, state, &course->exact);
+    memset(p, 0, sizeof *p);
+    p->outcome = CAPSULE_UNDECIDED;
+    const int field = state->field ? state->field : field_after(map, &start);
+    if (!field)
+        return;
+    const int way = DRIFT_OF[field - 1], drift = way != 0, contact = CONTACT_OF[field - 1];
+    const capsule_constants *k = &map->field[field - 1];
+    const segment c = segment_of(map, field);
+    const segment_sizes b = sizes_of(&c);
+#ifdef WIDE
+    bases base;
+    table made, *t = &made;
+    bases_make(&base);
+    table_make(&base, k, &c, t);
+#else
+    const table *t = &map->table[2 * contact + drift];
+#endif
+    const int can_rest = field == FIELD_OF[0][1] && map->may_rest;
+    stand here = stand_at(&c, field, &start, course), next;
+    const stand from = here;
+    double *guess = &course->guess[field][state->plane];
+    int64_t turn = state->turn;
+    double duration = 0.0, lost = 0.0; /* by how much it is too long, from rounding its sum */
+    outcome o = {0};
+    p->field = field;
+    p->gap = near_to(from.gap), p->margin = near_to(from.margin);
+    p->cosine = near_to(from.cosine), p->sine = near_to(from.sine);
+    for (;; here = next, guess = &course->guess[field][0]) {
+        if (p->evaluations == MOST_EXPANSIONS) {
+            p->endless = 1;
+            return;
+        }
+        if (can_rest && lasts(&c, k, &here)) {
+            capsule_state end = *state;
+            end.turn = turn;
+            p->duration = duration;
+            capsule_rest(course, near_to(here.x_r), near_to(here.v_r), near_to(here.angle),
+                         here.angle_rest, &end, p);
+            if (!p->stopped)
+                *state = end;
+            return;
+        }
+        const int ends = wish->strobe || course->periods - turn == 1;
+        one_step(&c, &b, t, drift, course->position, ends, way, *guess, &here, &next, &o);
+        if (o.open) {
+            p->outcome = o.corner ? CAPSULE_CORNER : CAPSULE_UNDECIDED;
+            return;
+        }
+        p->evaluations++;
+        double spent = near_to(o.h);
+        if (o.passed) {
+            turn++;
+            if (ends) {
+                capsule_strobe(wish, turn, near_to(o.end.x_r), near_to(o.end.v_r),
+                               near_to(o.end.v_c));
+                if (turn == course->periods)
+                    spent = near_to(o.end_h);
+            }
+        }
+        spent -= lost;
+        const double before = duration;
+        duration = before + spent;
+        lost = (duration - before) - spent;
+        p->duration = duration;
+        if (o.passed && turn == course->periods) {
+            p->outcome = CAPSULE_END;
+            if (can_rest) {
+                /* What rests for ever does so at the end too, wherever the expansions stood. */
+                stand last = o.end;
+                last.angle = last.sine = num(0.0), last.cosine = num(1.0);
+                last.angle_rest = 0.0, last.energy_error = next.energy_error;
+                if (lasts(&c, k, &last))
+                    p->outcome = CAPSULE_NEVER;
+            }
+            p->advance = near_to(o.end.position);
+            *state = (capsule_state){.x_r = near_to(o.end.x_r), .gap = near_to(o.end.gap),
+                                     .v_r = near_to(o.end.v_r), .v_c = near_to(o.end.v_c),
+                                     .position = state->position + p->advance, .turn = turn,
+                                     .field = field};
+            course->exact.known = 0;
+            return;
+        }
+        if (o.crossing)
+            break;
+    }
+    *guess = near_to(o.h) / t->reach;
+    place end = {next.x_r, next.gap, next.v_r, next.v_c, next.angle, next.angle_rest,
+                 (int)o.bound_at};
+#ifndef WIDE
+    if (p->evaluations > MOST_ADDED) {
+        refine(&c, k, &from, &o, o.error * t->reach, &next, &p->duration);
+        end = (place){next.x_r, next.gap, next.v_r, next.v_c, next.angle, next.angle_rest,
+                      (int)o.bound_at};
+        o.unplain = 1;
+    }
+#endif
+    const int following = o.unplain ? field_after(map, &end)
+                                    : FIELD_OF[o.at_gap ? !contact : contact][(int)o.way + 1];
+    if (!following)
+        return; /* The switch itself is certain, but not where it leads. */
+    p->outcome = CAPSULE_REGULAR;
+    p->switched = 1;
+    p->advance = near_to(next.position);
+    const double v_r = near_to(next.v_r), v_c = near_to(next.v_c);
+    *state = (capsule_state){
+        .x_r = near_to(next.x_r), .gap = near_to(next.gap), .v_r = v_r, .v_c = v_c,
+        .angle = near_to(next.angle), .angle_rest = next.angle_rest,
+        .position = state->position + p->advance, .turn = turn, .bound = (int)o.bound_at,
+        /* Eq. (24): by the field to come where the capsule rests. */
+        .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
+    course->exact.known = 0;
+    course->angle = state->angle;
+    course->cosine = near_to(next.cosine), course->sine = near_to(next.sine);
+#ifdef WIDE
+    state->angle_rest += next.angle.lo;
+    course->exact = (capsule_exact){{next.x_r.hi, next.x_r.lo}, {next.gap.hi, next.gap.lo},
+                                    {next.v_r.hi, next.v_r.lo}, {next.v_c.hi, next.v_c.lo},
+                                    {next.angle.hi, next.angle.lo}, 1};
+#endif
+}

@@ -1,0 +1,603 @@
+/* The certified step: one expansion of a motion, in which every switch is found or excluded by
+   proof. Written once, over the numbers of number.h.
+
+   On an expansion the time unit is its reach. x_r(s) - x_r(0) is a combination of four tabulated
+   responses; P and v_c follow term by term. The same coefficients bound a guard (in Bernstein
+   form) and give the states, and small durations lose no digits, because the value at the start is
+   never part of the sum.
+
+   Errors of the instant an expansion stands at obey the segment's free motion, whose energy never
+   grows: |dx_r| <= e/sqrt(K), |dv_r| <= e, |dP| <= force_per_energy e, and by momentum
+   (gamma + 1) |dv_c - dv_c(0)| <= 2 e. */
+#include "number.h"
+
+#define ROUNDS 60 /* of Newton's method; what takes more is left open */
+
+/* Where an expansion stands: a segment's start, or a later instant with the error come to. */
+typedef struct {
+    real x_r, gap, v_r, v_c, margin, angle, cosine, sine, position;
+    bound angle_rest; /* by how much the angle is more than rounded */
+    bound gap_zeros;  /* derivatives that vanish at the start, of the gap */
+    bound second_zeros; /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
+    bound energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
+    bound v_c_error, angle_error;
+} stand;
+
+typedef struct {
+    real u[4], slope;                   /* multiples of the responses; in drift v_c' reach */
+    bound size[4];                      /* what the multiples add up */
+    bound x_own, second_own;            /* error bounds of x_r, and of P or v_c: this expansion's */
+    bound x_rounding, second_rounding;  /* and all */
+} expansion;
+
+inlined bound bound_dot(const double *t, const bound *size)
+{
+    return (t[0] * size[0] + t[1] * size[1]) + (t[2] * size[2] + t[3] * size[3]);
+}
+
+/* A combination of rows of a table. */
+inlined real combined(const real *u, entry a, entry b, entry c, entry d)
+{
+    return add(mad(row(a), u[0], mul(row(b), u[1])), mad(row(c), u[2], mul(row(d), u[3])));
+}
+
+inlined real dot(const entry *t, const real *u)
+{
+    return combined(u, t[0], t[1], t[2], t[3]);
+}
+
+inlined expansion expand(const segment *c, const segment_sizes *b, const table *t, int drift,
+                         const stand *s)
+{
+    expansion e;
+    const bound x = size_of(near_to(s->x_r)), gap = size_of(near_to(s->gap));
+    const bound v = size_of(near_to(s->v_r)), v_c = size_of(near_to(s->v_c));
+    e.u[0] = rest_force(c, s->x_r, s->gap);
+    e.u[1] = s->v_r;
+    forcing_terms(c, s->cosine, s->sine, &e.u[2], &e.u[3]);
+    e.size[0] = rest_force_size(b, x, gap);
+    e.size[1] = v;
+    forcing_terms_size(b, &e.size[2], &e.size[3]);
+    const bound margin_error = 6.0 * UNIT * (margin_at_size(b, x, gap, v) + b->f_b);
+    e.x_own = bound_dot(t->x_error, e.size) + 2.0 * UNIT * gap + UNDERFLOW;
+    e.second_own = bound_dot(t->second_error, e.size) + UNDERFLOW;
+    e.slope = num(0.0);
+    if (drift) {
+        e.slope = mul(v_c_rate(c, s->margin), num(t->reach));
+        e.second_own += pick(s->second_zeros < 2.0, margin_error * (t->reach / b->gamma), all(0.0));
+        e.second_rounding = e.second_own + s->v_c_error +
+                            s->energy_error * t->v_c_per_energy + UNIT * v_c;
+    } else {
+        e.second_own += pick(s->second_zeros == 0.0, margin_error, all(0.0));
+        e.second_rounding = e.second_own + t->force_per_energy * s->energy_error;
+    }
+    e.x_rounding = e.x_own + s->energy_error * t->x_per_energy;
+    return e;
+}
+
+/* A guard on an expansion: first + sum of its polynomial, with what it is certain within. */
+typedef struct {
+    real first, form[DEGREE]; /* Bernstein coefficients 1 to DEGREE of the guard less its first */
+    bound zeros, rounding, tail; /* off by rounding s^zeros + tail s^3 */
+} guard;
+
+/* What is proved of it on (0, r]: positive up to `from`; if `crossing`, then zero once, and negative
+   from `to` on; `near` is about where. */
+typedef struct {
+    mask clear, crossing;
+    bound from, to, near;
+} finding;
+
+/* From the signs of the coefficients; where a polynomial has s^zeros as a factor so have its
+   errors. With `twice` zeros may be 2. */
+inlined finding judge(const guard *g, double r, int twice)
+{
+    const mask begun = g->zeros > 0.0, skipped = g->zeros == 2.0;
+    const real base = choose(begun, num(0.0), g->first);
+    const bound e0 = pick(begun, all(0.0), g->rounding), tail = g->tail * (r * r * r);
+    const bound e1 = pick(g->zeros == 1.0, g->rounding * r, all(0.0));
+    const bound e2 = pick(skipped, g->rounding * (r * r), all(0.0));
+    bound value[DEGREE], error[DEGREE];
+    mask above = begun | (near_to(g->first) > g->rounding);
+    for (int j = 1; j <= DEGREE; j++) {
+        bound by = e0 + e1 * (j / (double)DEGREE);
+        if (twice)
+            by += e2 * (j * (j - 1) / (DEGREE * (DEGREE - 1.0)));
+        if (j > 2)
+            by += tail * (j * (j - 1) * (j - 2) / (DEGREE * (DEGREE - 1) * (DEGREE - 2.0)));
+        error[j - 1] = by;
+        value[j - 1] = near_to(add(base, g->form[j - 1]));
+    }
+    if (twice) /* coefficient 1 of s^2 is 0 */
+        value[0] = pick(skipped, all(1.0), value[0]), error[0] = pick(skipped, all(0.0), error[0]);
+    for (int j = 0; j < DEGREE; j++)
+        above &= value[j] > error[j];
+    if (!some(not(above)))
+        return (finding){above, none, all(r), all(r), all(r)};
+    mask seen = none, proved = begun | (near_to(g->first) > g->rounding);
+    bound index = all(0.0);
+    for (int j = 0; j < DEGREE; j++) {
+        const mask below = value[j] < 0.0;
+        proved &= (size_of(value[j]) > error[j]) & not(seen & not(below));
+        seen |= below;
+        index = pick(below, index, index + 1.0);
+    }
+    /* What vanishes at the start is positive at first only if its leading coefficient is. */
+    finding f;
+    f.clear = proved & not(seen);
+    f.crossing = proved & seen & (not(begun) | (index > g->zeros - 1.0));
+    f.from = pick(f.clear, all(r), all(0.0));
+    f.to = all(r);
+    f.near = (index + 0.5) * (r / DEGREE);
+    return f;
+}
+
+/* The motion at s, from coefficients of s, s^2, ... of x_r(s) - x_r(0). */
+typedef struct {
+    real x, slope, lag; /* x_r(s) - x_r(0); its derivative, and itself, without the linear term */
+    real sum, lag_sum, again; /* integrals of x and of the lag over (0, s), and of `sum` */
+} motion;
+
+inlined motion motion_at(const real *a, real s, int drift, int position)
+{
+    real y = a[TERMS - 1], y1 = num(0.0);
+    real z = mul(a[TERMS - 1], num(1.0 / (TERMS + 1))), w = mul(z, num(1.0 / (TERMS + 2)));
+#ifdef WIDE
+    z = over(a[TERMS - 1], num(TERMS + 1.0)), w = over(z, num(TERMS + 2.0));
+#endif
+    for (int n = TERMS - 1; n >= 2; n--) { /* coefficient n is a[n - 1] */
+        y1 = mad(y1, s, y);
+        y = mad(y, s, a[n - 1]);
+        if (drift) {
+#ifdef WIDE
+            const real b = over(a[n - 1], num(n + 1.0)), d = over(b, num(n + 2.0));
+#else
+            const real b = a[n - 1] * (1.0 / (n + 1)), d = b * (1.0 / (n + 2));
+#endif
+            z = mad(z, s, b);
+            if (position)
+                w = mad(w, s, d);
+        }
+    }
+    motion m;
+    const real s2 = mul(s, s), half = num(0.5), sixth = over(num(1.0), num(6.0));
+    m.lag = mul(s2, y);
+    m.x = mad(s, a[0], m.lag);
+    m.slope = mul(s, mad(s, y1, add(y, y)));
+    m.sum = mul(s2, mad(s, z, mul(half, a[0])));
+    m.lag_sum = mul(mul(s2, s), z);
+    m.again = mul(mul(s2, s), mad(s, w, mul(sixth, a[0])));
+    return m;
+}
+
+/* v_c(s) - v_c(0), and x_c(s) - x_c(0), by the integrals of P. */
+inlined real v_c_change(const segment *c, const table *t, const expansion *e, const motion *m, real s)
+{
+    const real grown = v_c_rate(c, force_change(c, m->sum, mul(m->lag, row(t->per_reach))));
+    return mad(num(t->reach), grown, mul(e->slope, s));
+}
+
+inlined real advance_at(const segment *c, const table *t, const expansion *e, const motion *m,
+                        real v_c, real s)
+{
+    const real grown = v_c_rate(c, force_change(c, m->again, mul(m->lag_sum, row(t->per_reach))));
+    const real begun = mul(s, mad(mul(num(0.5), s), e->slope, v_c));
+    return mul(num(t->reach), mad(num(t->reach), grown, begun));
+}
+
+/* Guards of a segment: the gap's side or the sign of v_c, or f_b -+ P. */
+enum { GAP, FIRST, SECOND };
+
+inlined guard guard_of(const segment *c, const table *t, const expansion *e, const stand *s,
+                       int which, int level, int drift, bound sign, const guard *other)
+{
+    const entry(*rows)[DEGREE] = which == GAP ? t->x_form[level] : t->second_form[level];
+    const real by = wide(sign);
+    guard g;
+    const real u[4] = {mul(by, e->u[0]), mul(by, e->u[1]), mul(by, e->u[2]), mul(by, e->u[3])};
+    if (other) /* the same with its sign turned */
+        for (int j = 0; j < DEGREE; j++)
+            g.form[j] = neg(other->form[j]);
+    else
+        for (int j = 0; j < DEGREE; j++)
+            g.form[j] = combined(u, rows[0][j], rows[1][j], rows[2][j], rows[3][j]);
+    if (which == GAP) {
+        g.first = mul(by, s->gap);
+        g.zeros = s->gap_zeros;
+        g.rounding = e->x_rounding;
+        g.tail = bound_dot(t->x_tail, e->size);
+        return g;
+    }
+    g.rounding = e->second_rounding;
+    g.tail = bound_dot(t->second_tail, e->size);
+    if (drift) {
+        const real slope = mul(mul(by, e->slope), num(t->level[level]));
+        for (int j = 0; j < DEGREE; j++)
+            g.form[j] = add(g.form[j], mul(slope, over(num(j + 1.0), num(DEGREE))));
+        g.first = mul(by, s->v_c);
+        g.zeros = s->second_zeros;
+    } else {
+        g.first = mad(by, s->margin, c->f_b);
+        g.zeros = larger(-sign * s->second_zeros, all(0.0));
+    }
+    return g;
+}
+
+/* Whether a guard is further from zero than it could come. */
+inlined mask far_off(const table *t, const expansion *e, int which, int drift, real first,
+                     bound zeros, bound sign)
+{
+    const bound range = bound_dot(which == GAP ? t->x_range : t->second_range, e->size);
+    const bound tail = bound_dot(which == GAP ? t->x_tail : t->second_tail, e->size);
+    const bound rounding = which == GAP ? e->x_rounding : e->second_rounding;
+    const bound slope = which != GAP && drift ? sign * near_to(e->slope) : all(0.0);
+    return (zeros == 0.0) & (near_to(first) + smaller(slope, all(0.0)) > (range + rounding) + tail);
+}
+
+/* What follows a switch off the lines: the drift's way, and where that is not plain. `bound_at` is 1
+   (-1) where P is f_b (-f_b) exactly; `rests` tells where v_c is 0. */
+inlined bound way_after(const segment *c, const segment_sizes *b, const stand *s, bound bound_at,
+                        mask *unplain)
+{
+    const bound x = size_of(near_to(s->x_r)), gap = size_of(near_to(s->gap));
+    const bound v = size_of(near_to(s->v_r)), terms = force_size(b, x, gap, v);
+    const real pull = force(c, s->x_r, s->gap, s->v_r);
+    const mask rests = near_to(s->v_c) == 0.0, at_bound = bound_at != 0.0;
+    const bound side = pick(near_to(pull) > 0.0, all(1.0), all(-1.0));
+    const bound beyond = near_to(sub(mul(pull, wide(side)), c->f_b));
+    const mask close = size_of(beyond) <= 16.0 * UNIT * (terms + b->f_b);
+    /* At P = +-f_b the capsule stays at rest if P turns inward. There v_r' is the same at rest as
+       drifting, hence P' too. x_r and v_r miss P = +-f_b by their own rounding, which a jet would
+       add up again. */
+    const real rate =
+        force_change(c, s->v_r, sub(mul(c->alpha, s->cosine), mul(wide(bound_at), c->f_b)));
+    const bound rising = near_to(rate) * bound_at;
+    const bound unsure = 64.0 * UNIT * force_change_size(b, v, b->alpha + terms + b->f_b);
+    *unplain = (rests & ((at_bound & (size_of(rising) <= unsure)) | (not(at_bound) & close))) |
+               ((near_to(s->gap) == 0.0) & (near_to(s->v_r) == 0.0));
+    const bound at_rest = pick(at_bound, pick(rising > 0.0, bound_at, all(0.0)),
+                               pick(beyond > 0.0, side, all(0.0)));
+    return pick(rests, at_rest, pick(near_to(s->v_c) > 0.0, all(1.0), all(-1.0)));
+}
+
+/* What became of a step. */
+typedef struct {
+    mask open;     /* nothing is proved, neither of this expansion nor of a part of it */
+    mask corner;   /* for two guards vanish together */
+    mask crossing; /* a switch ends the segment */
+    mask passed;   /* an excitation period ended in it */
+    mask unplain;  /* what follows the switch is not plain */
+    mask at_gap;   /* the gap's guard fired */
+    bound way;     /* after a switch, of the drift: 1, -1, or 0 at rest */
+    bound bound_at; /* and whether P is f_b (1) or -f_b (-1) there exactly */
+    bound error;   /* of a switching time */
+    real h;        /* the time it took */
+    real end_h;    /* until the end of the period passed */
+    stand end;     /* at the end of that period */
+} outcome;
+
+#if WIDTH == 1
+/* What is proved where the signs alone do not tell, by halving (isolate.h). */
+static void isolate(const guard *g, finding *f);
+#endif
+
+inlined void step(const segment *c, const segment_sizes *b, const table *t, int level, int drift,
+                  int position, int ends, bound way, bound guess, const stand *s, stand *to,
+                  outcome *out)
+{
+    const double side = t->contact ? 1.0 : -1.0, r = t->level[level];
+    const bound zero = all(0.0), one = all(1.0);
+    const expansion e = expand(c, b, t, drift, s);
+
+    /* Which guards are clear, and which cross zero once. */
+    const bound signs[3] = {all(side), drift ? way : -one, one};
+    const int count = drift ? 2 : 3;
+    finding found[3];
+    guard g[3];
+    int made = -1;
+    mask open = none, crossing = none;
+    for (int i = 0; i < count; i++) {
+        const real first = i == GAP ? mul(wide(signs[i]), s->gap)
+                           : drift  ? mul(wide(signs[i]), s->v_c)
+                                    : mad(wide(signs[i]), s->margin, c->f_b);
+        const bound zeros = i == GAP ? s->gap_zeros
+                            : drift  ? s->second_zeros
+                                     : larger(-signs[i] * s->second_zeros, zero);
+        const mask clear = far_off(t, &e, i, drift, first, zeros, signs[i]);
+        found[i] = (finding){clear, none, all(r), all(r), all(r)};
+        if (!some(not(clear)))
+            continue;
+        g[i] = guard_of(c, t, &e, s, i, level, drift, signs[i], made == FIRST && i == SECOND ? &g[FIRST] : NULL);
+        made = i;
+        const finding f = judge(&g[i], r, WIDTH == 1 || (drift && i != GAP));
+        found[i].clear = clear | f.clear;
+        found[i].crossing = f.crossing & not(clear);
+        found[i].from = pick(clear, found[i].from, f.from);
+        found[i].near = f.near;
+#if WIDTH == 1
+        if (!found[i].clear && !found[i].crossing)
+            isolate(&g[i], &found[i]);
+#endif
+        open |= not(found[i].clear | found[i].crossing);
+        crossing |= found[i].crossing;
+    }
+    /* Of two friction guards that cross once each, either is far from zero where the other is. */
+    const mask lower =
+        drift ? none
+              : found[SECOND].crossing &
+                    (not(found[FIRST].crossing) | (found[SECOND].near < found[FIRST].near));
+    mask is_gap, both, corner = none;
+    {
+        const mask by_friction = drift ? found[FIRST].crossing
+                                     : found[FIRST].crossing | found[SECOND].crossing;
+        const bound index = pick(lower, found[drift ? FIRST : SECOND].near, found[FIRST].near);
+        both = found[GAP].crossing & by_friction;
+        is_gap = found[GAP].crossing & (not(by_friction) | (index >= found[GAP].near));
+    }
+#if WIDTH == 1
+    double horizon = r;
+    for (int i = 0; i < count; i++)
+        horizon = smaller(horizon, found[i].from);
+    int tries = both ? 2 : 1;
+#endif
+
+    /* Newton's method for the guard that crosses first; it is held to where that is isolated. */
+    real a[TERMS];
+    mask active;
+    const int whole = !some(crossing) && !position && !ends && level == 0
+#if WIDTH == 1
+                      && horizon == 1.0
+#endif
+        ;
+    for (int n = 0; n < (whole ? 1 : TERMS); n++)
+        a[n] = combined(e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
+    real at = wide(all(r)), last = num(0.0);
+    bound steepness = one, error = zero, sign = one, zeros = zero;
+    motion m;
+    mask sure;
+#if WIDTH == 1
+again:
+#endif
+    sure = crossing & (WIDTH == 1 ? crossing : not(open));
+    active = sure;
+    sign = pick(is_gap, all(side), drift ? way : pick(lower, one, -one));
+    zeros = pick(is_gap, s->gap_zeros,
+                 drift ? s->second_zeros : larger(-sign * s->second_zeros, zero));
+    const bound bend = pick(is_gap, bound_dot(t->x_bend, e.size), bound_dot(t->second_bend, e.size));
+    if (some(active)) {
+        enum { MOST = TERMS + 1 };
+        real p[MOST + 1];
+        const real by_gap = wide(all(side)), by = wide(sign);
+        p[0] = choose(is_gap, mul(by_gap, s->gap),
+                      drift ? mul(by, s->v_c) : mad(by, s->margin, c->f_b));
+        const int gaps = some(is_gap), others = some(active & not(is_gap));
+        for (int n = 1; n <= MOST; n++) {
+            real term = num(0.0);
+            if (others) {
+                const int k = n - drift; /* P's or v_c's coefficient by those of x_r */
+                const real low = k >= 1 && k <= TERMS ? a[k - 1] : num(0.0);
+                const real high = k + 1 >= 2 && k + 1 <= TERMS ? a[k] : num(0.0);
+                term = mul(by, mad(row(t->from_position[n - 1]), low,
+                                   mul(row(t->from_rate[n - 1]), high)));
+                if (drift && n == 1)
+                    term = mul(by, e.slope);
+            }
+            const real gap_term = n <= TERMS ? mul(by_gap, a[n - 1 < TERMS ? n - 1 : 0]) : num(0.0);
+            p[n] = !gaps ? term : !others ? gap_term : choose(is_gap, gap_term, term);
+        }
+        bound low = zero, high = all(r), falling = one;
+        bound start = pick(is_gap, found[GAP].near,
+                           pick(lower, found[drift ? FIRST : SECOND].near, found[FIRST].near));
+#if WIDTH == 1
+        const finding *f = &found[is_gap ? GAP : lower ? SECOND : FIRST];
+        low = f->from, high = f->to;
+#endif
+        start = pick((guess > low) & (guess < high) & (size_of(guess - start) < 0.125), guess, start);
+        at = choose(active, wide(start), wide(all(r)));
+        for (int round = 0; some(active); round++) {
+            /* Even and odd parts apart: two chains of half the length. */
+            const real s2 = mul(at, at);
+            real even = p[MOST - 1], odd = p[MOST], even1 = num(0.0), odd1 = num(0.0);
+#if TERMS % 2
+#error "an even number of terms"
+#endif
+            for (int n = MOST - 3; n >= 0; n -= 2) {
+                even1 = mad(even1, s2, even);
+                odd1 = mad(odd1, s2, odd);
+                even = mad(even, s2, p[n]);
+                odd = mad(odd, s2, p[n + 1]);
+            }
+            const real value = mad(at, odd, even);
+            const real rate = mad(mul(num(2.0), s2), odd1, mad(mul(num(2.0), at), even1, odd));
+            /* Newton's step for the guard over s^zeros, and minus s times the guard's own slope. */
+            const real fall = sub(mul(wide(zeros), value), mul(at, rate));
+            const real by_much = over(mul(at, value), fall);
+            const bound on = near_to(by_much), here = near_to(at);
+            const mask positive = near_to(value) > 0.0;
+            low = pick(active & positive, here, low);
+            high = pick(active & not(positive), here, high);
+            const mask close = active & ((size_of(on) <= ROOT_UNIT * here) |
+                                         (on * on * bend <= UNIT * size_of(near_to(fall))));
+            last = choose(close, by_much, last);
+            falling = pick(active, near_to(fall), falling);
+            active &= not(close);
+            if (round == ROUNDS) {
+                open |= active;
+                sure &= not(active);
+                break;
+            }
+            const real next = add(at, by_much);
+            const mask inside = (near_to(next) > low) & (near_to(next) < high);
+            at = choose(active, choose(inside, next, wide(0.5 * (low + high))), at);
+        }
+        at = choose(sure, add(at, last), at);
+        const bound here = near_to(at);
+        steepness = falling / here;
+        const bound reached = smaller(one, here + here), r2 = reached * reached;
+        const bound rounding = pick(is_gap, e.x_rounding, e.second_rounding) *
+                               pick(zeros > 0.0, pick(zeros > 1.0, r2, reached), one);
+        const bound tail =
+            pick(is_gap, bound_dot(t->x_tail, e.size), bound_dot(t->second_tail, e.size));
+        /* Simple: |g'| keeps half its size as far as `straight` either way, for |g''| <= bend; and
+           there the bounds that were counted have their one crossing each. */
+        const bound apart = tail * (r2 * reached) + 1.5 * rounding;
+        const bound straight = smaller(0.5 * steepness / bend, here);
+        error = 4.0 * UNIT * here + (rounding + rounding) / steepness;
+        const mask simple = (steepness > 0.0) & (0.5 * steepness * straight > apart + apart);
+        open |= sure & not(simple);
+        sure &= simple;
+    }
+#if WIDTH == 1
+    at = sure || crossing ? at : wide(horizon);
+#endif
+    if (!whole)
+        m = motion_at(a, at, drift, position);
+    const real changed = drift && !whole ? v_c_change(c, t, &e, &m, at) : num(0.0);
+    if (some(sure & both)) {
+        /* A guard that crosses once, and is still positive at the other's root, crosses later. */
+        const mask other_is_gap = not(is_gap);
+        const bound other_sign = drift ? way : pick(lower, one, -one);
+        const real gap = mul(wide(all(side)), add(s->gap, m.x));
+        const real pulled = force_change(c, m.x, mul(m.slope, row(t->per_reach)));
+        const real second = drift ? mul(wide(other_sign), add(s->v_c, changed))
+                                  : mad(wide(other_sign), add(s->margin, pulled), c->f_b);
+        const bound value = near_to(choose(other_is_gap, gap, second));
+        const bound most = bound_dot(t->x_speed, e.size) + bound_dot(t->second_speed, e.size) +
+                           size_of(near_to(e.slope));
+        const bound near_zero =
+            pick(other_is_gap, e.x_rounding + bound_dot(t->x_tail, e.size),
+                 e.second_rounding + bound_dot(t->second_tail, e.size)) +
+            error * most;
+        const mask later = value > near_zero;
+        corner = sure & both & not(later);
+        sure &= not(corner);
+        open |= corner;
+    }
+#if WIDTH == 1
+    if (crossing && sure) /* before whatever else may be */
+        for (int i = 0; i < count; i++)
+            sure &= found[i].clear || found[i].crossing ||
+                    found[i].from > near_to(at) + error;
+    if (crossing && !sure && --tries == 1) { /* is it the other one? */
+        is_gap = !is_gap;
+        corner = 0;
+        goto again;
+    }
+    open = !sure && horizon <= 0x1p-40;
+    if (!sure && crossing && !open) { /* up to where nothing happens */
+        at = wide(horizon);
+        m = motion_at(a, at, drift, position);
+    }
+    const real changed_here = drift && !whole ? v_c_change(c, t, &e, &m, at) : num(0.0);
+    crossing = sure;
+#else
+    const real changed_here = changed;
+    crossing = sure;
+#endif
+    out->open = open;
+    out->corner = corner;
+    out->error = error;
+
+    /* The state where it ends; that of the whole expansion by the closed form. */
+    const mask entire = not(crossing)
+#if WIDTH == 1
+                        & (horizon == 1.0) & (level == 0)
+#else
+                        & (level == 0 ? ~none : none)
+#endif
+        ;
+    real x_change = whole ? num(0.0) : m.x, speed = whole ? num(0.0) : add(a[0], m.slope);
+    real v_c_by = changed_here;
+    speed = mul(speed, row(t->per_reach));
+    if (some(entire)) {
+        x_change = choose(entire, dot(t->x_whole, e.u), x_change);
+        speed = choose(entire, dot(t->v_whole, e.u), speed);
+        if (drift)
+            v_c_by = choose(entire, add(e.slope, dot(t->second_whole, e.u)), v_c_by);
+    }
+    const real h = mul(at, num(t->reach));
+    out->h = h;
+    /* What rounding takes from a sum of angles goes into the next one. */
+    const real turned = mad(c->omega, h, wide(s->angle_rest));
+    real angle = add(s->angle, turned);
+    const real added = sub(angle, s->angle);
+    bound rest = near_to(add(sub(s->angle, sub(angle, added)), sub(turned, added)));
+    const mask passed = (near_to(angle) >= TWO_PI) & not(open);
+    if (some(passed)) {
+#ifdef WIDE
+        angle = sub(angle, (real){TWO_PI, TWO_PI_REST});
+        if (angle.hi < 0.0)
+            angle = num(0.0);
+        rest -= TWO_PI_LAST;
+#else
+        const bound past = angle - TWO_PI, left = rest - TWO_PI_REST;
+        const bound turned_back = larger(past + left, zero);
+        rest = pick(passed, left - (turned_back - past), rest);
+        angle = pick(passed, turned_back, angle);
+#endif
+    }
+    out->passed = passed;
+    to->angle = angle;
+    to->angle_rest = rest;
+    sine_cosine(angle, rest, &to->sine, &to->cosine);
+    const mask at_gap = is_gap & crossing, at_friction = crossing & not(is_gap);
+    const bound outside = drift ? zero : pick(at_friction, -sign, zero);
+    to->v_r = speed;
+    to->x_r = choose(at_gap, c->delta, add(s->x_r, x_change));
+    to->gap = choose(at_gap, num(0.0), add(s->gap, x_change));
+    to->v_c = num(0.0);
+    to->position = s->position;
+    if (drift) {
+        to->v_c = choose(at_friction, num(0.0), add(s->v_c, v_c_by));
+        if (position)
+            to->position = add(s->position, advance_at(c, t, &e, &m, s->v_c, at));
+    }
+    if (some(crossing)) {
+        out->way = way_after(c, b, to, outside, &out->unplain);
+        out->unplain &= crossing;
+        out->way = pick(crossing, out->way, way);
+    } else {
+        out->unplain = none;
+        out->way = way;
+    }
+    out->crossing = crossing;
+    out->at_gap = at_gap;
+    out->bound_at = outside;
+    to->gap_zeros = pick(at_gap, one, zero);
+    const mask slips = crossing & (near_to(to->v_c) == 0.0) & (out->way != 0.0);
+    to->second_zeros = pick(slips, pick(outside != 0.0, all(2.0), one), zero);
+    const real friction = mul(wide(out->way), c->f_b);
+    to->margin = choose(crossing & (outside != 0.0), num(0.0),
+                        sub(force(c, to->x_r, to->gap, to->v_r), friction));
+
+    if (ends && some(passed)) {
+        const real left = mad(num(TWO_PI), num(1.0), neg(s->angle));
+        const bound rest_left = TWO_PI_REST - s->angle_rest;
+        out->end_h = over(add(left, wide(rest_left)), c->omega);
+        const real until = mul(out->end_h, row(t->per_reach));
+        const motion z = motion_at(a, until, drift, position);
+        out->end.x_r = add(s->x_r, z.x);
+        out->end.gap = add(s->gap, z.x);
+        out->end.v_r = mul(add(a[0], z.slope), row(t->per_reach));
+        out->end.v_c = drift ? add(s->v_c, v_c_change(c, t, &e, &z, until)) : num(0.0);
+        out->end.position = s->position;
+        if (drift && position)
+            out->end.position = add(s->position, advance_at(c, t, &e, &z, s->v_c, until));
+    }
+
+    /* Where the segment goes on, the errors that an expansion from there begins with. */
+    const bound x_size = size_of(near_to(to->x_r)), v_size = size_of(near_to(to->v_r));
+    const bound impulse = v_size + size_of(near_to(s->v_r)) +
+                          (size_of(b->friction) + b->alpha) * t->reach + b->alpha / b->omega;
+    /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
+    const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
+    const bound energy = s->energy_error + bound_dot(t->v_error, e.size) + 2.0 * UNIT * v_size +
+                         t->root_K * (e.x_own + 2.0 * UNIT * x_size) +
+                         angle_error * b->alpha * t->reach;
+    const bound v_c_error = s->v_c_error + e.second_own +
+                            (energy + 4.0 * UNIT * impulse) * t->v_c_per_energy +
+                            UNIT * size_of(near_to(to->v_c));
+    to->energy_error = pick(crossing, zero, energy);
+    to->v_c_error = pick(crossing, zero, v_c_error);
+    to->angle_error = pick(crossing, zero, angle_error);
+}

@@ -1,0 +1,255 @@
+/* What expansions of one linear flow have in common.
+
+   A segment's motion is x_r(h) - x_r(0) = F H + v_r G + C Bd + S B, where F is the force at the
+   start, C = alpha cos(angle), S = -alpha omega sin(angle), and
+
+       phi'' + 2 sigma phi' + K phi = drive,    drive = 1, 0, cos(omega h), sin(omega h)/omega
+
+   for phi = H, G, Bd, B, all starting from zero but G' = 1. Their Taylor coefficients in
+   s = h/reach do not depend on the state: a segment's are four multiplications each. */
+#include <string.h>
+
+#include "number.h"
+
+#ifdef WIDE
+#define FULL TERMS
+#define SHORTER 0.5 /* of the reach in double precision: for as many digits by not so many terms */
+#else
+#define FULL 22 /* terms of the Taylor series that the tables are made from */
+#define SHORTER 1.0
+#endif
+
+/* Changes of basis: of Chebyshev polynomials of degree k on [0, 1], and of s^i in Bernstein form. */
+typedef struct {
+    double chebyshev[FULL][FULL];
+    real bernstein[DEGREE + 1][DEGREE + 1];
+} bases;
+
+static void bases_make(bases *b)
+{
+    memset(b, 0, sizeof *b);
+    b->chebyshev[0][0] = 1.0;
+    b->chebyshev[1][0] = -1.0, b->chebyshev[1][1] = 2.0;
+    for (int k = 2; k < (FULL == TERMS ? 0 : FULL - 2); k++) { /* whole numbers below 2^53 */
+        const double *one = b->chebyshev[k - 1], *two = b->chebyshev[k - 2];
+        b->chebyshev[k][0] = -2.0 * one[0] - two[0];
+        for (int i = 1; i <= k; i++)
+            b->chebyshev[k][i] = 4.0 * one[i - 1] - 2.0 * one[i] - two[i];
+    }
+    for (int j = 0; j <= DEGREE; j++) {
+        b->bernstein[j][0] = num(1.0);
+        for (int i = 1; i <= j; i++)
+            b->bernstein[j][i] = over(mul(b->bernstein[j][i - 1], num(j - i + 1.0)), num(DEGREE - i + 1.0));
+    }
+}
+
+/* Lowers the degree of four polynomials sum a[n] s^n from `from` to `to` with the least error, by
+   multiples of s^3 times Chebyshev polynomials: adds to `change`, `speed` and `bend` by how much at
+   most, over s^3, their values and their derivatives change. */
+static void economize(const bases *b, real (*a)[4], int from, int to, double *change, double *speed,
+                      double *bend)
+{
+    for (int k = from - 3; k > to - 3; k--) {
+        double part[4];
+        for (int m = 0; m < 4; m++) {
+            part[m] = near_to(a[k + 3][m]) / b->chebyshev[k][k];
+            change[m] += 1.0001 * fabs(part[m]);
+            speed[m] += 1.0001 * fabs(part[m]) * (3 + 2 * k * k);
+            bend[m] += 1.0001 * fabs(part[m]) * (6 + 12 * k * k + 4 * k * k * k * k);
+        }
+        for (int i = 0; i <= k; i++)
+            for (int m = 0; m < 4; m++)
+                a[i + 3][m] = sub(a[i + 3][m], num(part[m] * b->chebyshev[k][i]));
+    }
+}
+
+/* Coefficients n = 0 .. FULL + 1 of a response in powers of s, and their magnitudes: what the
+   recurrence adds up without the signs. Coefficient n is computed within 5 n roundings of it. */
+static void response(const segment *c, const segment_sizes *b, double reach, int which, real *phi,
+                     double *size)
+{
+    real term = num(which == 1 ? 0.0 : which == 3 ? reach : 1.0); /* of the drive */
+    const int parity = which == 3;
+    phi[0] = num(0.0), size[0] = 0.0;
+    phi[1] = num(which == 1 ? reach : 0.0), size[1] = which == 1 ? reach : 0.0;
+    for (int n = 0; n < FULL; n++) {
+        const real drive = n % 2 == parity ? term : num(0.0), index = num((double)n);
+        if (n % 2 == parity)
+            term = which == 0 ? num(0.0) : forcing_next(c, index, num(reach), term);
+        phi[n + 2] = response_next(c, index, num(reach), drive, phi[n + 1], phi[n]);
+        size[n + 2] = response_next_size(b, n, reach, fabs(near_to(drive)), size[n + 1], size[n]);
+    }
+}
+
+/* Bound on the Taylor remainder of a response after coefficient FULL at s = 1. With
+   y = phi^(FULL), sqrt(y'^2 + K y^2) grows at most by the drive's derivative per unit of time. */
+static double remainder_of(const segment_sizes *b, double reach, int which, const real *phi)
+{
+    double scale = 1.0, drive = which == 2 ? 1.0 : which == 3 ? reach : 0.0;
+    for (int n = 1; n <= FULL + 1; n++) /* reach^(FULL + 1) omega^FULL/(FULL + 1)! */
+        scale *= (n <= FULL - (which == 3) ? b->omega : 1.0) * reach / n;
+    const double last = near_to(phi[FULL + 1]);
+    const double before = near_to(phi[FULL]) * sqrt(b->K) * reach / (FULL + 1);
+    /* For B the drive's derivative is omega^(FULL - 1). */
+    const double grown = which == 3 ? scale * reach : drive * scale * reach;
+    return 1.0001 * (hypot(last, before) + grown);
+}
+
+/* The responses at the end of an expansion: by the closed form where it has the digits, for in a
+   segment of hundreds of expansions an error of their sum would be the same each time. */
+static void wholes_make(const capsule_constants *field, const segment *c, const real (*x)[4],
+                        const real (*second)[4], table *t)
+{
+#ifdef WIDE
+    (void)field, (void)c;
+    for (int k = 0; k < 4; k++) {
+        t->x_whole[k] = t->v_whole[k] = t->second_whole[k] = num(0.0);
+        for (int n = FULL; n >= 1; n--) {
+            t->x_whole[k] = add(t->x_whole[k], x[n][k]);
+            t->v_whole[k] = add(t->v_whole[k], mul(num((double)n), x[n][k]));
+        }
+        t->v_whole[k] = over(t->v_whole[k], num(t->reach));
+        for (int n = TERMS + 1; n >= 1; n--)
+            t->second_whole[k] = add(t->second_whole[k], second[n][k]);
+    }
+#else
+    (void)x, (void)second;
+    const double h = t->reach, omega = c->omega, half = sin(0.5 * omega * h) / omega;
+    const capsule_start push = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const capsule_start kick = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
+    const capsule_start cosine = {0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+    const capsule_start sine = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0};
+    const capsule_start *start[4] = {&push, &kick, &cosine, &sine};
+    const double impulse[4] = {h, 0.0, sin(omega * h) / omega, 2.0 * half * half};
+    capsule_constants unit = *field;
+    unit.drift = 0.0;
+    for (int k = 0; k < 4; k++) {
+        double change[3];
+        unit.push = k == 0;
+        unit.alpha = k == 3 ? 1.0 / omega : k == 2;
+        capsule_flow(&unit, start[k], h, change);
+        t->x_whole[k] = change[0];
+        t->v_whole[k] = change[1];
+        const double gained = change[1] - (k == 1);
+        t->second_whole[k] =
+            c->drift != 0.0
+                ? (impulse[k] - gained - force_change(c, 0.0, h * (k == 1) * c->m)) / (c->gamma + 1.0)
+                : force_change(c, change[0], gained);
+    }
+#endif
+}
+
+static void table_make(const bases *b, const capsule_constants *field, const segment *c, table *t)
+{
+    const segment_sizes bounds = sizes_of(c), *z = &bounds;
+    memset(t, 0, sizeof *t);
+    t->root_K = sqrt(z->K);
+    t->force_per_energy = near_to(force_per_energy(c, num(t->root_K))) * (1.0 + 4.0 * UNIT);
+    t->x_per_energy = (1.0 + 4.0 * UNIT) / t->root_K;
+    t->v_c_per_energy = 2.0 * (1.0 + 4.0 * UNIT) / (z->gamma + 1.0);
+    t->contact = field->contact != 0.0;
+    /* A damped response is smaller than the terms of its series: not so far that digits go. */
+    const double growth = t->root_K + 2.0 * z->sigma + (field->q < 0.0 ? field->nu : 0.0);
+    t->reach = SHORTER * smaller(CAPSULE_REACH / field->rate, CAPSULE_GROWTH / growth);
+    t->per_reach = over(num(1.0), num(t->reach));
+    for (int l = 0; l < LEVELS; l++)
+        t->level[l] = ldexp(1.0, -l);
+    /* P - P(0) by the changes of x_r and v_r, and gamma v_c' = P - friction. */
+    const int drift = field->drift != 0.0;
+    const real reach = num(t->reach), one = num(1.0), none_ = num(0.0);
+    const real share = force_change(c, one, none_), damper = force_change(c, none_, one);
+    real by[FULL + 2], rate[FULL + 2];
+    for (int n = 1; n <= FULL + 1; n++) {
+        by[n] = drift ? over(mul(v_c_rate(c, share), reach), num((double)n)) : share;
+        rate[n] = drift ? v_c_rate(c, damper) : over(mul(damper, num(n + 1.0)), reach);
+        if (drift && n == 1)
+            by[n] = rate[n] = none_;
+    }
+    for (int n = 1; n <= TERMS + 1; n++) {
+        t->from_position[n - 1] = by[n];
+        t->from_rate[n - 1] = rate[n];
+    }
+    real x[FULL + 2][4], second[TERMS + 2][4];
+    double rest[4];
+    memset(second, 0, sizeof second);
+    for (int k = 0; k < 4; k++) {
+        real phi[FULL + 2];
+        double size[FULL + 2];
+        response(c, z, t->reach, k, phi, size);
+        rest[k] = remainder_of(z, t->reach, k, phi);
+        for (int n = 0; n <= FULL; n++)
+            x[n][k] = phi[n];
+        for (int n = 1; n <= FULL; n++) {
+            const double units = (5 * n + 32) * UNIT;
+            const double second_size =
+                near_to(by[n]) * size[n - drift] + near_to(rate[n]) * size[n + 1 - drift];
+            t->x_error[k] += units * size[n];
+            t->v_error[k] += units * n * size[n] / t->reach;
+            t->second_error[k] += units * second_size;
+            t->x_speed[k] += n * size[n];
+            t->second_speed[k] += n * second_size;
+            t->x_bend[k] += n * (n - 1) * size[n];
+            t->second_bend[k] += n * (n - 1) * second_size;
+        }
+    }
+    double change[4] = {0}, speed[4] = {0}, bend[4] = {0}, tail[4] = {0}, unused[2][4] = {{0}};
+    economize(b, x, FULL, TERMS, change, speed, bend);
+    for (int n = 1; n <= TERMS + drift; n++)
+        for (int k = 0; k < 4; k++) {
+            const real last = n - drift < TERMS ? x[n + 1 - drift][k] : none_;
+            second[n][k] = mad(by[n], x[n - drift][k], mul(rate[n], last));
+        }
+    wholes_make(field, c, (const real(*)[4])x, (const real(*)[4])second, t);
+    for (int k = 0; k < 4; k++) {
+        const double x_left = rest[k] + change[k];
+        const double v_left = ((FULL + 1) * rest[k] + speed[k]) / t->reach;
+        const double left = drift ? force_change_size(z, t->reach * x_left, x_left) / z->gamma
+                                  : force_change_size(z, x_left, v_left);
+        t->x_error[k] += x_left;
+        t->v_error[k] += v_left;
+        t->second_error[k] += left;
+        t->x_speed[k] += (FULL + 1) * rest[k];
+        t->second_speed[k] += (FULL + 1) * left;
+        t->x_bend[k] += (FULL + 1) * FULL * rest[k] + bend[k];
+        t->second_bend[k] += (FULL + 1) * FULL * left;
+        t->x_tail[k] = x_left;
+        t->second_tail[k] = left;
+        for (int n = 1; n <= TERMS; n++)
+            t->x[k][n - 1] = x[n][k];
+    }
+    economize(b, x, TERMS, DEGREE, tail, unused[0], unused[1]);
+    for (int k = 0; k < 4; k++) {
+        t->x_tail[k] += tail[k];
+        tail[k] = 0.0;
+    }
+    economize(b, second, TERMS + drift, DEGREE, tail, unused[0], unused[1]);
+    for (int k = 0; k < 4; k++) {
+        t->second_tail[k] += tail[k];
+        for (int j = 1; j <= DEGREE; j++) {
+            real x_sum = none_, second_sum = none_;
+            for (int n = 1; n <= j && n <= TERMS + 1; n++) {
+                if (n <= TERMS)
+                    x_sum = mad(b->bernstein[j][n], x[n][k], x_sum);
+                second_sum = mad(b->bernstein[j][n], second[n][k], second_sum);
+            }
+            t->x_form[0][k][j - 1] = x_sum;
+            t->second_form[0][k][j - 1] = second_sum;
+            t->x_range[k] = larger(t->x_range[k], 1.0001 * fabs(near_to(x_sum)));
+            t->second_range[k] = larger(t->second_range[k], 1.0001 * fabs(near_to(second_sum)));
+        }
+        /* Half as long each: the left half's form (de Casteljau), whose coefficient 0 is 0. */
+        for (int l = 1; l < LEVELS; l++)
+            for (int which = 0; which < 2; which++) {
+                real work[DEGREE + 1];
+                const real *long_ = which ? t->second_form[l - 1][k] : t->x_form[l - 1][k];
+                real *half = which ? t->second_form[l][k] : t->x_form[l][k];
+                work[0] = none_;
+                memcpy(work + 1, long_, DEGREE * sizeof *work);
+                for (int i = 1; i <= DEGREE; i++) {
+                    for (int j = 0; j + i <= DEGREE; j++)
+                        work[j] = mul(num(0.5), add(work[j], work[j + 1]));
+                    half[i - 1] = work[0];
+                }
+            }
+    }
+}

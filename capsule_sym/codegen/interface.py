@@ -1,0 +1,94 @@
+"""The C library's enumerations and records, for C, for its binding and for Python."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+Entry = dict[str, Any]
+
+_DTYPES = {"double": "f8", "int64_t": "i8", "int32_t": "i4"}
+
+
+def _constant(value: str) -> str:
+    return f"CAPSULE_{value.upper().replace('-', '_')}"
+
+
+def _fields(struct: Entry) -> Iterator[tuple[str, str, int]]:
+    """Name, C type and length (0 for a scalar) of every field."""
+    for kind, names, _ in struct["fields"]:
+        for name in names.split(", "):
+            bare, length = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", name).groups()  # type: ignore[union-attr]
+            yield bare, kind, int(length or 0)
+
+
+def c_interface(config: dict[str, list[Entry]]) -> str:
+    """Enumerations, structs, and the offsets of their fields."""
+    parts = []
+    for enum in config["enum"]:
+        rows = "".join(
+            f"    {_constant(name)}, /* {doc} */\n" for name, doc in enum["values"].items()
+        )
+        parts.append(f"/* {enum['doc']} */\ntypedef enum {{\n{rows}}} capsule_{enum['name']};\n")
+    for struct in config["struct"]:
+        rows = "".join(
+            f"    {kind} {names};{f' /* {doc} */' if doc else ''}\n"
+            for kind, names, doc in struct["fields"]
+        )
+        name = f"capsule_{struct['name']}"
+        offsets = "".join(f"    offsetof({name}, {field}), \\\n" for field, _, _ in _fields(struct))
+        parts.append(
+            f"/* {struct['doc']} */\ntypedef struct {{\n{rows}}} {name};\n"
+            f"#define {name.upper()}_LAYOUT {{ \\\n{offsets}    sizeof({name})}}\n"
+        )
+    return "\n".join(parts)
+
+
+def cython_interface(config: dict[str, list[Entry]]) -> str:
+    """The same as declarations for the binding, and what checks it against Python's dtypes."""
+    text = 'cdef extern from "capsule_interface.h" nogil:\n'
+    for enum in config["enum"]:
+        text += f"    ctypedef int capsule_{enum['name']}\n"
+    for struct in config["struct"]:
+        text += f"    ctypedef struct capsule_{struct['name']}:\n"
+        for kind, names, _ in struct["fields"]:
+            text += f"        {kind} {names}\n"
+    text += "\ncdef extern from *:\n    '''\n"
+    for struct in config["struct"]:
+        name = f"capsule_{struct['name']}"
+        text += f"    static const size_t {name}_layout[] = {name.upper()}_LAYOUT;\n"
+    text += "    '''\n"
+    for struct in config["struct"]:
+        text += f"    const size_t capsule_{struct['name']}_layout[]\n"
+    text += "\n\n"
+    for struct in config["struct"]:
+        dtype, name = struct["name"].upper(), f"capsule_{struct['name']}_layout"
+        count = len(list(_fields(struct)))
+        text += f"{dtype} = interface.{dtype}\n"
+        text += f"assert [{dtype}.fields[name][1] for name in {dtype}.names] == "
+        text += f"[{name}[i] for i in range({count})]\n"
+        text += f"assert {dtype}.itemsize == {name}[{count}]\n"
+    return text
+
+
+def python_interface(config: dict[str, list[Entry]]) -> str:
+    """The same as enumerations and dtypes of Python."""
+    parts = []
+    for enum in config["enum"]:
+        rows = "".join(
+            f"    {name.upper().replace('-', '_')} = {value}\n"
+            for value, name in enumerate(enum["values"])
+        )
+        title = enum["name"].capitalize()
+        parts.append(f'class {title}(IntEnum):\n    """{enum["doc"]}"""\n\n{rows}')
+        words = "".join(f'    "{name}",\n' for name in enum["values"])
+        parts.append(f"{enum['name'].upper()}S = (\n{words})\n")
+    for struct in config["struct"]:
+        rows = "".join(
+            f'        ("{name}", "{_DTYPES[kind]}"{f", {length}" if length else ""}),\n'
+            for name, kind, length in _fields(struct)
+        )
+        dtype = struct["name"].upper()
+        parts.append(f"{dtype} = np.dtype(\n    [\n{rows}    ],\n    align=True,\n)\n")
+    return "\n\n".join(parts)

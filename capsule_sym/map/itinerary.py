@@ -1,0 +1,16 @@
+"""Where a cyclic itinerary is begun to be written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+_RANK = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
+
+
+def cyclic_start(fields: Sequence[int]) -> int:
+    """Index of the segment at which the paper begins a cycle of fields F1 to F6.
+
+    It is in contact, at rest if there is such a segment; what follows decides between several.
+    """
+    ranks = [_RANK[field] for field in fields]
+    return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])

@@ -1,0 +1,136 @@
+"""What computes chunks: threads, processes, or an executor that is given; how it is stopped."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+from multiprocessing.resource_tracker import ensure_running
+from typing import Any
+
+from capsule_sym._native import Watch
+from capsule_sym.errors import CapsuleError
+from capsule_sym.sweeps.cells import Block, compute
+from capsule_sym.sweeps.sweep import Sweep
+
+KINDS = ("threads", "processes")
+PATIENCE = 5.0
+"""Seconds without a finished chunk after which a pool is asked how it is."""
+
+
+class Lost(CapsuleError):
+    """A chunk could not be computed. What was finished is kept, and the store can be resumed."""
+
+
+class Pool:
+    """An executor to which chunks are given."""
+
+    def __init__(self, executor: Executor) -> None:
+        self.executor = executor
+
+    def submit(self, part: Sweep) -> Future[Block]:
+        """Has a chunk computed."""
+        return self.executor.submit(compute, part)
+
+    def waited(self) -> None:
+        """Called when nothing was finished for some time."""
+
+    def lost(self) -> CapsuleError:
+        """What a future that nobody here cancelled means."""
+        return Lost("the executor cancelled a chunk")
+
+    def abandon(self) -> None:
+        """Ends without what is under way, and without waiting for it."""
+        self.executor.shutdown(wait=False, cancel_futures=True)
+
+
+class _Threads(Pool):
+    def __init__(self, workers: int) -> None:
+        super().__init__(ThreadPoolExecutor(workers))
+        self.watch = Watch()
+
+    def submit(self, part: Sweep) -> Future[Block]:
+        return self.executor.submit(compute, part, self.watch)
+
+    def abandon(self) -> None:
+        self.watch.stop()
+        super().abandon()
+
+
+class _Processes(Pool):
+    """Processes are spawned, so that none holds the store's lock when this one is killed."""
+
+    def __init__(self, workers: int) -> None:
+        self.processes = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_follow)
+        super().__init__(self.processes)
+
+    def submit(self, part: Sweep) -> Future[Block]:
+        with undisturbed():  # processes are started when they are needed
+            return super().submit(part)
+
+    def abandon(self) -> None:
+        for process in list((self.processes._processes or {}).values()):
+            process.terminate()
+        self.processes.shutdown(cancel_futures=True)  # they die at once
+
+
+@contextmanager
+def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
+    """The pool of a kind, or around an executor that is given and stays open.
+
+    Left by an exception, such as an interrupt, it does not wait for the chunks under way.
+    """
+    if isinstance(executor, Executor):
+        if type(executor).__module__.partition(".")[0] == "distributed":
+            from capsule_sym.sweeps.cluster import DaskPool
+
+            yield DaskPool(executor)
+        else:
+            yield Pool(executor)
+        return
+    pool = _Threads(workers) if executor == "threads" else _Processes(workers)
+    try:
+        yield pool
+    except BaseException:
+        pool.abandon()
+        raise
+    pool.executor.shutdown()
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
+    ensure_running()  # which starts a process, and unblocks what is blocked here, if done later
+    came: list[Any] = []
+    main = threading.current_thread() is threading.main_thread()
+    # A blocked signal stays so in the processes that this thread starts. But another thread may
+    # take the one that is for this process.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    handler = signal.getsignal(signal.SIGINT)
+    if main and callable(handler):
+        signal.signal(signal.SIGINT, lambda *at: came.append(at))
+    try:
+        yield
+    finally:
+        if main and callable(handler):
+            signal.signal(signal.SIGINT, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if came and callable(handler):
+        handler(*came[0])
+
+
+def _follow() -> None:
+    """A worker leaves Ctrl-C to its parent, and ends when the parent does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

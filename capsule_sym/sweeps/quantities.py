@@ -1,0 +1,79 @@
+"""What can be computed of a cell, and how it is stored: types, dimensions, units, meanings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class CellOutcome(IntEnum):
+    """How the run of a cell ended."""
+
+    #: Not computed yet.
+    PENDING = 0
+    #: The motion is periodic.
+    CONVERGED = 1
+    #: The motion is periodic, and 50 digits decided what double precision left open on the way.
+    SETTLED = 2
+    #: The motion is not periodic within the sweep's periods and tolerance.
+    NOT_PERIODIC = 3
+    #: It is proved that no switch occurs any more.
+    NEVER_SWITCHES = 4
+    #: What was asked for could not be computed; the chunk's record holds the reason.
+    FAILED = 5
+
+
+class Variable(NamedTuple):
+    """A result of each cell: its type, its own dimension if it has one, unit and meaning."""
+
+    dtype: str
+    dimension: tuple[str, int] | None
+    unit: str
+    meaning: str
+
+
+OUTCOME = {"outcome": Variable("i1", None, "1", "how the run of the cell ended")}
+VARIABLES = {
+    "word": {
+        "word": Variable("i8", None, "1", "fields of one period of the motion, as a 48-bit code"),
+        "multiple": Variable("i2", None, "1", "excitation periods of the motion, 0 if none"),
+    },
+    "progression": {
+        "progression": Variable("f8", None, "1", "advance of x_c per excitation period"),
+    },
+    "final": {
+        "final": Variable("f8", ("component", 3), "1", "x_r, v_r and v_c at the end of the run"),
+    },
+    "multipliers": {
+        "multipliers": Variable(
+            "c16", ("multiplier", 3), "1", "multipliers of the closed orbit, largest first"
+        ),
+    },
+    "energies": {
+        "velocity": Variable("f8", None, "1", "average velocity of the capsule"),
+        "work": Variable("f8", None, "1", "work of the drive per excitation period"),
+        "damper_loss": Variable("f8", None, "1", "energy lost in the damper, likewise"),
+        "friction_loss": Variable("f8", None, "1", "energy lost by friction, likewise"),
+    },
+    "lyapunov": {
+        "lyapunov": Variable("f8", None, "1", "largest Lyapunov exponent, per unit of time"),
+    },
+}
+QUANTITIES = tuple(VARIABLES)
+"""What can be computed of a cell. A word comes with its period multiple, energies with the
+average velocity; multipliers and energies are those of the orbit that Newton closes."""
+
+ATTRACTOR, COMPUTED = "attractor", "computed"
+"""What a basin and a refined chart hold besides."""
+
+
+def variables(compute: Iterable[str] = QUANTITIES) -> dict[str, Variable]:
+    """The results of each cell by name, where these quantities are computed."""
+    asked = {name: v for quantity in compute for name, v in VARIABLES[quantity].items()}
+    return {**OUTCOME, **asked}
+
+
+_OWN = [v.dimension[0] for v in variables().values() if v.dimension]
+TAKEN = frozenset([*variables(), *_OWN, ATTRACTOR, COMPUTED])
+"""Names of results and of their own dimensions, which no axis can have."""

@@ -1,0 +1,126 @@
+"""Streams that are closed, or a disk that is full: one line, and a status that is not 0."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from capsule_sym import casestudy, thresholds
+from capsule_sym.bench.whole import Study
+from capsule_sym.cli import group, main
+from capsule_sym.hardcases import adversarial, table
+from capsule_sym.symbolic import errata, verify
+
+FULL = Path("/dev/full")
+SWEEP = """periods = 2
+[axes]
+alpha = [0.5, 0.7]
+"""
+# Each command that prints results, as short as it can be.
+SHORT = {
+    "run": "--periods 1",
+    "paper": "",
+    "verify": "",
+    "hardcases": "--only graze",
+    "adversarial": "--count 1",
+    "bench": "--quick",
+    "sweep": "two.toml --store one",
+    "basin": "--x-r 0 1 2 --periods 2 --store two",
+    "sweep-info": "done",
+    "orbit": "",
+    "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
+    "curve": "--parameters alpha gamma --bifurcation adding --first 0.36 0.37 --second 3.29 3.3"
+    " --points 1 --gamma 3.3",
+}
+needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")
+
+
+def test_every_command_that_prints_results_is_here() -> None:
+    assert set(SHORT) == set(group.commands) - {"figure", "report"}
+
+
+@pytest.fixture
+def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes every command short, in a folder with a sweep and the results of one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.toml").write_text(SWEEP)
+    monkeypatch.setattr(casestudy, "PANELS", {"f": 0.7})
+    monkeypatch.setattr(thresholds, "compute", lambda report: [])
+    monkeypatch.setattr(thresholds, "record", lambda found: {})
+    monkeypatch.setattr(thresholds, "save", lambda found, folder: [])
+    monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
+    monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: errata.items()[:1]})
+    monkeypatch.setattr(table, "rows", lambda chosen: iter(()))
+    monkeypatch.setattr(table, "cost", lambda: (2, 8))
+    tally = adversarial.Tally(seconds=1.0)
+    monkeypatch.setattr(adversarial, "run", lambda *_: iter([tally]))
+    monkeypatch.setattr(Study, "turns", lambda self: {})
+
+
+@needs_full
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize("option", ["", "--json", "--help"])
+@pytest.mark.parametrize("name", SHORT)
+def test_a_full_disk_is_one_line(
+    name: str, option: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if name == "sweep-info":
+        with pytest.raises(SystemExit):
+            main(["sweep", "two.toml", "--store", "done"])
+        capsys.readouterr()
+    with FULL.open("w") as stream:
+        monkeypatch.setattr(sys, "stdout", stream)
+        with pytest.raises(SystemExit) as done:
+            main([name, *SHORT[name].split(), *option.split()])
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]
+    assert (done.value.code, said) == (1, ["error: output: No space left on device"])
+
+
+def shell(redirection: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """The program with its streams as a shell redirects them."""
+    program = [sys.executable, "-m", "capsule_sym", *arguments]
+    return subprocess.run(
+        ["sh", "-c", f'"$@" {redirection}', "sh", *program],
+        capture_output=True,
+        text=True,
+        env={k: v for k, v in os.environ.items() if k != "PYTHONUNBUFFERED"},
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("arguments", [["run"], ["run", "--json"], ["run", "--help"], []])
+@pytest.mark.parametrize(
+    ("redirection", "said"),
+    [
+        (">&-", "error: closed: standard output"),
+        ("2>&-", "error: closed: standard error"),
+        pytest.param(">/dev/full", "error: output: No space left on device", marks=needs_full),
+        pytest.param(">/dev/full 2>/dev/full", "", marks=needs_full),
+        (">&- 2>&-", ""),
+    ],
+)
+def test_a_stream_that_takes_nothing_ends_a_process(
+    redirection: str, said: str, arguments: list[str]
+) -> None:
+    done = shell(redirection, *arguments)
+    assert done.returncode == 1
+    assert (done.stdout + done.stderr).splitlines() == said.splitlines()
+
+
+@needs_full
+def test_results_are_shown_where_messages_cannot_be() -> None:
+    assert shell("2>/dev/full", "run", "--json").returncode == 0
+    assert shell("2>/dev/full", "run", "--alpha", "-1").returncode == 2
+
+
+@pytest.mark.parametrize("name", group.commands)
+def test_closed_output_ends_every_command_before_it_computes(
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdout", None)
+    with pytest.raises(SystemExit) as done:
+        main([name])
+    assert done.value.code == 1
+    assert capsys.readouterr().err == "error: closed: standard output\n"

@@ -1,0 +1,65 @@
+"""The force's formula stands in one place, and what stands there reaches every target."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+# The damper's or the second spring's part of P, however it is spelled: 2 zeta v, or kappa or beta
+# times a gap.
+PARTS = (
+    r"\b2(\.0)?\s*\*\s*(\w+(\.|->))*zeta\b",
+    r"\(2(\.0)?\s*\*\s*(\w+(\.|->))*zeta\)",
+    r"\b(kappa|beta)\s*\*\s*\(?(abs\(|fabs\()?(\w+(\.|->))*(gap|x_r)\b",
+    r"1(\.0)?\s*\+\s*(\w+(\.|->))*kappa\b",
+)
+# Independent by intention: other tools' integrators, the paper's own text, and the theory's proofs.
+WITNESSES = ("bench", "generated", "symbolic/printed.py", "symbolic/errata.py")
+WITNESSES += ("symbolic/geometry_proofs.py", "symbolic/flow_proofs.py", "symbolic/appendices.py")
+WITNESSES += (
+    "symbolic/inner_products.py",
+    "symbolic/basis.py",
+    "symbolic/findings.py",
+    "symbolic/switching.py",
+)
+LOSS = "orbits/worth.py"  # 2 zeta v_r^2 is the damper's loss
+
+
+def places() -> list[str]:
+    found = []
+    for path in sorted((ROOT / "capsule_sym").rglob("*")):
+        name = path.relative_to(ROOT / "capsule_sym").as_posix()
+        if path.suffix not in (".py", ".c", ".h", ".pyx") or name.startswith((*WITNESSES, LOSS)):
+            continue
+        text = re.sub(r'""".*?"""|/\*.*?\*/', "", path.read_text(encoding="utf-8"), flags=re.S)
+        found += [name for line in text.splitlines() if any(re.search(p, line) for p in PARTS)]
+    return found
+
+
+def test_the_force_stands_in_one_place() -> None:
+    assert places() == ["symbolic/model.py"]
+
+
+@pytest.mark.long
+def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None:
+    for part in ("capsule_sym", "codegen", "generated"):
+        shutil.copytree(ROOT / part, tmp_path / part, symlinks=True)
+    model = tmp_path / "capsule_sym" / "symbolic" / "model.py"
+    text = model.read_text(encoding="utf-8")
+    term = " + kappa * (x_r - delta)"
+    assert text.count(term) == 1
+    # Without the second spring's force in one of the places where contact acts.
+    model.write_text(text.replace(term, " + 2 * kappa * (x_r - delta)"), encoding="utf-8")
+    command = [sys.executable, "-m", "capsule_sym.codegen", "--check"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    for path in ("formulas.py", "py/kernels.py", "mp/kernels.py"):
+        changed = done.stdout.partition(f"+++ expected/{path}")[2].partition("\n--- ")[0]
+        assert re.search(r"^\+.*kappa", changed, re.M), path
+    for path in ("c/capsule_formulas.h", "c/capsule_kernels.c"):
+        changed = done.stdout.partition(f"+++ expected/{path}")[2].partition("\n--- ")[0]
+        assert re.search(r"^\+.*kappa", changed, re.M), path

@@ -1,0 +1,74 @@
+"""What a trajectory gives: states at many times in few calls, and a repr that fits a line."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
+from capsule_sym.map.backend import NumpyBackend
+from capsule_sym.orbits.continuation import follow
+from capsule_sym.orbits.curves import Curve
+from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.states import Ending
+
+
+@pytest.fixture(scope="module")
+def run() -> Trajectory:
+    return simulate(Parameters(), periods=400)
+
+
+def test_many_times_in_many_segments_take_one_call_a_field(
+    run: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = np.random.default_rng(1).uniform(0, 400 * run.parameters.period, (50, 40))
+    one_by_one = np.array([run(t) for t in times[0]])
+    kernels, calls = NumpyBackend().kernels, []
+    flow = kernels.flow
+
+    def counted(*arguments: Any) -> Any:
+        calls.append(arguments)
+        return flow(*arguments)
+
+    monkeypatch.setattr(kernels, "flow", counted)
+    states = run(times)
+    assert len(calls) <= 6 < len(run.segments)
+    assert states.shape == (50, 40, 3)
+    np.testing.assert_allclose(states[0], one_by_one, rtol=0, atol=1e-15)
+
+
+def test_no_times_give_no_states(run: Trajectory) -> None:
+    assert run([]).shape == (0, 3)
+    assert run.position(np.empty((2, 0))).shape == (2, 0)
+
+
+def test_reprs_fit_a_line() -> None:
+    run = simulate(Parameters(), periods=400)
+    orbit = find_orbit(Parameters())
+    assert isinstance(orbit, Orbit)
+    near = close(Parameters(alpha=0.94), orbit.word, list(orbit.z))
+    assert isinstance(near, Orbit)
+    branch = follow(near, "alpha", 0.943, points=2)
+    ends = (Ending.REACHED, ""), (Ending.REACHED, "")
+    curve = Curve("grazing", ("alpha", "gamma"), (), (), ends)
+    none = NoOrbit(Reason.SINGULAR, "", orbit.word, orbit.values, 1.0)
+    parts = [run, run.segments[0], run.segments[-1], run.steady(), orbit, orbit.word, orbit.shot]
+    parts += [orbit.shot.spans[0], branch, branch.points[0], branch.bifurcations[0], none]
+    parts += [curve]
+    for part in parts:
+        text = repr(part)
+        assert len(text) < 1000, text
+        assert type(part).__name__ in text
+    assert f"{len(run.segments)} segments" in repr(run)
+    assert "F5 F4 F1 F2" in repr(run.steady())
+    assert repr(simulate(Parameters(), periods=9, max_segments=2)).count("after 2 segments") == 1
+
+
+@pytest.mark.parametrize("tolerance", [math.nan, math.inf, 0.0, -1e-9, True, "1e-9", None])
+def test_a_tolerance_that_is_none_is_refused(run: Trajectory, tolerance: Any) -> None:
+    with pytest.raises(InvalidInput, match=r"tolerance = .* finite number > 0"):
+        run.steady(tolerance)

@@ -1,0 +1,57 @@
+"""Where rounding lets a run advance no more it says so, and does not go on for ever."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from capsule_sym import Parameters, simulate
+from capsule_sym.errors import Outcome
+from capsule_sym.map.backend import default_backend
+
+_GENEROUS = 120  # seconds, for what takes a few; before, these took hours
+
+
+def test_a_search_whose_steps_do_not_advance_ends() -> None:
+    """Drift in F1 with P - f_b within rounding of zero and v_c as small, for much longer."""
+    run = simulate(
+        Parameters(0.5, 1e-6, 0.02, 1e4, 1, 1e-8, 1e-10),
+        (1e-10, 1e-17, 1e-100),
+        backend="numpy",
+        settle=False,
+        max_seconds=_GENEROUS,
+    )
+    segment = run.segments[0]
+    assert (segment.outcome, segment.target, len(run.segments)) == (Outcome.STALLED, "", 1)
+    assert segment.evaluations < 1000
+    assert run.stopped.startswith("stalled")
+
+
+def test_a_run_that_cannot_advance_says_so() -> None:
+    run = simulate(Parameters(1, 1, 1, 0, 1, 1, 0.5), (0.5, 0.0, 5e-324), max_seconds=_GENEROUS)
+    assert run.stopped.startswith("stalled")
+    assert run.segments[-1].outcome is Outcome.STALLED
+    assert run.segments[-1].target == ""
+
+
+def test_segments_of_no_duration_do_not_follow_each_other_for_ever() -> None:
+    run = simulate(
+        Parameters(1e10, 1, 1, 1e4, 1e10, 3, 1),
+        (1.0, -1e-323, 0.0),
+        math.pi,
+        settle=False,
+        max_segments=500,
+        max_seconds=_GENEROUS,
+    )
+    assert run.stopped.startswith("stalled")
+    assert run.segments[-1].outcome is Outcome.STALLED
+    assert len(run.segments) < 50
+
+
+@pytest.mark.parametrize("backend", sorted({default_backend(), "numpy"}))
+def test_progress_counts_the_periods_passed(backend: str) -> None:
+    passed: list[int] = []
+    simulate(Parameters(), periods=5, backend=backend, progress=passed.append)
+    assert passed == sorted(passed)
+    assert passed[-1] == 5

@@ -1,0 +1,78 @@
+"""Orbits that are one, that repeat themselves, and that are their own mirror image."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from capsule_sym.orbits.continuation import follow
+from capsule_sym.orbits.events import ADDING, GRAZING
+from capsule_sym.orbits.identity import mirrored, paired, primitive, same
+from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.word import Word
+from tests.orbits.branches import settled
+
+
+def twice(orbit: Orbit) -> Orbit:
+    """The same orbit gone round two times."""
+    word = Word(2 * orbit.word.legs, 2 * orbit.word.multiple)
+    found = close(orbit.values, word, [*orbit.z, *orbit.durations])
+    assert isinstance(found, Orbit)
+    return found
+
+
+def turned(orbit: Orbit, leg: int) -> Orbit:
+    """The same orbit begun at another leg."""
+    span, h = orbit.shot.spans[leg], orbit.durations
+    guess = [*span.start, span.angle, *h[leg:], *h[:leg]]
+    found = close(orbit.values, orbit.word.rotated(leg), guess)
+    assert isinstance(found, Orbit)
+    return found
+
+
+def test_an_orbit_is_the_same_wherever_it_begins() -> None:
+    orbit, other = settled(alpha=1.2), settled(alpha=1.2 + 1e-5)
+    assert all(same(orbit, turned(orbit, leg)) for leg in range(len(orbit.word)))
+    assert not same(orbit, other)
+    assert not same(orbit, twice(orbit))
+
+
+def test_an_orbit_gone_round_twice_is_traversed_once() -> None:
+    orbit = settled(alpha=1.2)
+    once = primitive(twice(orbit))
+    assert once.word == orbit.word
+    assert once.z == pytest.approx(orbit.z, abs=1e-12)
+    assert primitive(orbit) is orbit
+
+
+def test_a_period_doubled_orbit_is_no_shorter_one() -> None:
+    # Between the doublings at alpha = 0.0429 and 0.0488 two turns differ.
+    orbit = settled(alpha=0.045, zeta=0.005)
+    assert orbit.word.multiple == 2
+    half = len(orbit.word) // 2
+    assert orbit.word.fields[:half] == orbit.word.fields[half:]
+    assert abs(np.diff(orbit.durations[::half])) > 1e-3
+    assert primitive(orbit) is orbit
+
+
+def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
+    stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
+    assert len(stick.word) == 1
+    assert sliding.word.cyclic.fields == (2, 1, 2, 3)
+    assert mirrored(stick)
+    assert mirrored(sliding)
+    # The second spring is on one side only; without stiffness it is on none.
+    assert not mirrored(settled(alpha=0.6))
+    assert mirrored(settled(alpha=0.6, beta=0.0))
+    assert not mirrored(twice(sliding))
+
+
+def test_only_what_the_spring_does_not_do_happens_twice() -> None:
+    grazing, sliding = (
+        follow(settled(alpha=begin, delta=delta), "alpha", end, points=5).bifurcations[0]
+        for begin, delta, end in ((0.005, 0.02, 0.01), (0.3, 5.0, 0.4))
+    )
+    assert (grazing.type, sliding.type) == (GRAZING, ADDING)
+    assert mirrored(grazing.orbit)
+    assert not paired(grazing.orbit, grazing.leg)
+    assert paired(sliding.orbit, sliding.leg)

@@ -1,0 +1,133 @@
+"""What records say of convergence: what was found, also where nothing was."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from capsule_sym.map.backend import backend
+from capsule_sym.orbits import following
+from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, root
+from capsule_sym.orbits.continuation import Branch, follow
+from capsule_sym.orbits.curves import trace
+from capsule_sym.orbits.equations import shoot
+from capsule_sym.orbits.orbit import NoOrbit, Orbit, close
+from capsule_sym.orbits.records import (
+    bifurcation_rows,
+    branch_record,
+    codimension_two_rows,
+    curve_record,
+    curve_rows,
+    failure_record,
+    orbit_record,
+    point_rows,
+)
+from tests.orbits.branches import settled, upwards
+
+SAID = ("residual", "iterations", "status", "converged")
+
+
+def solved(record: dict) -> bool:
+    """Whether a record says that it is, in each of its ways."""
+    assert record["converged"] is (record["status"] == "converged")
+    assert record["iterations"] >= 0
+    return record["converged"]
+
+
+def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
+    orbit = settled(alpha=1.2)
+    record = orbit_record(orbit)
+    assert solved(record)
+    assert 1 <= record["iterations"] <= 10
+    assert record["residual"] < 1e-13
+    # One digit off, it is none.
+    z = orbit.z + 1e-6
+    with backend("numpy") as numbers:
+        shot = shoot(numbers, orbit.values, orbit.word, z)
+    off = orbit_record(replace(orbit, z=z, shot=shot))
+    assert not solved(off)
+    assert off["residual"] == float(max(abs(shot.residual))) > 1e-8
+
+
+def test_no_orbit_tells_where_newtons_method_ended() -> None:
+    orbit = settled(alpha=1.2)
+    found = close((0.1, *orbit.values[1:]), orbit.word, list(orbit.z))
+    assert isinstance(found, NoOrbit)
+    record = failure_record(found)
+    assert not solved(record)
+    assert record["status"] == found.reason
+    assert record["iterations"] > 0
+    assert record["residual"] is None or record["residual"] > 1e-13
+
+
+def lost_inside(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+    """The root of a path that can be followed at its ends only."""
+    return root(name, lambda share: between(share) if share in (0.0, 1.0) else None)
+
+
+def astray(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+    """The root of a path whose points are not on it."""
+
+    def off(share: float) -> Orbit | None:
+        orbit = between(share)
+        if orbit is None or share in (0.0, 1.0):
+            return orbit
+        z = orbit.z + np.eye(len(orbit.z))[0] * 1e-5
+        with backend("numpy") as numbers:
+            shot = shoot(numbers, orbit.values, orbit.word, z)
+        return replace(orbit, z=z, shot=shot)
+
+    return root(name, off)
+
+
+@lru_cache
+def doubled() -> Branch:
+    """A short branch with a period doubling."""
+    return follow(settled(alpha=1.2, beta=10.0, omega=0.965), "omega", 0.98, points=4)
+
+
+def first_doubling(branch: Branch) -> Bifurcation:
+    return next(one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
+
+
+@pytest.mark.parametrize("failing", [lost_inside, astray])
+def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, failing) -> None:
+    whole = first_doubling(doubled())
+    monkeypatch.setattr(following, "root", failing)
+    branch = doubled.__wrapped__()
+    one = first_doubling(branch)
+    # Where it is stays true, with the uncertainty that is left: all of the step.
+    assert one.interval[0] < whole.value < one.interval[1]
+    assert one.uncertainty > one.interval[1] - one.interval[0]
+    record = next(
+        one for one in branch_record(branch)["bifurcations"] if one["type"] == PERIOD_DOUBLING
+    )
+    assert not solved(record)
+    assert record["residual"] == one.residual > 1e-9
+    (row,) = (row for row in bifurcation_rows([one]))
+    assert not solved(row)
+
+
+def test_branches_and_curves_tell_of_every_point() -> None:
+    branch = doubled()
+    records = branch_record(branch)
+    assert all(map(solved, records["points"]))
+    assert all(map(solved, records["bifurcations"]))
+    assert all(map(solved, point_rows(branch)))
+    assert any(record["iterations"] > 1 for record in records["points"])
+    assert all(record["iterations"] > 1 for record in records["bifurcations"])
+    sliding = upwards(3.3).bifurcations[-3]
+    curves = [
+        trace(first_doubling(branch), "alpha", ((0.97, 0.98), (1.199, 1.201)), points=2),
+        trace(sliding, "gamma", ((0.001, 2.0), (3.0, 3.3)), points=8),
+    ]
+    for curve in curves:
+        record = curve_record(curve)
+        assert all(map(solved, [*record["points"], *record["codimension_two"]]))
+        assert all(point.residual >= float(point.orbit.residual) for point in curve.points)
+    assert all(map(solved, [*curve_rows(curves), *codimension_two_rows(curves)]))
+    assert codimension_two_rows(curves)

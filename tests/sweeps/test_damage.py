@@ -1,0 +1,289 @@
+"""Stores in which any file is damaged: each is mended byte for byte, or one line says why not."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from capsule_sym import InvalidInput, Parameters
+from capsule_sym.errors import CapsuleError
+from capsule_sym.sweeps import Axis, Sweep, open_results, refine, run, run_basin
+from capsule_sym.sweeps.files import sealed
+from capsule_sym.sweeps.info import damaged_parts, info_record
+from tests.sweeps import chart, contents
+
+SMALL = chart(4, 3, periods=5, compute=("word",), chunk=(2, 3))
+STARTS = (Axis.of("x_r", [-0.5, 0.5]), Axis.of("v_r", [0.0, 1.0, 2.0]))
+
+Run = Callable[..., Any]
+
+
+def run_small(path: Path, **how: Any) -> int:
+    return run(SMALL, path, workers=1, **how).damaged
+
+
+def run_small_basin(path: Path, **how: Any) -> int:
+    sweep = Sweep(STARTS, Parameters(alpha=1.2), periods=100, chunk=(1, 3))
+    return run_basin(sweep, path, workers=1, **how)[0].damaged
+
+
+def run_small_chart(path: Path, **how: Any) -> int:
+    return refine(SMALL, path, stride=2, workers=1, **how).damaged
+
+
+KINDS: dict[str, Run] = {"sweep": run_small, "basin": run_small_basin, "chart": run_small_chart}
+
+
+@pytest.fixture(scope="module")
+def stores(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Finished stores by kind, which no test may change."""
+    made: dict[str, Path] = {}
+
+    def store(kind: str) -> Path:
+        if kind not in made:
+            made[kind] = tmp_path_factory.mktemp(kind) / "store"
+            KINDS[kind](made[kind])
+        return made[kind]
+
+    return store
+
+
+def delete(path: Path) -> None:
+    path.unlink()
+
+
+def truncate(path: Path) -> None:
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2] or b"x")
+
+
+def flip(path: Path) -> None:
+    data = bytearray(path.read_bytes() or b"x")
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+
+
+def folder(path: Path) -> None:
+    path.unlink()
+    (path / "thesis").mkdir(parents=True)
+
+
+def link(path: Path) -> None:
+    """Another file in its place, with the same bytes at that."""
+    other = path.parents[1] / f"other {path.name}"
+    path.rename(other)
+    path.symlink_to(other)
+
+
+DAMAGES = (delete, truncate, flip, folder, link)
+
+
+def damaged_once(
+    kind: str, whole: Path, path: Path, name: str, damage: Callable[[Path], None]
+) -> None:
+    """Damages one file of a copy and resumes: it is mended, or refused in one line."""
+    run_again = KINDS[kind]
+    before = contents(whole)
+    shutil.copytree(whole, path)
+    damage(path / name)
+    lock = name.rsplit("/", 1)[-1] == "lock"
+    if damage is folder or (damage is link and lock):
+        if mends_folders(kind, name):
+            run_again(path, resume=True)
+            assert contents(path) == before
+            return
+        with pytest.raises(CapsuleError) as refused:
+            run_again(path, resume=True)
+        assert "\n" not in str(refused.value)
+        assert name in str(refused.value)
+        assert damage is link or (path / name / "thesis").exists()
+        return
+    assert lock or damaged_parts(info_record(path, check=True)) > 0 or name == "chart.json"
+    damaged = run_again(path, resume=True)
+    # Only a record that says that a chart is finished is no loss: the chart is written anew.
+    assert damaged > 0 or lock or name == "chart.json"
+    assert {k: v for k, v in contents(path).items() if "/other " not in f"/{k}"} == before
+    assert not (path / name).is_symlink()
+    assert not damaged_parts(info_record(path, check=True))
+
+
+def mends_folders(kind: str, name: str) -> bool:
+    """A chart is written anew as a whole, whatever there is in its place."""
+    return kind == "chart" and name.startswith("chart.zarr")
+
+
+def every_file(whole: Path) -> list[str]:
+    return sorted(contents(whole))
+
+
+def test_a_store_mends_whatever_file_is_damaged(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    whole = stores("sweep")
+    names = every_file(whole)
+    # coordinates, arrays, their chunks, records, what describes the store twice, the lock
+    assert len(names) >= 1 + 2 * 2 + 3 + 3 * 2 + 2 + 3 + 1
+    for i, name in enumerate(names):
+        for j in (i, i + 2):
+            damage = DAMAGES[j % len(DAMAGES)]
+            damaged_once("sweep", whole, tmp_path / f"{i} {j}", name, damage)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
+    kind: str, damage: Callable[[Path], None], stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    whole = stores(kind)
+    for i, name in enumerate(every_file(whole)):
+        damaged_once(kind, whole, tmp_path / str(i), name, damage)
+
+
+def folders(whole: Path) -> Iterator[str]:
+    for name in ("results.zarr", "results.zarr/alpha", "results.zarr/word/c", "chunks"):
+        assert (whole / name).is_dir()
+        yield name
+
+
+def test_whole_folders_that_are_gone_are_made_again(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    whole = stores("sweep")
+    for i, name in enumerate(folders(whole)):
+        path = tmp_path / str(i)
+        shutil.copytree(whole, path)
+        shutil.rmtree(path / name)
+        assert damaged_parts(info_record(path, check=True)) > 0
+        assert run_small(path, resume=True) > 0
+        assert contents(path) == contents(whole)
+
+
+def test_files_in_place_of_folders_are_told_in_one_line(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    whole = stores("sweep")
+    for i, name in enumerate(folders(whole)):
+        path = tmp_path / str(i)
+        shutil.copytree(whole, path)
+        shutil.rmtree(path / name)
+        (path / name).touch()
+        with pytest.raises(CapsuleError) as refused:
+            run_small(path, resume=True)
+        assert "\n" not in str(refused.value)
+        assert name in str(refused.value)
+
+
+def test_what_is_no_longer_the_result_is_not_opened(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    whole = stores("sweep")
+    names = ("alpha/c/0", "alpha/zarr.json", "word/zarr.json", "zarr.json")
+    for i, name in enumerate(names):
+        for damage in (delete, truncate, flip):
+            path = tmp_path / f"{i} {damage.__name__}"
+            shutil.copytree(whole, path)
+            damage(path / "results.zarr" / name)
+            with pytest.raises(InvalidInput, match=rf"{name} is not; --resume mends it"):
+                open_results(path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_xarray_opens_a_finished_store_without_a_warning(
+    kind: str, stores: Callable[[str], Path]
+) -> None:
+    # Warnings are errors in these tests.
+    path = stores(kind) / ("chart.zarr" if kind == "chart" else "results.zarr")
+    with xr.open_zarr(path) as plain, open_results(stores(kind)) as ours:
+        assert plain.load().identical(ours.load())
+
+
+def test_records_of_another_shape_are_damage(stores: Callable[[str], Path], tmp_path: Path) -> None:
+    whole = stores("sweep")
+    records = sorted((whole / "chunks").rglob("*.json"))
+    shapes = [b"[]", b"3", b"null", b'"x"', b"{}", b"[" * 3000, b"\xff", b"1" * 5000, b'{"a": NaN}']
+    # Records that are whole, but of another chunk, or not of a chunk at all.
+    shapes += [records[1].read_bytes(), (whole / "sweep.json").read_bytes(), sealed({"files": {}})]
+    names = [str(records[0].relative_to(whole)), "sweep.json", "finished.json", "chunks/sweep.copy"]
+    for i, name in enumerate(names):
+        for j, shape in enumerate(shapes):
+            if (whole / name).read_bytes() == shape:
+                continue
+            path = tmp_path / f"{i} {j}"
+            shutil.copytree(whole, path)
+            (path / name).write_bytes(shape)
+            assert info_record(path, check=True)["damaged_parts"]
+            if (i + j) % 5 == 0:
+                assert run_small(path, resume=True) > 0
+                assert contents(path) == contents(whole)
+
+
+def test_a_store_of_which_nothing_tells_the_sweep_is_left_alone(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path = tmp_path / "store"
+    shutil.copytree(stores("sweep"), path)
+    for name in ("sweep.json", "chunks/sweep.copy"):
+        flip(path / name)
+    before = contents(path)
+    for act in (lambda: run_small(path, resume=True), lambda: info_record(path)):
+        with pytest.raises(InvalidInput, match=r"with a whole sweep\.json: this one is damaged"):
+            act()
+    assert contents(path) == before
+
+
+def test_a_run_killed_at_its_end_is_not_taken_for_damaged(
+    stores: Callable[[str], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the files that the end of a run writes, any number may have come to their places."""
+    whole, replace = stores("basin"), os.replace
+    count = 10**9
+
+    def killed(*where: Any) -> None:
+        nonlocal count
+        # Not in the threads in which zarr writes.
+        count -= threading.current_thread() is threading.main_thread()
+        if count == 0:
+            raise KeyboardInterrupt
+        replace(*where)
+
+    monkeypatch.setattr(os, "replace", killed)
+    run_small_basin(tmp_path / "all")
+    total = 10**9 - count
+    for left in range(total, total - 18, -3):
+        path = tmp_path / str(left)
+        count = left
+        with pytest.raises(KeyboardInterrupt):
+            run_small_basin(path)
+        count = 10**9
+        assert run_small_basin(path, resume=True) == 0
+        assert contents(path) == contents(whole)
+
+
+def test_a_sweep_does_not_go_on_with_a_basin(stores: Callable[[str], Path], tmp_path: Path) -> None:
+    path = tmp_path / "store"
+    shutil.copytree(stores("basin"), path)
+    compute = ("word", "progression", "final")
+    sweep = Sweep(STARTS, Parameters(alpha=1.2), periods=100, chunk=(1, 3), compute=compute)
+    with pytest.raises(InvalidInput, match="kind = 'sweep': must be 'basin'"):
+        run(sweep, path, resume=True)
+
+
+def test_links_are_not_written_through(stores: Callable[[str], Path], tmp_path: Path) -> None:
+    path, mine = tmp_path / "store", tmp_path / "mine"
+    shutil.copytree(stores("sweep"), path)
+    mine.mkdir()
+    (mine / "thesis").write_text("all of it")
+    (path / "partial").symlink_to(mine)
+    (path / "finished.json").unlink()
+    (path / "finished.json").symlink_to(mine / "thesis")
+    run_small(path, resume=True)
+    assert contents(mine) == {"thesis": b"all of it"}
+    assert contents(path) == contents(stores("sweep"))

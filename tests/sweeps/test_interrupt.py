@@ -1,0 +1,130 @@
+"""Sweeps that are interrupted: they end at once, in one line that says what they kept."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from pathlib import Path
+from threading import Timer
+from typing import Any
+
+import pytest
+
+from capsule_sym._native import Watch, core
+from capsule_sym.sweeps import Axis, Sweep, cells, run
+from capsule_sym.sweeps.cells import Abandoned, compute
+from capsule_sym.sweeps.pools import Lost, pool_of, undisturbed
+from tests.sweeps import chart
+
+DAYS = Sweep((Axis.linear("alpha", 0.5, 2.0, 16),), periods=10**10, chunk=(4,))
+FILE = """
+periods = 10_000_000_000
+chunk = [4]
+[axes]
+alpha = { from = 0.5, to = 2.0, count = 16 }
+"""
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_chunk_of_days_stops_when_it_is_not_wanted(
+    compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cells, "core", core if compiled else None)
+    watch = Watch()
+    Timer(0.3, watch.stop).start()
+    with pytest.raises(Abandoned):
+        compute(DAYS, watch)
+
+
+def test_threads_are_left_at_once_and_stop() -> None:
+    with pytest.raises(KeyboardInterrupt), pool_of("threads", 1) as pool:  # noqa: PT012
+        future = pool.submit(DAYS)
+        while not future.running():
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+    with pytest.raises(Abandoned):
+        future.result()
+
+
+def test_an_interrupt_says_what_is_kept(tmp_path: Path) -> None:
+    def stop(done: int, total: int) -> None:
+        if done > 40:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match=r"\d+ of 120 cells are kept in .*--resume goes on"):
+        run(chart(), tmp_path / "store", progress=stop)
+
+
+def children(process: int) -> int:
+    psutil: Any = pytest.importorskip("psutil")
+    return len(psutil.Process(process).children())
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        [],
+        ["--executor", "processes"],
+        pytest.param(["--dask", "local"], marks=pytest.mark.long),
+    ],
+    ids=["threads", "processes", "dask"],
+)
+@pytest.mark.parametrize("later", [0.0, pytest.param(6.0, marks=pytest.mark.long)])
+def test_ctrl_c_ends_a_sweep_of_days_in_one_line(
+    how: list[str], later: float, tmp_path: Path
+) -> None:
+    """The terminal sends it to all processes at once, while they start and when they work."""
+    path, store = tmp_path / "days.toml", tmp_path / "store"
+    path.write_text(FILE)
+    command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--store", str(store), *how]
+    program = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    while not (children(program.pid) if how else (store / "sweep.json").exists()):
+        assert program.poll() is None
+        time.sleep(0.01)
+    time.sleep(later)
+    os.killpg(program.pid, signal.SIGINT)
+    try:
+        out, errors = program.communicate(timeout=90)
+    finally:
+        program.kill()
+    assert (program.returncode, out) == (130, "")
+    # Before the run begins, as in a cluster that starts, there is nothing that it could have kept.
+    assert errors.startswith("error: interrupted")
+    assert errors.count("\n") == 1
+    assert "--dask" in how or f"0 of 16 cells are kept in {store}" in errors
+
+
+def test_ctrl_c_waits_while_processes_start_and_is_not_theirs() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    blocked = []
+    with pytest.raises(KeyboardInterrupt):  # noqa: PT012 (what comes after the signal is the point)
+        with undisturbed():
+            blocked.append(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))
+            os.kill(os.getpid(), signal.SIGINT)
+            blocked.append(True)
+        blocked.append(False)
+    assert blocked == [True, True]
+    assert signal.getsignal(signal.SIGINT) is before
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+class Cancelling(Executor):
+    """Loses what it is given, as a client does whose scheduler is gone."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.cancel()
+        future.set_running_or_notify_cancel()
+        return future
+
+
+def test_what_an_executor_cancels_is_lost_in_one_line(tmp_path: Path) -> None:
+    with pytest.raises(Lost, match="the executor cancelled a chunk"):
+        run(chart(), tmp_path / "store", executor=Cancelling())

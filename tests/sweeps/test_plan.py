@@ -1,0 +1,343 @@
+"""Plans that no sweep can be: each is refused in one line, before memory is taken."""
+
+from __future__ import annotations
+
+import datetime
+import math
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capsule_sym import InvalidInput, Parameters
+from capsule_sym.sweeps import Axis, Sweep, load_sweep, read_plan
+from capsule_sym.sweeps.quantities import TAKEN
+
+GOOD = {"alpha": [0.5, 0.7]}
+RANGE = {"from": 0.1, "to": 1.0, "count": 4}
+SOBOL = {"sobol": {"alpha": [0, 2], "gamma": [1, 5]}, "count": 8, "seed": 1}
+HUGE = 10**400
+ENDLESS = 10**5000  # too long for Python to print
+DEEP: Any = 0.5
+for _ in range(2000):
+    DEEP = [DEEP]
+
+
+def alpha(values: Any) -> dict[str, Any]:
+    return {"axes": {"alpha": values}}
+
+
+def ranged(**changes: Any) -> dict[str, Any]:
+    return alpha({**RANGE, **changes})
+
+
+def sobol(**changes: Any) -> dict[str, Any]:
+    return {"axes": {"sample": {**SOBOL, **changes}}}
+
+
+def boxed(ends: Any) -> dict[str, Any]:
+    return sobol(sobol={"alpha": ends})
+
+
+def setting(**changes: Any) -> dict[str, Any]:
+    return {"axes": GOOD, **changes}
+
+
+BAD: list[Any] = [
+    # Names that are a result's, or a quantity's that the axis does not have.
+    *({"axes": {name: SOBOL}} for name in sorted(TAKEN)),
+    *({"axes": {name: [0.5]}} for name in ("component", "multiplier", "word", "outcome")),
+    {"axes": {"beta": SOBOL}},
+    {"axes": {"alpha": {**SOBOL, "sobol": {"beta": [0, 1]}}}},
+    {"axes": {"": SOBOL}},
+    {"axes": {"two words": SOBOL}},
+    {"axes": {"two\nlines": SOBOL}},
+    {"axes": {"two\nlines": [0.5]}},
+    {"axes": {"a/b": SOBOL}},
+    {"axes": {"..": SOBOL}},
+    {"axes": {"7": SOBOL}},
+    {"axes": {"x" * 5000: SOBOL}},
+    {"axes": {3: [0.5]}},
+    {"axes": {"gravity": [0.5]}},
+    # Values of an axis.
+    alpha([]),
+    alpha([[]]),
+    alpha({}),
+    alpha(0.5),
+    alpha("0.5"),
+    alpha(None),
+    alpha(True),
+    alpha(["0.5"]),
+    alpha(["1", "2"]),
+    alpha([0.5, "0.7"]),
+    alpha([True]),
+    alpha([True, False]),
+    alpha([0.5, True]),
+    alpha([0.5, None]),
+    alpha([[0.5, 0.7]]),
+    alpha([[0.5], [0.7]]),
+    alpha([0.5, [0.7]]),
+    alpha([[0.5], [0.6, 0.7]]),
+    alpha([{"from": 1}]),
+    alpha([datetime.date(2019, 4, 8)]),
+    alpha([HUGE]),
+    alpha([ENDLESS]),
+    alpha([-HUGE, 0.5]),
+    alpha([math.nan]),
+    alpha([0.5, math.inf]),
+    alpha([-0.1]),
+    alpha([1e11]),
+    alpha([1 + 2j]),
+    alpha(DEEP),
+    alpha([DEEP]),
+    # Ranges.
+    ranged(count=0),
+    ranged(count=-1),
+    ranged(count=2.0),
+    ranged(count="4"),
+    ranged(count=True),
+    ranged(count=None),
+    ranged(count=[4]),
+    ranged(count=10**10),
+    ranged(count=10**11),
+    ranged(count=HUGE),
+    ranged(count=ENDLESS),
+    ranged(count=math.inf),
+    *(ranged(**{end: value}) for end in ("from", "to") for value in
+      ("0.1", True, None, [0.1], {}, math.nan, math.inf, -0.1, 1e11, HUGE, ENDLESS, DEEP)),
+    ranged(spacing="cubic"),
+    ranged(spacing=3),
+    ranged(spacing=["log"]),
+    ranged(spacing="log", **{"from": 0.0}),
+    ranged(step=0.1),
+    alpha({"from": 0.1, "to": 1.0}),
+    alpha({"count": 4}),
+    # Random designs.
+    sobol(sobol=[0, 1]),
+    sobol(sobol={}),
+    sobol(sobol="alpha"),
+    sobol(sobol=None),
+    sobol(sobol={"gravity": [0, 1]}),
+    sobol(sobol={3: [0, 1]}),
+    *map(boxed, (
+        [], [1], [0, 1, 2], "01", 3, None, ["0", "1"], [False, True], [1, 0], [1, 1], [[0], [1]],
+        [0, math.inf], [math.nan, 1], [0, HUGE], [0, ENDLESS], {"from": 0, "to": 1}, [-1, 1], DEEP,
+    )),
+    sobol(count=0),
+    sobol(count=10**10),
+    sobol(count=10**11),
+    sobol(count="8"),
+    sobol(seed=-1),
+    sobol(seed="1"),
+    sobol(seed=1.5),
+    sobol(seed=True),
+    sobol(seed=None),
+    sobol(spacing="log"),
+    {"axes": {"sample": {"sobol": {"alpha": [0, 1]}, "count": 8}}},
+    # Axes together.
+    {},
+    {"axes": {}},
+    {"axes": []},
+    {"axes": "alpha"},
+    {"axes": None},
+    {"axes": [[0.5, 0.7]]},
+    {"axes": {**GOOD, "sample": SOBOL}},
+    {"axes": {"alpha": {**RANGE, "count": 10**6}, "beta": {**RANGE, "count": 10**6}}},
+    # The rest of a plan.
+    setting(period=300),
+    *(setting(periods=value) for value in (0, -1, 2.5, "300", True, None, [300], HUGE, ENDLESS)),
+    *(setting(tolerance=value) for value in (0, 1, -1e-9, "1e-9", True, None, math.nan, [], HUGE)),
+    *(setting(compute=value) for value in (
+        [], {}, "", "spin", "words", ["spin"], [3], [["word"]], None, True, 3, {"word": True}, DEEP,
+    )),
+    *(setting(chunk=value) for value in (
+        [0], [3], [-1], [1.0], ["1"], [True], [[1]], [1, 1], 2, "2", None, {}, {"alpha": 1}, [HUGE],
+        [ENDLESS], DEEP,
+    )),
+    {"axes": {"alpha": {**RANGE, "count": 10**7}}, "chunk": [10**7]},
+    *(setting(parameters=value) for value in (
+        [], 3, "omega", None, {"self": 1}, {"omega": 0}, {"omega": "1"}, {"omega": True},
+        {"omega": HUGE}, {"omega": ENDLESS}, {"omega": [1]}, {"omega": 1e9}, {"M_m": 1.0},
+        {"zeta": math.nan}, {"zeta": DEEP}, {3: 1},
+    )),
+    *(setting(start=value) for value in (
+        [], 3, "x_r", None, {"x": 1}, {"x_r": "1"}, {"x_r": True}, {"v_r": HUGE}, {"v_c": ENDLESS},
+        {"x_r": math.nan}, {"x_r": 1e21}, {"x_r": [1]}, {"x_r": DEEP}, {"phase": -1},
+        {"phase": "0"}, {"phase": 8.0}, {"phase": True}, {"phase": [0]}, {"phase": HUGE}, {3: 1},
+    )),
+    {"axes": {"omega": [0.1, 2.0]}, "start": {"phase": 4.0}},
+    {"axes": {"phase": [0.0, 8.0]}},
+    3,
+    None,
+    [],
+]  # fmt: skip
+
+
+def test_there_are_many() -> None:
+    assert len(BAD) > 200
+
+
+@pytest.mark.parametrize("plan", BAD, ids=range(len(BAD)))
+def test_a_bad_plan_is_refused_in_one_line(plan: Any) -> None:
+    with pytest.raises(InvalidInput) as refused:
+        read_plan(plan)
+    message = str(refused.value)
+    assert "\n" not in message
+    assert len(message) < 1000
+
+
+def test_good_plans_beside_the_bad_ones_are_taken() -> None:
+    for plan in (alpha([0.5, 1]), ranged(), ranged(spacing="log"), sobol(), boxed([0, 1.5])):
+        assert isinstance(read_plan(plan), Sweep)
+    integers = alpha(np.array([1, 2]).tolist())
+    assert read_plan(integers).axes[0].values.tolist() == [[1.0], [2.0]]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 2000,
+        "x = " + "[" * 2000 + "]" * 2000,
+        "[axes]\nalpha = " + "[" * 2000 + "]" * 2000,
+        "[axes]\nalpha = [1" + "0" * 5000 + "]",
+        "[axes]\nalpha = [1" + "0" * 400 + "]",
+        "[axes]\nalpha = ['1', '2']",
+        "[axes]\nalpha = [true, false]",
+        "[axes]\nalpha = [2019-04-08]",
+        "[axes]\nalpha = 1\nalpha = 2",
+        "[axes]\nalpha = [1, 2",
+        "[[axes]]\nalpha = [1, 2]",
+        '[axes]\n"al\\npha" = [1, 2]',
+        '[axes]\nsample = { sobol = { "al\\npha" = [0, 1] }, count = 4, seed = 1 }',
+        "axes.alpha.from.x = 1",
+        "\x00",
+        "\ufeff[axes]\nalpha = [1]",
+        "",
+    ],
+)
+def test_a_bad_file_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as refused:
+        load_sweep(path)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    for place in (path, tmp_path, tmp_path / "none.toml"):
+        with pytest.raises(InvalidInput):
+            load_sweep(place)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [["a"]],
+        [[True]],
+        [["1"], ["2"]],
+        [[1.0], [1.0, 2.0]],
+        np.array([["1.0"]]),
+        np.array([[True]]),
+        np.array([[1j]]),
+        np.array([["2019-04-08"]], dtype="datetime64[D]"),
+        np.array([[np.longdouble("1e400")]]),
+        None,
+        object(),
+    ],
+)
+def test_an_axis_takes_numbers_alone(values: Any) -> None:
+    with pytest.raises(InvalidInput):
+        Axis("alpha", ("alpha",), values)
+
+
+def test_an_axis_takes_every_kind_of_number() -> None:
+    for values in (np.arange(3), np.arange(3, dtype=np.float32), [np.int8(0), 1, 2.0], (0, 1, 2)):
+        assert Axis.of("alpha", values).values.tolist() == [[0.0], [1.0], [2.0]]
+    assert Axis.of("alpha", 0.5).values.tolist() == [[0.5]]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"axes": "alpha"}, {"axes": ("alpha",)}, {"parameters": None}, {"parameters": {"alpha": 1}}],
+)
+def test_a_sweep_takes_axes_and_parameters_alone(settings: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput):
+        Sweep(**{"axes": (Axis.of("alpha", [0.5]),), "parameters": Parameters(), **settings})
+
+
+atoms = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.integers(-3, 12),
+    st.sampled_from([10**10, 10**12, HUGE]),
+    st.floats(),
+    st.floats(0.0, 2.0),
+    st.text(max_size=3),
+    st.sampled_from(["log", "word", "alpha", "1", "0.5"]),
+    st.dates(),
+)
+names = st.sampled_from(
+    ["alpha", "omega", "phase", "x_r", "sample", "word", "from", "to", "count", "seed", "sobol"]
+)
+values = st.recursive(
+    atoms,
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4), st.dictionaries(names | st.text(max_size=2), inner, max_size=4)
+    ),
+    max_leaves=8,
+)
+axes = st.one_of(
+    values,
+    st.fixed_dictionaries({"from": values, "to": values, "count": values}),
+    st.fixed_dictionaries(
+        {"sobol": st.dictionaries(names, values, max_size=2), "count": values, "seed": values}
+    ),
+    st.lists(st.floats(0.0, 2.0), min_size=1, max_size=4),
+)
+plans = st.fixed_dictionaries(
+    {"axes": st.one_of(values, st.dictionaries(names, axes, max_size=3))},
+    optional={
+        "parameters": st.one_of(values, st.dictionaries(names, values, max_size=2)),
+        "start": st.one_of(values, st.dictionaries(names, values, max_size=2)),
+        "periods": values,
+        "tolerance": values,
+        "compute": values,
+        "chunk": values,
+    },
+)
+
+
+def taken(read: Callable[[], Sweep]) -> tuple[Sweep | None, str]:
+    """The sweep that is read, or why it is refused."""
+    try:
+        return read(), ""
+    except InvalidInput as refused:
+        return None, str(refused)
+
+
+@settings(max_examples=120, deadline=None, derandomize=True, database=None)
+@given(plans)
+def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> None:
+    sweep, message = taken(lambda: read_plan(plan))
+    assert "\n" not in message
+    if sweep is not None:
+        assert 0 < sweep.size <= 10**10
+        assert all(np.isfinite(axis.values).all() for axis in sweep.axes)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@given(st.text("[]{}=,.\"'\n alph12e-+_true", max_size=60))
+def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "plan.toml"
+        path.write_text("[axes]\nalpha = " + text, encoding="utf-8")
+        _, message = taken(lambda: load_sweep(path))
+        assert "\n" not in message

@@ -1,0 +1,60 @@
+"""What is expected of `verify`: a changed verdict, text or witness, a statement gone or new."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from capsule_sym.paper import read
+from capsule_sym.symbolic import frozen
+from capsule_sym.symbolic.comparisons import products
+from capsule_sym.symbolic.frozen import Expected, differences
+from capsule_sym.symbolic.items import Result, settle
+
+RESULTS = tuple(settle(item) for item in products.items(read()))
+BY_ID = {result.item.id: result for result in RESULTS}
+
+
+def test_unchanged_results_do_not_differ() -> None:
+    assert not list(differences(RESULTS, frozen.expected(), whole=False))
+
+
+def _with(result: Result, **changes: object) -> list[str]:
+    item = replace(result.item, **{k: v for k, v in changes.items() if k != "status"})
+    status = changes.get("status", result.status)
+    other = replace(result, item=item, status=status)
+    return list(differences([other], frozen.expected(), whole=False))
+
+
+def test_changed_verdict_differs() -> None:
+    (line,) = _with(BY_ID["printed.equation.16"], status="failed")
+    assert line == "printed.equation.16: failed, expected: proved"
+
+
+def test_changed_erratum_differs_though_it_is_still_refuted() -> None:
+    result = BY_ID["erratum.equation.23"]
+    assert len(_with(result, printed="on L2 it is 0")) == 1
+    assert len(_with(result, derived="on L2 it is 1")) == 1
+    other = replace(result, witness={**result.witness, "v_r": "7"})
+    assert len(list(differences([other], frozen.expected(), whole=False))) == 1
+
+
+def test_missing_and_new_statements_differ() -> None:
+    known = Expected({name: "proved" for name in BY_ID} | {"gone": "proved"}, {})
+    lines = list(differences(RESULTS[:1], known))
+    assert any(line == "gone: missing, expected: proved" for line in lines)
+    (line,) = differences(RESULTS[:1], Expected({}, {}))
+    assert line.endswith("and not expected")
+
+
+def test_frozen_results_are_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "verdicts.toml"
+    frozen.freeze(RESULTS, path)
+    monkeypatch.setattr(frozen, "PATH", path)
+    frozen.expected.cache_clear()
+    try:
+        assert not list(differences(RESULTS, frozen.expected()))
+    finally:
+        frozen.expected.cache_clear()
