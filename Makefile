@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long adversarial mutations verify lint types contract generate check-generated clean
+.PHONY: help paper test test-long fuzz adversarial mutations verify lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -29,6 +29,10 @@ test: $(READY)  ## run the tests
 
 test-long: $(READY)  ## run the tests that take more than ten seconds each
 	$(BIN)/python -m pytest -n 2 -q -m long
+
+LINES ?= 2000
+fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
+	CAPSULE_SYM_FUZZ=$(LINES) $(BIN)/python -m pytest -q -m long tests/cli/test_fuzz.py
 
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes

@@ -46,6 +46,7 @@ cdef extern from "capsule.h" nogil:
         int precision
     void capsule_map_make(const capsule_parameters *, capsule_map *)
     void capsule_map_remake(const capsule_parameters *, capsule_map *)
+    void capsule_map_constants(const capsule_parameters *, capsule_map *)
     capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
     capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
                              size_t *, capsule_outcome *)
@@ -338,10 +339,7 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
                 records[i].x_r, records[i].v_r = starts[i, 0], starts[i, 1]
                 records[i].v_c, records[i].gap = starts[i, 2], NAN
                 continue
-            if i == 0:
-                capsule_map_make(<const capsule_parameters *> &parameters[i, 0], work)
-            else:
-                capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work)
+            capsule_map_constants(<const capsule_parameters *> &parameters[i, 0], work)
             records[i] = capsule_state_at(work, starts[i, 0], starts[i, 1], starts[i, 2],
                                           phases[i])
     free(work)

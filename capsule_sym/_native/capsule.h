@@ -27,6 +27,7 @@
     struct {                                                                                       \
         double reach, root_K, level[levels]; /* level: 1, 1/2, ... */                              \
         double x_per_energy, v_c_per_energy, force_per_energy; /* bounds by that of free motion */ \
+        double reach_per_gamma, per_omega;                                                         \
         int contact;                                                                               \
         number per_reach;                                                                          \
         number x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */ \
@@ -88,6 +89,9 @@ typedef struct {
    is kept. */
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
 void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
+
+/* Only as much of a map as `capsule_state_at` needs; nothing may run on it. */
+void capsule_map_constants(const capsule_parameters *parameters, capsule_map *map);
 
 /* A state off every surface but those it lies on exactly, at a time in [0, 2 pi/omega). */
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,

@@ -1,6 +1,6 @@
 /* Runs over a wide set of parameters and starts, for compilers' checks and sanitizers: every run
    ends or says what is open, keeps its state finite, and gives the same with and without a pause,
-   alone and side by side with others. */
+   alone and side by side with others, stopped on the way or not. What is no state is refused. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -81,6 +81,76 @@ static int side_by_side(int i)
     return 0;
 }
 
+/* Stops from the second time on that it is asked. */
+static int second_time(void *about)
+{
+    return ++*(int *)about > 1;
+}
+
+/* Runs side by side that are stopped again and again, and those that are not. */
+static int stopped_and_resumed(int i)
+{
+    enum { RUNS = 40, PERIODS = 300 };
+    static capsule_crew crew;
+    static capsule_map map;
+    capsule_parameters rows[RUNS];
+    capsule_state states[RUNS], whole[RUNS];
+    int8_t stops[RUNS], once[RUNS];
+    int asked, rounds = 0, going = 1;
+    for (int k = 0; k < RUNS; k++) {
+        rows[k] = (capsule_parameters){0.5, 0.8, 0.02, 0.05 + 0.01 * i, 1.5, 3.3, 1};
+        rows[k].alpha = 0.5 + 0.01 * k; /* steady motions of one period */
+        capsule_map_remake(&rows[k], &map);
+        states[k] = whole[k] = capsule_state_at(&map, 0.0, 0.0, 0.0, 0.0);
+    }
+    capsule_many many = {
+        .stride = 1, .parameters = rows, .states = whole, .stops = once, .position = 1};
+    capsule_run_many(&many, RUNS, PERIODS, &crew);
+    capsule_watch watch = {.ask = second_time, .about = &asked};
+    many.states = states;
+    many.stops = stops;
+    many.watch = &watch;
+    for (; going; rounds++) {
+        asked = going = 0;
+        capsule_run_many(&many, RUNS, PERIODS, &crew);
+        for (int k = 0; k < RUNS; k++) {
+            going |= stops[k] == CAPSULE_STOPPED;
+            if (stops[k] == CAPSULE_STOPPED && states[k].turn >= PERIODS)
+                return failed("stopped at its end", &rows[k]);
+        }
+    }
+    for (int k = 0; k < RUNS; k++)
+        if (stops[k] != once[k] || fabs(states[k].x_r - whole[k].x_r) > 1e-9 ||
+            fabs(states[k].position - whole[k].position) > 1e-7)
+            return failed("to be stopped changes a run", &rows[k]);
+    return rounds < 3 ? failed("never stopped", &rows[0]) : 0;
+}
+
+/* States and parameters that are none, each of which once read or wrote beside something. */
+static int refused(void)
+{
+    static capsule_map map;
+    static double strobe[11][3];
+    const capsule_wish wish = {.strobe = strobe}, rows = {.strobe = strobe, .rows = 11};
+    const capsule_parameters good = {0.7, 0.8, 0.02, 0.05, 1.5, 3.3, 1};
+    capsule_parameters bad = good;
+    capsule_outcome open;
+    size_t count;
+    bad.omega = -1;
+    for (int i = 0; i < 7; i++) {
+        capsule_map_make(i == 6 ? &bad : &good, &map);
+        capsule_state state = capsule_state_at(&map, 0, 0, 0, i >= 5 ? -1e308 : 0);
+        state.plane = i == 0 ? 1000000 : state.plane;
+        state.bound = i == 1 ? -2 : 0;
+        state.turn = i == 2 ? -1000000 : 0;
+        state.v_r = i == 3 ? NAN : 0;
+        if (capsule_run(&map, &state, 10, i == 4 ? &rows : &wish, &count, &open) !=
+            CAPSULE_REFUSED)
+            return failed("not refused", i == 6 ? &bad : &good);
+    }
+    return 0;
+}
+
 int main(void)
 {
     enum { RUNS = 3000, PERIODS = 10, ROOM = 7 };
@@ -97,7 +167,7 @@ int main(void)
         capsule_segment buffer[ROOM];
         capsule_outcome open;
         size_t count;
-        const capsule_wish plain = {.strobe = strobe, .position = 1, .lanes = CHECK_LANES};
+        const capsule_wish plain = {.strobe = strobe, .position = 1};
         const capsule_wish pausing = {.segments = buffer, .room = ROOM};
         const capsule_stop end = capsule_run(&map, &once, PERIODS, &plain, &count, &open);
         capsule_stop stop;
@@ -131,6 +201,11 @@ int main(void)
             fabs(one.x_r - other.x_r) + fabs(one.v_c - other.v_c) > 1e-9)
             return failed("106 bits lead elsewhere", &p);
     }
+    for (int i = 0; i < 4; i++)
+        if (stopped_and_resumed(i))
+            return 1;
+    if (refused())
+        return 1;
     printf("%d runs, %ld segments, %ld left open\n", RUNS, segments, open_runs);
     return open_runs > RUNS / 100;
 }

@@ -8,37 +8,42 @@
 #include "crew.h"
 #include "step.h"
 
-/* One number of each run. */
-inlined bound load(double *const *runs, int number)
+/* The numbers of each run, from rows to lanes. */
+inlined void load(double *const *runs, bound *v)
 {
-    bound v = {0};
-    for (int l = 0; l < WIDTH; l++)
-        v[l] = runs[l][number];
-    return v;
-}
-
-inlined void store(double *const *runs, int kept, int number, bound v)
-{
-    for (int l = 0; l < WIDTH; l++)
-        if (kept >> l & 1)
-            runs[l][number] = v[l];
+#if defined(__AVX__) && WIDTH == 4
+    for (int i = 0; i < CAPSULE_CREW_NUMBERS; i += 4) {
+        const bound r0 = _mm256_loadu_pd(runs[0] + i), r1 = _mm256_loadu_pd(runs[1] + i);
+        const bound r2 = _mm256_loadu_pd(runs[2] + i), r3 = _mm256_loadu_pd(runs[3] + i);
+        const bound a = _mm256_unpacklo_pd(r0, r1), b = _mm256_unpackhi_pd(r0, r1);
+        const bound c = _mm256_unpacklo_pd(r2, r3), d = _mm256_unpackhi_pd(r2, r3);
+        v[i] = _mm256_permute2f128_pd(a, c, 0x20);
+        v[i + 1] = _mm256_permute2f128_pd(b, d, 0x20);
+        v[i + 2] = _mm256_permute2f128_pd(a, c, 0x31);
+        v[i + 3] = _mm256_permute2f128_pd(b, d, 0x31);
+    }
+#else
+    for (int i = 0; i < CAPSULE_CREW_NUMBERS; i++)
+        for (int l = 0; l < WIDTH; l++)
+            v[i][l] = runs[l][i];
+#endif
 }
 
 inlined void lanes_step(const capsule_constants *k, const table *t, int level, int drift,
                         int position, int ends, double *const *runs, capsule_outcomes *out)
 {
-    const bound way = load(runs, WAY), f_b = load(runs, BOUND), friction = way * f_b;
-    const segment c = {load(runs, ALPHA), all(k->omega), load(runs, DELTA), all(k->zeta), all(k->beta),
+    bound v[CAPSULE_CREW_NUMBERS];
+    load(runs, v);
+    const bound way = v[WAY], f_b = v[BOUND], friction = way * f_b;
+    const segment c = {v[ALPHA], all(k->omega), v[DELTA], all(k->zeta), all(k->beta),
                        all(k->gamma), f_b, all(k->contact), way, all(k->m), all(k->kappa),
-                       friction / k->gamma, friction, all(k->sigma), all(k->K)};
-    const stand s = {load(runs, X_R), load(runs, FAR), load(runs, V_R), load(runs, V_C),
-                     load(runs, MARGIN), load(runs, ANGLE), load(runs, COSINE), load(runs, SINE),
-                     load(runs, POSITION), load(runs, ANGLE_REST), load(runs, GAP_ZEROS),
-                     load(runs, SECOND_ZEROS), load(runs, ENERGY_ERROR), load(runs, V_C_ERROR),
-                     load(runs, ANGLE_ERROR)};
+                       friction * (1.0 / k->gamma), friction, all(k->sigma), all(k->K)};
+    const stand s = {v[X_R], v[FAR], v[V_R], v[V_C], v[MARGIN], v[ANGLE], v[COSINE], v[SINE],
+                     v[POSITION], v[ANGLE_REST], v[GAP_ZEROS], v[SECOND_ZEROS], v[ENERGY_ERROR],
+                     v[V_C_ERROR], v[ANGLE_ERROR]};
     stand to;
     outcome o;
-    step(&c, &c, t, level, drift, position, ends, way, load(runs, LASTED), &s, &to, &o);
+    step(&c, &c, t, level, drift, position, ends, way, v[LASTED], &s, &to, &o);
     out->open = bits_of(o.open);
     out->unplain = bits_of(o.unplain);
     out->crossing = bits_of(o.crossing);
@@ -51,9 +56,11 @@ inlined void lanes_step(const capsule_constants *k, const table *t, int level, i
                             [GAP_ZEROS] = to.gap_zeros, [SECOND_ZEROS] = to.second_zeros,
                             [ENERGY_ERROR] = to.energy_error, [V_C_ERROR] = to.v_c_error,
                             [ANGLE_ERROR] = to.angle_error, [POSITION] = to.position,
-                            [LASTED] = o.h / t->reach};
-    for (int i = 0; i < (int)(sizeof values / sizeof *values); i++)
-        store(runs, done, i, values[i]);
+                            [LASTED] = o.h * t->per_reach};
+    for (int l = 0; l < WIDTH; l++)
+        if (done >> l & 1)
+            for (int i = 0; i < (int)(sizeof values / sizeof *values); i++)
+                runs[l][i] = values[i][l];
     if (ends && out->passed)
         for (int l = 0; l < WIDTH; l++) {
             double *end = out->end[l];

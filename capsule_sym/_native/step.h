@@ -64,7 +64,7 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     e.slope = num(0.0);
     if (drift) {
         e.slope = mul(v_c_rate(c, s->margin), num(t->reach));
-        e.second_own += pick(s->second_zeros < 2.0, margin_error * (t->reach / b->gamma), all(0.0));
+        e.second_own += pick(s->second_zeros < 2.0, margin_error * t->reach_per_gamma, all(0.0));
         e.second_rounding = e.second_own + s->v_c_error +
                             s->energy_error * t->v_c_per_energy + UNIT * v_c;
     } else {
@@ -321,11 +321,11 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
         open |= not(found[i].clear | found[i].crossing);
         crossing |= found[i].crossing;
     }
-    /* Of two friction guards that cross once each, either is far from zero where the other is. */
+    /* The signs alone never have both friction guards cross: both would be negative at r. */
     const mask lower =
         drift ? none
               : found[SECOND].crossing &
-                    (not(found[FIRST].crossing) | (found[SECOND].near < found[FIRST].near));
+                    (not(found[FIRST].crossing) | (found[SECOND].from < found[FIRST].from));
     mask is_gap, both, corner = none;
     {
         const mask by_friction = drift ? found[FIRST].crossing
@@ -474,10 +474,13 @@ again:
         open |= corner;
     }
 #if WIDTH == 1
-    if (crossing && sure) /* before whatever else may be */
+    /* Before whatever else may be: another guard that crosses once up to `to`, and is positive at this
+       root before that, crosses later. Of the friction guards one is at 2 f_b where the other is 0. */
+    if (crossing && sure)
         for (int i = 0; i < count; i++)
-            sure &= found[i].clear || found[i].crossing ||
-                    found[i].from > near_to(at) + error;
+            sure &= i == (is_gap ? GAP : lower ? SECOND : FIRST) || found[i].clear ||
+                    found[i].from > near_to(at) + error ||
+                    (found[i].crossing && near_to(at) + error <= found[i].to);
     if (crossing && !sure && --tries == 1) { /* is it the other one? */
         is_gap = !is_gap;
         corner = 0;
@@ -588,7 +591,7 @@ again:
     /* Where the segment goes on, the errors that an expansion from there begins with. */
     const bound x_size = size_of(near_to(to->x_r)), v_size = size_of(near_to(to->v_r));
     const bound impulse = v_size + size_of(near_to(s->v_r)) +
-                          (size_of(b->friction) + b->alpha) * t->reach + b->alpha / b->omega;
+                          (size_of(b->friction) + b->alpha) * t->reach + b->alpha * t->per_omega;
     /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
     const bound energy = s->energy_error + bound_dot(t->v_error, e.size) + 2.0 * UNIT * v_size +

@@ -9,7 +9,7 @@ segment capsule_segment_of(const capsule_constants *c)
                      c->drift, c->m,     c->kappa, c->push, c->friction, c->sigma, c->K};
 }
 
-static void constants_of(const capsule_parameters *p, capsule_map *map)
+void capsule_map_constants(const capsule_parameters *p, capsule_map *map)
 {
     map->parameters = *p;
     for (int field = 1; field <= 6; field++)
@@ -25,7 +25,7 @@ void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
 {
     bases b;
     bases_make(&b);
-    constants_of(parameters, map);
+    capsule_map_constants(parameters, map);
     for (int flow = 0; flow < 4; flow++) {
         const capsule_constants *c = &map->field[FIELD_OF[flow / 2][1 + flow % 2] - 1];
         const segment s = capsule_segment_of(c);
@@ -38,7 +38,7 @@ void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
     const capsule_parameters *p = parameters, *old = &map->parameters;
     if (p->omega == old->omega && p->zeta == old->zeta && p->beta == old->beta &&
         p->gamma == old->gamma)
-        constants_of(parameters, map); /* alpha, delta and f_b are in no table */
+        capsule_map_constants(parameters, map); /* alpha, delta and f_b are in no table */
     else
         capsule_map_make(parameters, map);
 }

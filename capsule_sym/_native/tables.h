@@ -151,6 +151,8 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     /* A damped response is smaller than the terms of its series: not so far that digits go. */
     const double growth = t->root_K + 2.0 * z->sigma + (field->q < 0.0 ? field->nu : 0.0);
     t->reach = SHORTER * smaller(CAPSULE_REACH / field->rate, CAPSULE_GROWTH / growth);
+    t->reach_per_gamma = (1.0 + 4.0 * UNIT) * t->reach / z->gamma;
+    t->per_omega = (1.0 + 4.0 * UNIT) / z->omega;
     t->per_reach = over(num(1.0), num(t->reach));
     for (int l = 0; l < LEVELS; l++)
         t->level[l] = ldexp(1.0, -l);

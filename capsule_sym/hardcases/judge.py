@@ -8,17 +8,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym.generated import formulas
+from capsule_sym.generated.interface import Precision
 from capsule_sym.map import Trajectory, simulate
 from capsule_sym.map.backend import Backend, Number, NumpyBackend
 from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard, expand
 from capsule_sym.map.location import Departure, Flow, Switch, locate
+from capsule_sym.map.native import NativeRun
 from capsule_sym.map.simulate import Run
 from capsule_sym.map.transitions import State, start_at
 from capsule_sym.parameters import Parameters
 
 CONTRACT = 8.0
 """Largest error of a switching time t*, in units of u (t* + M/|g'(t*)|); see `Error` for M."""
+
+WIDE = "c, 106 bits"
+"""The C core deciding every switch by double-doubles."""
 
 _GRID = np.arange(1, 17) / 16
 
@@ -34,7 +39,11 @@ class Start:
     max_segments: int = 3
 
     def run(self, backend: str | None = None) -> Trajectory:
-        """The run, by a backend of `simulate`."""
+        """The run, by a backend of `simulate`, or by the C core in 106 bits (`WIDE`)."""
+        if backend == WIDE:
+            run = NativeRun(self.parameters, settle=True)
+            run.precision = Precision.DOUBLE_DOUBLE
+            return run.go(self.state, self.phase, self.periods, self.max_segments)
         return simulate(
             self.parameters,
             self.state,

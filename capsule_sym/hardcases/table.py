@@ -54,7 +54,11 @@ class Row:
 def rows(cases: list[Case]) -> Iterator[Row]:
     """The rows of the cases, in order, computed by two processes."""
     with ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool:
-        yield from pool.map(row, cases)
+        try:
+            yield from pool.map(row, cases)
+        finally:
+            # An interrupt waits for no case that has not begun.
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def row(case: Case) -> Row:

@@ -42,6 +42,7 @@ class NativeRun:
     ) -> None:
         self.parameters, self.settle, self.deadline = parameters, settle, deadline
         self.progress = progress
+        self.precision = Precision.AS_NEEDED if settle else Precision.DOUBLE
         self.map = core().Map(np.array(list(parameters.to_dict().values())))
         self.closed = NumpyBackend().kernels.Start
         self.segments: list[Segment] = []
@@ -99,9 +100,8 @@ class NativeRun:
     ) -> int:
         """As many segments as there is room for, and why there are no more."""
         before = record.copy()
-        precision = Precision.AS_NEEDED if self.settle else Precision.DOUBLE
         stop, count, _ = self.map.run(
-            record, periods, room, strobe=strobe, watch=watch, precision=precision
+            record, periods, room, strobe=strobe, watch=watch, precision=self.precision
         )
         first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
         if last - first >= rows and count > 1:

@@ -228,7 +228,9 @@ class Trajectory:
             return False
         # Twice the energy at rest: v_r^2 + x_r^2 + beta (x_r - delta)^2 in contact.
         size = 1.000001 * math.hypot(v_r, x_r, math.sqrt(p.beta) * max(0.0, x_r - p.delta))
-        return size <= tolerance and (1 + p.beta + 2 * p.zeta) * size < p.f_b
+        pressed = SimpleNamespace(kappa=p.beta, zeta=p.zeta)
+        force = float(formulas.force_change_size(pressed, size, size))
+        return size <= tolerance and force < p.f_b
 
     def _rest(self) -> Segment:
         """The last excitation period, at rest."""

@@ -10,11 +10,12 @@ import numpy as np
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, backend
 from capsule_sym.orbits.admissibility import Inequality, realised
-from capsule_sym.orbits.bifurcations import Bifurcation, Root, moduli
+from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, moduli
+from capsule_sym.orbits.doubling import halved
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import place
 from capsule_sym.orbits.following import FIRST, Follower
-from capsule_sym.orbits.identity import MIRRORED, paired
+from capsule_sym.orbits.identity import MIRRORED, paired, same
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 
@@ -76,6 +77,7 @@ class _Branch:
 
     def __init__(self, numbers: Backend, orbit: Orbit, axis: Axis, points: int) -> None:
         self.follower = Follower(numbers, orbit, (axis,))
+        self.orbit = orbit
         self.start = self.follower.unknowns(orbit.z, orbit.values)
         self.axis, self.largest = axis, 1 / points
         self.points: list[BranchPoint] = []
@@ -109,21 +111,36 @@ class _Branch:
             self._record_smooth(name, one, state, new)
         if event is not None:
             return self._cross(state, new, event), step
+        self._halve(state, new)
         self._add(new)
         if at_border:
-            ending = Ending.REACHED if new.u[-1] > 0.5 else Ending.RETURNED
+            back = Ending.RETURNED if same(new.orbit, self.orbit) else Ending.TURNED_BACK
+            ending = Ending.REACHED if new.u[-1] > 0.5 else back
             raise Stop(ending, where(new.orbit, (self.axis,)))
         return new, step
 
-    def _record_smooth(self, name: str, one: Root, old: State, new: State) -> None:
+    def _halve(self, old: State, new: State) -> None:
+        """End the branch where the halves of a period-doubled orbit have become one."""
+        found = halved(old.orbit, new.orbit, self.axis)
+        if found is None:
+            return
+        self._record_smooth(PERIOD_DOUBLING, found, old, new, last=True)
+        at = where(found.orbit, (self.axis,))
+        raise Stop(Ending.PERIOD_HALVED, f"the two halves of {old.orbit.word} become one at {at}")
+
+    def _record_smooth(
+        self, name: str, one: Root, old: State, new: State, last: bool = False
+    ) -> None:
         orbit, interval = one.orbit, (self._value(old.orbit), self._value(new.orbit))
+        # The share of a smooth bifurcation is one of the step, at the end that of the axis.
+        width = abs(self.axis.end - self.axis.begin if last else interval[1] - interval[0])
         rounding = 8 * 2.0**-53 * max(map(abs, interval))
         self.bifurcations.append(
             Bifurcation(
                 type=name,
                 parameter=self.axis.name,
                 value=self._value(orbit),
-                uncertainty=abs(interval[1] - interval[0]) * one.doubt + rounding,
+                uncertainty=width * one.doubt + rounding,
                 residual=one.residual,
                 iterations=one.iterations,
                 status=one.status,
@@ -132,10 +149,10 @@ class _Branch:
                 leg=None,
                 interval=interval,
                 failed="",
-                word_before=orbit.word,
-                word_after=orbit.word,
+                word_before=old.orbit.word,
+                word_after=None if last else new.orbit.word,
                 multipliers_before=moduli(old.orbit),
-                multipliers_after=moduli(new.orbit),
+                multipliers_after=() if last else moduli(new.orbit),
                 orbit=orbit,
             )
         )

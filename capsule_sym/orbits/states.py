@@ -21,6 +21,10 @@ class Ending(StrEnum):
     REACHED = "reached"
     #: It came back to where it began.
     RETURNED = "returned"
+    #: The parameter came back to the value where it began, on another orbit.
+    TURNED_BACK = "turned-back"
+    #: The two halves of a period-doubled orbit became one: a branch of half the period is reached.
+    PERIOD_HALVED = "period-halved"
     #: Newton's method finds no further point, however short the step.
     NOT_CONVERGED = "not-converged"
     #: An inequality of the word fails, and no orbit that the map follows goes on from there.

@@ -82,7 +82,13 @@ class Store:
             again = self.partial / RESULTS
             lay(again, self.sweep, self.held.head["provenance"])
             made = checksums(again)
-            begun = [key for key in made if f"{RESULTS}/{key}" in self.check.files]
+            damaged = {name.removeprefix(f"{RESULTS}/") for name in self.check.files}
+            begun = [key for key in made if key in damaged]
+            ended = self.held.finished or {"files": {}}
+            if damaged & (set(ended["files"]) - set(made)):
+                # What the end of a run added is damaged: back to before it, for it comes again.
+                begun = list(made)
+                remove(self.path / FINISHED)
             move(begun, again, self.results)
             remove(again)
             # Other versions of the libraries may write other bytes of the same meaning.

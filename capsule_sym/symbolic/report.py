@@ -70,7 +70,7 @@ def _cell(line: str) -> str:
 _ESCAPED = {r"\{": r"\lbrace ", r"\}": r"\rbrace ", r"\,": r"\thinspace ", "|": r"\vert "}
 
 
-def _math(formula: str) -> str:
+def math(formula: str) -> str:
     """A formula without what Markdown takes for an escape or for the end of a table's cell."""
     for old, new in _ESCAPED.items():
         formula = formula.replace(old, new)
@@ -127,7 +127,7 @@ def _beside(result: Result, number: int) -> Iterator[str]:
         yield f"- **Consequence:** {_text(item.consequence)}"
     yield f"- `{item.id}`, {result.seconds:.2f} s\n"
     if item.formula:
-        yield f"$${_math(item.formula)}$$\n"
+        yield f"$${math(item.formula)}$$\n"
 
 
 def _rows(results: Iterable[Result]) -> Iterator[str]:
@@ -138,7 +138,7 @@ def _rows(results: Iterable[Result]) -> Iterator[str]:
             (
                 _cell(result.item.equation),
                 _cell(result.item.statement),
-                f"${_math(result.item.formula)}$" if result.item.formula else "",
+                f"${math(result.item.formula)}$" if result.item.formula else "",
                 result.status,
                 f"`{result.item.id}`",
             )

@@ -88,8 +88,8 @@ def test_a_branch_that_ends_early_says_why(capsys) -> None:
     arguments += ("--parameter", "omega", "--from", "1.6", "--to", "0.7", "--points", "20")
     status, out, err = call(capsys, "branch", *arguments, "--json")
     assert status == 3
-    assert err.startswith("the branch ends (returned): omega = 1.6")
-    assert json.loads(out)["ending"] == "returned"
+    assert err.startswith("the branch ends (turned-back): omega = 1.6")
+    assert json.loads(out)["ending"] == "turned-back"
 
 
 def test_curves(capsys, tmp_path: Path) -> None:

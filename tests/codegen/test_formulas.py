@@ -18,13 +18,19 @@ PARTS = (
     r"1(\.0)?\s*\+\s*(\w+(\.|->))*kappa\b",
 )
 # Independent by intention: other tools' integrators, the paper's own text, and the theory's proofs.
-WITNESSES = ("bench", "generated", "symbolic/printed.py", "symbolic/errata.py")
-WITNESSES += ("symbolic/geometry_proofs.py", "symbolic/flow_proofs.py", "symbolic/appendices.py")
-WITNESSES += (
-    "symbolic/inner_products.py",
-    "symbolic/basis.py",
-    "symbolic/findings.py",
-    "symbolic/switching.py",
+WITNESSES = ("bench", "generated", "symbolic/comparisons", "symbolic/printed.py")
+WITNESSES += tuple(
+    f"symbolic/{name}.py"
+    for name in (
+        "appendices",
+        "basis",
+        "errata",
+        "findings",
+        "flow_proofs",
+        "geometry_proofs",
+        "inner_products",
+        "switching",
+    )
 )
 LOSS = "orbits/worth.py"  # 2 zeta v_r^2 is the damper's loss
 

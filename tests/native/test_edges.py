@@ -209,7 +209,11 @@ MUTANTS: dict[str, tuple[str, str, str]] = {
     "Bernstein's form of the gap": ("tables.h", "x_sum = mad(b->bernstein[j][n], x[n][k], x_sum);", "x_sum = mad(b->bernstein[j][n], n == 2 ? none_ : x[n][k], x_sum);"),
     "Bernstein's form of P or v_c": ("tables.h", "second_sum = mad(b->bernstein[j][n], second[n][k], second_sum);", "second_sum = mad(b->bernstein[j][n], n == 2 ? none_ : second[n][k], second_sum);"),
 }  # fmt: skip
-KILLED: dict[str, tuple[str, ...]] = {}
+KILLED: dict[str, tuple[str, ...]] = {
+    "rounding": ("1", "4", "8"),
+    "a rival guard": ("1", "4", "8", "106 bits"),
+}
+"""Mutants, and the widths at which these starts tell them from the sound core."""
 
 
 @pytest.mark.parametrize("mutant", KILLED)

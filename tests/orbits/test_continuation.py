@@ -162,10 +162,10 @@ def test_a_period_doubling_is_where_the_period_of_the_map_doubles() -> None:
             assert motion.period_multiple == multiple
 
 
-def test_a_branch_that_turns_back_for_good_says_so() -> None:
+def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> None:
     orbit = settled(alpha=0.3, omega=1.6, delta=0.3, zeta=0.01, beta=30.0)
     branch = follow(orbit, "omega", 0.7, points=40)
-    assert branch.ending is Ending.RETURNED
+    assert branch.ending is Ending.TURNED_BACK
     assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
     assert text(branch.points[-1].orbit.word) != text(orbit.word)
 
@@ -204,6 +204,33 @@ def test_of_two_failures_in_a_step_the_first_counts(parameters, name, to, types)
     branch = follow(settled(**parameters), name, to, points=20)
     assert branch.ending is Ending.REACHED
     assert [(one.type, one.line) for one in branch.bifurcations] == types
+
+
+def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
+    """Its value is that of the branch of half the period, and the map says so on both sides."""
+    branch = follow(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
+    (end,) = branch.bifurcations
+    assert branch.ending is Ending.PERIOD_HALVED
+    assert "the two halves of F5 F2 F5 F2 become one at alpha = 0.0429036183971" in branch.detail
+    assert (end.type, end.word_after, end.status) == (PERIOD_DOUBLING, None, "converged")
+    assert end.orbit.word == Word.parse("F5 F2")
+    once = follow(settled(alpha=0.04, zeta=0.005), "alpha", 0.044, points=5)
+    (there,) = (one for one in once.bifurcations if one.type == PERIOD_DOUBLING)
+    assert abs(end.value - there.value) <= end.uncertainty + there.uncertainty < 1e-12
+    for side, multiple in ((-3e-4, 1), (3e-4, 2)):
+        motion = simulate(Parameters(alpha=end.value + side, zeta=0.005), periods=4000).steady()
+        assert motion is not None
+        assert motion.period_multiple == multiple
+
+
+def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch) -> None:
+    # Begun at the other half, it is the same orbit.
+    monkeypatch.setattr(continuation, "halved", lambda *arguments: None)
+    branch = follow(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
+    assert branch.ending is Ending.RETURNED
+    first, last = (point.orbit for point in (branch.points[0], branch.points[-1]))
+    assert last.durations == pytest.approx(np.roll(first.durations, 2), abs=1e-9)
+    assert abs(first.durations[0] - first.durations[2]) > 1e-3
 
 
 def test_two_events_that_symmetry_brings_about_at_once_end_the_branch() -> None:

@@ -136,6 +136,17 @@ def test_a_store_mends_whatever_file_is_damaged(
             damaged_once("sweep", whole, tmp_path / f"{i} {j}", name, damage)
 
 
+def test_the_attractors_of_a_basin_are_made_again(
+    stores: Callable[[str], Path], tmp_path: Path
+) -> None:
+    for name in ("zarr.json", "c/0/0"):
+        for damage in (delete, flip):
+            place = f"results.zarr/attractor/{name}"
+            damaged_once(
+                "basin", stores("basin"), tmp_path / (name[0] + damage.__name__), place, damage
+            )
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("damage", DAMAGES)
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,0 +1,196 @@
+"""Command lines of all kinds, made from the commands' own options, and what becomes of them."""
+
+import contextlib
+import io
+import os
+import pkgutil
+import shutil
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future
+from importlib import import_module
+from itertools import chain
+from pathlib import Path
+from types import FrameType
+from typing import Any, NamedTuple
+
+import click
+import pytest
+from hypothesis import strategies as st
+
+import capsule_sym
+from capsule_sym.cli import _status, group
+from capsule_sym.hardcases import adversarial, table
+
+_INTERRUPTED = 130
+_APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym.bench.peers")
+# Lines on stderr beside the one that says why a command failed.
+_BESIDE = ("wrote ", "drawing ")
+
+_SWEEP = """periods = 3
+[axes]
+alpha = { from = 0.1, to = 2.0, count = 3 }
+gamma = [1.0, 3.3]
+"""
+_DEVICE = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
+_FILES = {
+    "sweep.toml": _SWEEP,
+    "axes.toml": "[axes]\nword = [1, 2]\n",
+    "device.toml": _DEVICE,
+    "parameters.toml": "alpha = 0.5\ngamma = 3.0\n",
+    "not.toml": "alpha = = 1\n",
+    "empty.toml": "",
+}
+_PLACES = [*_FILES, "store", "new", "folder", "none/new", "sweep.toml/below", ".", "", "x.svg"]
+_NAMES = ["alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b", "x_r", "all", "grazing"]
+_NAMES += ["adding-sliding", "crossing", "SciPy DOP853", "this map", "graze", "erratum", "local"]
+_HOSTILE = ["nan", "inf", "-inf", "1e400", "-1", "-0.0", "0", "5e-324", "1e308", "1e20", "x", ""]
+_HOSTILE += ["0x10", "1e-300", "١", "--", "-", "\udcff"]
+
+_texts = st.text(st.characters(exclude_characters="\0"), max_size=6)
+_floats = st.floats(0, 6).map(repr) | st.floats(0, 6).map(lambda x: f"{x:.1f}")
+_numbers = _floats | _floats | st.floats().map(repr) | st.sampled_from(_HOSTILE)
+_counts = st.integers(1, 8).map(str)
+_integers = _counts | _counts | st.integers().map(str) | st.sampled_from([*_HOSTILE, "9" * 20])
+
+
+def commands() -> dict[str, click.Command]:
+    """The commands by name, each imported."""
+    context = click.Context(group)
+    found = {name: group.resolve_command(context, [name])[1] for name in group.commands}
+    return {name: command for name, command in found.items() if command}
+
+
+def _value(kind: click.ParamType) -> st.SearchStrategy[list[str]]:
+    """The words of one value of a type."""
+    if isinstance(kind, click.Tuple):
+        return st.tuples(*map(_value, kind.types)).map(lambda parts: list(chain(*parts)))
+    word: st.SearchStrategy[str] = st.sampled_from(_NAMES) | st.sampled_from(_PLACES) | _texts
+    if isinstance(kind, click.Choice):
+        word = st.sampled_from(list(kind.choices)) | st.sampled_from(list(kind.choices)) | _texts
+    elif isinstance(kind, click.types.FloatParamType):
+        word = _numbers
+    elif isinstance(kind, click.types.IntParamType):
+        word = _integers
+    elif isinstance(kind, click.Path):
+        word = st.sampled_from(_PLACES)
+    return word.map(lambda one: [one])
+
+
+@st.composite
+def words_of(draw: Any, parameter: click.Parameter) -> list[str]:
+    """An option with its value, or an argument."""
+    words: list[str] = []
+    if isinstance(parameter, click.Option):
+        words.append(draw(st.sampled_from(parameter.opts)))
+        if parameter.is_flag:
+            return words
+    count = parameter.nargs if not isinstance(parameter.type, click.Tuple) else 1
+    for _ in range(count):
+        words += draw(_value(parameter.type))
+    return words
+
+
+@st.composite
+def command_lines(draw: Any) -> list[str]:
+    """A command with some of its options in any order, mostly those that it requires."""
+    every = commands()
+    name = draw(st.sampled_from(sorted(every)))
+    required = [one for one in every[name].params if one.required]
+    optional = [one for one in every[name].params if not one.required]
+    chosen = [one for one in required if draw(st.integers(0, 15))]
+    if optional:
+        chosen += draw(st.lists(st.sampled_from(optional), max_size=4, unique_by=id))
+    parts = [draw(words_of(one)) for one in draw(st.permutations(chosen))]
+    return [name, *chain(*parts)]
+
+
+class Ended(NamedTuple):
+    """How a command line ended; `cut` if its time was over first."""
+
+    status: int
+    out: str
+    err: str
+    cut: bool
+
+    def problem(self) -> str | None:
+        """What is wrong with this end, if anything."""
+        lines = [line for line in self.err.splitlines() if not _beside(line)]
+        if self.status not in ((0, 2, 3, _INTERRUPTED) if self.cut else (0, 2, 3)):
+            return f"status {self.status}"
+        if self.status and len(lines) != 1:
+            return f"{len(lines)} lines for a status of {self.status}"
+        return "warning" if any("Warning" in line for line in lines) else None
+
+
+def _beside(line: str) -> bool:
+    return line.lower().startswith(_BESIDE) or " is skipped: " in line
+
+
+class _Here(Executor):
+    """Runs at once, in this process, what the pool of processes that it stands for would run."""
+
+    def __init__(self, *_: object) -> None:
+        pass
+
+    def submit(self, call: Any, /, *arguments: Any, **named: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(call(*arguments, **named))
+        return future
+
+
+def prepare(folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Fill a folder with what command lines name, and import all that they may need."""
+    for module in pkgutil.walk_packages(capsule_sym.__path__, "capsule_sym."):
+        if not module.name.startswith(_APART):
+            import_module(module.name)
+    for name, text in _FILES.items():
+        (folder / name).write_text(text)
+    (folder / "folder").mkdir()
+    for module in (adversarial, table):
+        patch.setattr(module, "ProcessPoolExecutor", _Here)
+    with _inside(folder):
+        assert run(["sweep", "sweep.toml", "--store", "store"], seconds=60).status == 0
+
+
+@contextlib.contextmanager
+def _inside(folder: Path) -> Iterator[None]:
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def run_in_copy(folder: Path, arguments: list[str], seconds: float) -> Ended:
+    """Run a command line in a fresh copy of the folder."""
+    copy = folder.with_name("copy")
+    shutil.rmtree(copy, ignore_errors=True)
+    shutil.copytree(folder, copy)
+    with _inside(copy):
+        return run(arguments, seconds)
+
+
+def run(arguments: list[str], seconds: float) -> Ended:
+    """Run a command line in this process, and interrupt it when its time is over."""
+    cut = threading.Event()
+
+    def interrupt(_: int, frame: FrameType | None) -> None:
+        if frame and frame.f_code.co_name == "gc_callback":  # where an exception would be lost
+            signal.setitimer(signal.ITIMER_REAL, 0.01)
+            return
+        cut.set()
+        raise KeyboardInterrupt
+
+    out, err = io.StringIO(), io.StringIO()
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            status = _status(arguments)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    return Ended(status, out.getvalue(), err.getvalue(), cut.is_set())
