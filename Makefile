@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long fuzz adversarial mutations lint types contract generate check-generated clean
+.PHONY: help paper test test-long fuzz adversarial mutations verify lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -40,6 +40,10 @@ adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000
 
 mutations: $(READY)  ## change every value typed from the paper; each change has to be noticed
 	$(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
+
+verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
+	$(BIN)/capsule-sym verify
+	$(BIN)/capsule-sym enclose
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

@@ -91,6 +91,7 @@ def group(context: click.Context) -> None:
 
 for _name, _module, _text in (
     ("verify", "capsule_sym.symbolic.command", "Prove the derivations with SymPy."),
+    ("enclose", "capsule_sym.enclosures.command", "Prove Section 4 in ball arithmetic."),
     ("hardcases", "capsule_sym.hardcases.command", "Judge the switches of hard cases."),
     ("adversarial", "capsule_sym.hardcases.command", "Judge random starts near tangencies."),
     ("bench", "capsule_sym.bench.command", "Measure speed against error, beside peers."),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -171,3 +172,13 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
     """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
     with tracking() as tracked:
         yield from tracked(items, text, total)
+
+
+def certify_option(what: str) -> Callable[[_Command], _Command]:
+    """The option --certify FILE of a command that can prove `what` it finds."""
+    return click.option(
+        "--certify",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar="FILE",
+        help=f"Prove {what} in ball arithmetic, and write its certificate here.",
+    )

@@ -14,6 +14,7 @@ from typing import Any
 import sympy as sp
 
 from capsule_sym.codegen.blocks import blocks, segment_constants
+from capsule_sym.codegen.fields import field_texts
 from capsule_sym.codegen.interface import c_interface, cython_interface, python_interface
 from capsule_sym.codegen.lower import Kernel, lower, wrapped
 from capsule_sym.codegen.printers import LANGUAGES, Language
@@ -182,6 +183,7 @@ def render() -> dict[str, str]:
             ),
             "segment_constants": _segment_texts(language),
             "table": table_text(language),
+            "fields": field_texts(language),
             "kernels": "\n\n".join(kernel.text(language) for kernel in kernels),
             "formulas": "\n\n".join(kernel.text(language) for kernel in [*inline, *sizes])
             if language.comment == "#"

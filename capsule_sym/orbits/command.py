@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.options import (
+    certify_option,
     chosen_parameters,
     json_option,
     make_console,
@@ -49,12 +50,14 @@ _out_option = click.option(
     help="Search from so many random states too: finds unstable and coexisting orbits.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Decides the random states.")
+@certify_option("the orbit")
 @json_option
 def orbit(
     file: str | None,
     state: tuple[float, float, float],
     starts: int,
     seed: int,
+    certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:
@@ -66,6 +69,7 @@ def orbit(
     are the figure and its derivative along the branch by each parameter.
 
     Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
+    Exits with 4 where --certify does not prove all.
     """
     from capsule_sym.orbits.orbit import NoOrbit
     from capsule_sym.orbits.records import failure_record, orbit_record
@@ -81,6 +85,8 @@ def orbit(
             for one in found:
                 _print_orbit(one)
             click.echo(f"{len(found)} orbits from {starts} random states")
+        if certify is not None:
+            _certify(certify, found)
         return
     settled = find_orbit(parameters, state)
     if isinstance(settled, NoOrbit):
@@ -91,6 +97,28 @@ def orbit(
         click.echo(dumps(orbit_record(settled)))
     else:
         _print_orbit(settled)
+    if certify is not None:
+        _certify(certify, [settled])
+
+
+def _certify(path: Path, found: Sequence[Orbit | Bifurcation]) -> None:
+    """Write the certificates of orbits and bifurcations; exits with 4 where one is not proved."""
+    from capsule_sym.enclosures.certificates import certificates
+
+    proved, failed = certificates(found)
+    _write_certificates(path, proved)
+    if failed:
+        click.echo(f"not proved: {'; '.join(failed)}", err=True)
+        raise click.exceptions.Exit(4)
+
+
+def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
+    from capsule_sym.records import dumps, write
+
+    write({path.name: dumps({"certificates": list(proved)}) + "\n"}, path.parent)
+    claims = "existence, uniqueness, itinerary"
+    stable = sum(bool(one["stable"]) for one in proved)
+    click.echo(f"proved {len(proved)} ({claims}; {stable} stable), wrote {path}", err=True)
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
@@ -163,6 +191,7 @@ def _complex(real: float, imaginary: float) -> str:
 @click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")
 @_settling_option
 @_out_option
+@certify_option("the bifurcations")
 @json_option
 def branch(
     file: str | None,
@@ -172,6 +201,7 @@ def branch(
     points: int,
     state: tuple[float, float, float],
     out: Path | None,
+    certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:
@@ -202,6 +232,8 @@ def branch(
         click.echo(dumps(branch_record(found)))
     else:
         _print_branch(found)
+    if certify is not None:
+        _certify(certify, found.bifurcations)
     _tell_early_end(found)
 
 

@@ -28,7 +28,7 @@ _DEEPEST = 12
 
 
 @cache
-def _coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
+def coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
     """Coefficients of state, force and quadrature, then the constant, in an affine function."""
     plain = sp.expand(sp.expand(function).subs(alpha * sp.cos(omega * tau), force))
     constant = plain.xreplace(dict.fromkeys(EXTENDED, sp.S.Zero))
@@ -37,7 +37,7 @@ def _coefficients(function: sp.Expr) -> tuple[sp.Expr, ...]:
 
 def affine(function: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> list[Fraction]:
     """The coefficients of an affine function of `EXTENDED`, its constant last, as fractions."""
-    found = [coefficient.xreplace(values) for coefficient in _coefficients(function)]
+    found = [coefficient.xreplace(values) for coefficient in coefficients(function)]
     return [Fraction(int(c.p), int(c.q)) for c in found]
 
 

@@ -1,0 +1,1 @@
+"""Proofs in ball arithmetic: orbits, bifurcations, branches and trajectories, enclosed."""

@@ -1,0 +1,85 @@
+"""`--certify` and `enclose`, as a user calls them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym.cli import group
+from capsule_sym.enclosures import checker
+from capsule_sym.enclosures.balls import Unproved
+from capsule_sym.enclosures.trajectories import enclose_run
+from capsule_sym.map import simulate
+from capsule_sym.parameters import Parameters
+
+
+def certificates(path: Path) -> list[dict]:
+    return json.loads(path.read_text())["certificates"]
+
+
+def test_orbit_is_certified(tmp_path: Path) -> None:
+    file = tmp_path / "orbit.json"
+    run = CliRunner().invoke(group, ["orbit", "--alpha", "0.7", "--certify", str(file)])
+    assert run.exit_code == 0, run.output
+    assert "proved 1" in run.output
+    (certificate,) = certificates(file)
+    checker.check(certificate)
+    assert certificate["parameters"]["alpha"] == "0.7"
+
+
+def test_branch_certifies_its_bifurcations(tmp_path: Path) -> None:
+    file = tmp_path / "branch.json"
+    options = ["--parameter", "alpha", "--from", "0.3", "--to", "0.6"]
+    run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
+    assert run.exit_code == 0, run.output
+    types = [one["type"] for one in certificates(file)]
+    assert types == ["adding-sliding", "boundary-intersection crossing"]
+    for one in certificates(file):
+        checker.check(one)
+
+
+def test_what_the_checker_cannot_take_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "branch.json"
+    options = ["--alpha", "1.6", "--parameter", "gamma", "--from", "3.0", "--to", "3.3"]
+    run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
+    assert run.exit_code == 4
+    assert "not proved" in run.output
+
+
+@pytest.mark.parametrize("backend", ["numpy", "mpmath"])
+def test_run_is_enclosed_and_its_end_is_that_of_the_map(backend: str) -> None:
+    trajectory = simulate(Parameters(alpha=1.2), (0.1, 0.3, 0.05), 0.5, 2, backend=backend)
+    passed = enclose_run(trajectory)
+    assert len(passed.times) == len(trajectory.segments) - 1
+    for k in range(3):
+        value = passed.state[k, 0]
+        assert value.rad() < 1e-20
+        assert float(value) == pytest.approx(float(trajectory.final[1][k]), abs=1e-12)
+
+
+def test_run_with_a_switch_left_out_is_not_proved() -> None:
+    from dataclasses import replace
+
+    trajectory = simulate(Parameters(alpha=1.2), periods=2)
+    first, second, *rest = trajectory.segments
+    longer = replace(first, duration=first.duration + second.duration)
+    with pytest.raises((Unproved, ValueError)):
+        enclose_run(replace(trajectory, segments=(longer, *rest)))
+    later = replace(first, duration=first.duration + 1e-3)
+    enclose_run(replace(trajectory, segments=(later, second, *rest)))  # a guess, no more
+
+
+def test_without_python_flint_one_line_says_what_to_install() -> None:
+    script = (
+        "import sys; sys.modules['flint'] = None; sys.argv = ['capsule-sym', 'enclose']; "
+        "from capsule_sym.cli import main; main()"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert run.returncode == 2
+    assert "capsule-sym[proof]" in run.stderr
+    assert len(run.stderr.strip().splitlines()) == 1

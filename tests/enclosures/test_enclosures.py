@@ -1,0 +1,371 @@
+"""Proofs in balls: against independent values, and with what a proof rests on taken away."""
+
+from __future__ import annotations
+
+import copy
+import json
+import random
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.linalg import expm
+
+from capsule_sym import Parameters
+from capsule_sym.codegen.fields import matrices
+from capsule_sym.enclosures import checker, fields, guards
+from capsule_sym.enclosures.attraction import tendency
+from capsule_sym.enclosures.balls import (
+    Unproved,
+    arb,
+    arb_mat,
+    ball,
+    floats,
+    matrix,
+    precision,
+    symmetric,
+)
+from capsule_sym.enclosures.branches import glue, march
+from capsule_sym.enclosures.certificates import certify_bifurcation, certify_orbit
+from capsule_sym.enclosures.events import Event
+from capsule_sym.enclosures.fields import Field
+from capsule_sym.enclosures.guards import Line, Watch, prove_admissible
+from capsule_sym.enclosures.krawczyk import enclose
+from capsule_sym.enclosures.orbits import guess_of, prove, shooting_of
+from capsule_sym.enclosures.regimes import approximate, regimes, threshold
+from capsule_sym.enclosures.stability import characteristic, monodromy
+from capsule_sym.map.expansion import Guard
+from capsule_sym.orbits.bifurcations import Bifurcation
+from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.stability import multipliers
+from capsule_sym.symbolic.enclosure import EXTENDED
+from capsule_sym.symbolic.model import SEGMENTS
+from capsule_sym.symbolic.symbols import alpha, omega, tau
+
+EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
+with precision(256):
+    VALUES = {name: ball(text) for name, text in EXACT.items()} | {"gamma": ball("3.3")}
+
+
+@pytest.fixture(autouse=True)
+def bits():
+    with precision(128):
+        yield
+
+
+def orbit_at(amplitude: float, gamma: float = 3.3) -> Orbit:
+    found = find_orbit(Parameters(alpha=amplitude, gamma=gamma))
+    assert isinstance(found, Orbit)
+    return found
+
+
+def tube_at(orbit: Orbit, radius: float = 0.0):
+    shooting = shooting_of(orbit.word, orbit.values, ("alpha",), EXACT)
+    return enclose(shooting, guess_of(shooting, orbit), {shooting.parameter("alpha"): radius})
+
+
+# The flow
+
+
+@pytest.mark.parametrize("segment", SEGMENTS, ids=lambda segment: segment.name)
+def test_printed_matrices_give_back_the_fields(segment) -> None:
+    """Rows times (x_r, v_r, v_c, force, quadrature, 1) are the rates of Eqs. (7)-(12)."""
+    rows = matrices(segment)["rates"]
+    state = (*EXTENDED, sp.Integer(1))
+    force = alpha * sp.cos(omega * tau)
+    for row, rate in zip(rows[:3], segment.field, strict=True):
+        given = sum(a * y for a, y in zip(row, state, strict=True))
+        assert sp.simplify(given.subs(EXTENDED[3], force) - rate) == 0
+
+
+@pytest.mark.parametrize("index", range(1, 7))
+def test_flow_against_an_independent_exponential(index: int) -> None:
+    field = Field(index, VALUES)
+    for h in (0.01, 0.3, 2.5):
+        exact = expm(floats(field.A) * h)
+        assert floats(field.flow(ball(h))) == pytest.approx(exact, abs=1e-12)
+        wide = field.flow(ball(h, 0.01))
+        for near in (h - 0.01, h + 0.01):
+            assert wide.contains(field.flow(ball(near)).mid())
+
+
+@pytest.mark.parametrize("h", [0.05, 1.7])
+def test_derivative_by_a_parameter_against_differences(h: float) -> None:
+    step = arb("1e-15")
+    field, ahead = (Field(4, VALUES | {"gamma": VALUES["gamma"] + s}) for s in (0, step))
+    slope = field.flow_by(ball(h), "gamma")
+    difference = (ahead.flow(ball(h)) - field.flow(ball(h))) / step
+    assert floats(difference) == pytest.approx(floats(slope), abs=1e-13)
+    wide = Field(4, VALUES | {"gamma": ball("3.3") + symmetric(1e-3)})
+    assert wide.flow(ball(h)).contains(field.flow(ball(h)).mid())
+    assert wide.flow_by(ball(h), "gamma").contains(slope.mid())
+
+
+@pytest.mark.parametrize("zeros", [1, 2])
+def test_divided_functional_is_one_on_both_sides_of_the_series(
+    zeros: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    field = Field(4, VALUES)
+    row = matrix(1, 6, ((0, 2, 1),))
+    h = ball(0.15)
+    short = field.divided(row, zeros, h)
+    monkeypatch.setattr(fields, "_SHORT", 0.0)
+    long = field.divided(row, zeros, h)
+    for one, other in zip(short, long, strict=True):
+        assert one.overlaps(other)
+        assert floats(one) == pytest.approx(floats(other), abs=1e-20)
+
+
+def test_the_tail_of_a_short_series_is_what_makes_it_an_enclosure(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    field = Field(4, VALUES)
+    exact = (field.A * ball(0.15)).exp()
+    monkeypatch.setattr(fields, "_order", lambda bits: 5)
+    assert field.flow(ball(0.15)).contains(exact.mid())
+    monkeypatch.setattr(fields, "_tail", lambda *given: 0.0)
+    assert not field.flow(ball(0.15)).contains(exact.mid())
+
+
+# Krawczyk's method
+
+
+def test_tube_holds_the_orbits_found_at_other_amplitudes() -> None:
+    orbit = orbit_at(0.7)
+    tube = tube_at(orbit, 2e-3)
+    at = tube.shooting.parameter("alpha")
+    for share in (-0.9, 0.4, 0.99):
+        values = [0.7 + share * 2e-3, *orbit.values[1:]]
+        guess = guess_of(tube.shooting, close(values, orbit.word, list(orbit.z)))
+        assert tube.holds(guess)
+        shifted = list(guess)
+        shifted[0] += 0.05
+        assert not tube.holds(shifted)
+    assert tube.hull()[at].contains(arb("0.7015"))
+
+
+def test_box_that_is_too_wide_is_not_proved() -> None:
+    with pytest.raises(Unproved, match="existence"):
+        tube_at(orbit_at(0.7), 0.02)
+
+
+def test_multipliers_are_those_of_double_precision() -> None:
+    for amplitude in (0.3, 1.2, 1.9):
+        orbit = orbit_at(amplitude)
+        values = multipliers(orbit)
+        found = characteristic(monodromy(tube_at(orbit)))
+        assert float(found.trace) == pytest.approx(float(np.sum(values).real), abs=1e-9)
+        assert float(found.determinant) == pytest.approx(float(np.prod(values).real), abs=1e-9)
+
+
+def test_jury_decides_as_the_eigenvalues_do() -> None:
+    rng = np.random.default_rng(5)
+    seen = set()
+    for _ in range(300):
+        M = rng.normal(size=(3, 3)) * rng.uniform(0.2, 0.9)
+        inside = max(abs(np.linalg.eigvals(M))) < 1
+        jury = characteristic(arb_mat(M.tolist())).jury
+        assert all(value > 0 for value in jury) == inside
+        failing = tuple(k for k, value in enumerate(jury) if not value > 0)
+        seen.add(failing[:1] if len(failing) == 1 else ())
+    assert {(0,), (1,)} <= seen
+
+
+# Guards
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "beyond", "what"),
+    [(0.005, 0.009, "the gap"), (0.3, 0.45, "the upper force margin"), (0.7, 1.0, "margin|drift")],
+)
+def test_zero_of_the_equations_that_is_no_motion_is_rejected(
+    amplitude: float, beyond: float, what: str
+) -> None:
+    """Beyond a bifurcation the word's equations still have a solution; the guards tell."""
+    orbit = orbit_at(amplitude)
+    prove_admissible(tube_at_columns(orbit, orbit))
+    for share in np.linspace(0, 1, 12)[1:]:
+        values = list(orbit.values)
+        values[0] = amplitude + share * (beyond - amplitude)
+        moved = close(values, orbit.word, list(orbit.z))
+        assert isinstance(moved, Orbit)
+        orbit = moved
+    tube = tube_at_columns(orbit, orbit)
+    with pytest.raises(Unproved, match=f"guards: .*{what}"):
+        prove_admissible(tube)
+
+
+def tube_at_columns(orbit: Orbit, guess: Orbit):
+    shooting = shooting_of(orbit.word, orbit.values, ("alpha",), EXACT)
+    given = {shooting.parameter("alpha"): 0.0}
+    if orbit.word.legs[0].guard is None:
+        given[shooting.angle] = 0.0
+    return enclose(shooting, guess_of(shooting, guess), given)
+
+
+@pytest.mark.parametrize("order", [1, 2, 16])
+def test_positive_guards_are_positive(order: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However short the Taylor polynomial, its remainder keeps the answer honest."""
+    monkeypatch.setattr(guards, "_ORDER", order)
+    line = Line(Field(1, VALUES), 1)
+    rng = random.Random(3)
+    told = 0
+    for _ in range(40):
+        x, v, c, u, w = (rng.uniform(-1.0, 1.0) for _ in range(5))
+        state = matrix(6, 1, ((k, 0, ball(y)) for k, y in enumerate((x, v, c, u, w, 1.0))))
+        if line.positive(1, 0, state, 0.5):
+            told += 1
+            A = floats(Field(1, VALUES).A)
+            y = np.array([x, v, c, u, w, 1.0])
+            assert all((expm(A * t) @ y)[2] > 0 for t in np.linspace(0, 0.5, 9))
+    assert told > 3
+
+
+def test_orders_of_contact() -> None:
+    word = orbit_at(1.2).word  # F5 F4 F1 F2 F3 F2
+    at = {field: guards.known(word, k) for k, field in enumerate(word.fields)}
+    assert at[4].orders(4) == (0, 3 - 1)
+    assert at[1].orders(1) == (1, 0)
+    assert guards.known(word, 3).orders(2) == (0, 0, 0)
+    # F3 of duration 0 touches the lower bound of stick twice.
+    assert guards.known(word, 4, (4,)).orders(2) == (0, 0, 2)
+    assert word.legs[4].guard is Guard.DRIFT
+
+
+# Branches
+
+
+def test_neighbouring_boxes_are_one_orbit_and_a_shifted_one_is_not() -> None:
+    orbit = orbit_at(0.7)
+    shooting = shooting_of(orbit.word, orbit.values, ("alpha",), EXACT)
+    at = shooting.parameter("alpha")
+    guess = guess_of(shooting, orbit)
+    boxes = list(march(shooting, guess, at, 0.7, 0.703, step=1e-3, watch=Watch()))
+    assert boxes[-1].end == 0.703
+    glue(boxes[0], boxes[1])
+    tube = boxes[1].tube
+    moved = tuple(x + (1e-2 if k == 0 else 0) for k, x in enumerate(tube.centre))
+    with pytest.raises(Unproved, match="gluing"):
+        glue(boxes[0], replace(boxes[1], tube=replace(tube, centre=moved)))
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[tuple[Bifurcation, ...], Orbit]:
+    return approximate(Parameters(), 0.001, 2.0)
+
+
+@pytest.fixture(scope="module")
+def events(found: tuple[tuple[Bifurcation, ...], Orbit]) -> list[Event]:
+    return [threshold(one, EXACT | {"gamma": "3.3"}) for one in found[0]]
+
+
+def test_thresholds_are_enclosed_with_type_and_line(found, events: list[Event]) -> None:
+    assert len(events) == 8
+    for one, event in zip(found[0], events, strict=True):
+        assert (event.type, event.line) == (one.type, one.line)
+        value = event.values["alpha"]
+        assert value.rad() < arb("1e-80")
+        assert float(value) == pytest.approx(one.value, abs=1e-13)
+        touch = "grazing" in event.type or "adding" in event.type
+        assert event.order == (2 if touch else 1)
+        assert event.other is not None
+
+
+def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
+    from capsule_sym.enclosures.events import prove_event
+
+    orbit = found[0][3].orbit
+    with pytest.raises(Unproved):
+        prove_event(orbit.word, orbit.shot.spans, orbit.z, orbit.values, (1,), ("alpha",), EXACT)
+
+
+def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]) -> None:
+    _, start = found
+    first = ball(Fraction(1, 1000))
+    one = next(regimes(events, start, EXACT | {"gamma": "3.3"}, first, ball(2)))
+    assert one.word.fields == (2,)
+    assert one.low <= first
+    assert events[0].values["alpha"] - one.high < arb("1.1e-12")
+
+
+# From rest
+
+
+def test_motion_from_rest_enters_a_contracted_box() -> None:
+    given = EXACT | {"gamma": "3.3", "alpha": "0.7"}
+    proved = tendency(given)
+    assert proved.word == (4, 1, 2, 5)
+    assert proved.attraction.factor < 1
+
+
+# Certificates
+
+
+def rejected(certificate: dict) -> bool:
+    try:
+        checker.check(certificate)
+    except checker.Rejected:
+        return True
+    return False
+
+
+def digits_changed(certificate: dict, count: int):
+    text = json.dumps({k: v for k, v in certificate.items() if k not in ("line", "type", "kind")})
+    rng = random.Random(11)
+    for place in rng.sample([i for i, c in enumerate(text) if c.isdigit()], count):
+        digit = rng.choice([d for d in "0123456789" if d != text[place]])
+        yield json.loads(text[:place] + digit + text[place + 1 :].replace("NaN", "0"))
+
+
+@pytest.mark.parametrize("amplitude", [1.2, 1.9])
+def test_orbit_certificate_is_accepted_and_no_digit_may_change(amplitude: float) -> None:
+    certificate = certify_orbit(orbit_at(amplitude))
+    assert certificate["stable"]
+    assert not rejected(certificate)
+    assert not rejected({**certificate, "stable": False})
+    for changed in digits_changed(certificate, 20):
+        assert rejected(changed)
+
+
+def test_bifurcation_certificate_is_accepted_and_no_digit_may_change(found) -> None:
+    for one in found[0]:
+        certificate, _ = certify_bifurcation(one)
+        assert not rejected(certificate)
+        for changed in digits_changed(certificate, 3):
+            assert rejected(changed)
+
+
+def test_checker_rejects_other_itineraries_and_false_stability() -> None:
+    certificate = certify_orbit(orbit_at(0.7))
+    other = copy.deepcopy(certificate)
+    other["fields"] = other["fields"][1:] + other["fields"][:1]
+    assert rejected(other)
+    assert rejected({**certificate, "still": [0]})
+    assert rejected({k: v for k, v in certificate.items() if k != "angle"})
+
+
+def test_checker_runs_alone_and_is_short(tmp_path: Path) -> None:
+    source = Path(checker.__file__)
+    lines = [line for line in source.read_text().splitlines() if line.strip()]
+    assert len(lines) < 200
+    assert "capsule_sym" not in source.read_text()
+    alone = tmp_path / "checker.py"
+    alone.write_text(source.read_text())
+    held = tmp_path / "orbit.json"
+    held.write_text(json.dumps(certify_orbit(orbit_at(0.7))))
+    run = subprocess.run([sys.executable, "-I", alone, held], capture_output=True, text=True)
+    assert run.returncode == 0
+    assert "accepted" in run.stdout
+
+
+def test_unstable_orbit_is_certified_as_far_as_it_goes() -> None:
+    orbit = orbit_at(0.3)
+    shooting = shooting_of(orbit.word, orbit.values, (), EXACT)
+    proved = prove(shooting, guess_of(shooting, orbit), {}, stable=False)
+    assert proved.characteristic is None
