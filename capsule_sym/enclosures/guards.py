@@ -166,8 +166,8 @@ class Line:
         bounds = [sum((abs(x) for x in row), arb(0)) for row in state.tolist()]
         most = max((upper(x) for x in bounds), default=0.0)
         reach = sum((abs(x) for x in self._last[guard]), arb(0)) * most
-        # |y(t)| <= |y(0)| exp(norm t), and the next Taylor term takes y somewhere on the piece. Where
-        # R is the remainder of g, (R/t^order)' = R'/t^order - order R/t^(order + 1).
+        # |y(t)| <= |y(0)| exp(norm t), and the next Taylor term takes y somewhere on the piece.
+        # Of the remainder R of g, (R/t^order)' = R'/t^order - order R/t^(order + 1).
         grown = exp(self._norm * length) * (_ORDER + 1 + order if derivative else 1) * 1.0000001
         power = _ORDER + 1 - order - derivative
         return shaped, reach * grown * arb(length) ** power
