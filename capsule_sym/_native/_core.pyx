@@ -101,7 +101,7 @@ def lanes():
 
 ctypedef struct attention:
     capsule_watch watch
-    const int *flag
+    int *flag
     double deadline, looked
     bint signals, raised, stopped
 
@@ -122,7 +122,7 @@ cdef int _ask(void *about) noexcept nogil:
     return a.stopped
 
 
-cdef capsule_watch *_attend(attention *a, watch, const int[::1] flag):
+cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
     a.watch.ask = _ask
     a.watch.about = a
     a.watch.work = 0

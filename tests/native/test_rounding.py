@@ -16,20 +16,16 @@ from capsule_sym.map.batch import final_states, parameter_rows
 from tests.native import built
 
 SHIM = """
-#include "capsule.h"
+#include "internal.h"
+int capsule_field_fused(const capsule_map *map, const capsule_state *state);
 int planes(const double *p, double x_r, double phase, int *plane)
 {
     static capsule_map map;
-    capsule_segment segment;
-    const capsule_wish wish = {.segments = &segment, .room = 1, .precision = CAPSULE_DOUBLE};
-    capsule_outcome open;
-    size_t written;
     capsule_map_make((const capsule_parameters *)p, &map);
     capsule_state at = capsule_state_at(&map, x_r, 0, 0, phase);
     *plane = at.plane;
-    at.field = 0; /* a run is to find it itself */
-    capsule_run(&map, &at, 2, &wish, &written, &open);
-    return written ? segment.field : at.plane;
+    at.field = 0;
+    return capsule_lanes() > 1 ? capsule_field_fused(&map, &at) : capsule_field_at(&map, &at);
 }
 """
 
@@ -57,6 +53,16 @@ def mismatched(directory: Path, change: tuple[str, str, str] | None) -> int:
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
 def test_a_start_lies_on_the_plane_of_the_field_that_a_run_begins_with(tmp_path: Path) -> None:
     assert mismatched(tmp_path / "sound", None) == 0
+
+
+@pytest.mark.long
+@pytest.mark.skipif(
+    shutil.which("cc") is None or core is None or core.lanes() == 1, reason="no lanes here"
+)
+def test_a_start_from_the_rounded_angle_is_noticed(tmp_path: Path) -> None:
+    exact = "state.plane = state.field = capsule_field_fused(map, &state);"
+    rounded = f"state.angle_rest = 0.0, {exact[:-1]}, state.angle_rest = rest;"
+    assert mismatched(tmp_path / "rounded", ("run.c", exact, rounded)) > 0
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
