@@ -18,16 +18,20 @@ from capsule_sym.map.expansion import Expansion, Guard, Point
 _FASTER = 8  # the free part must be this much faster than what is expanded
 
 
-def rate(c: Any) -> Number | None:
+def rate(c: Any, with_slow: bool = True) -> Number | None:
     """The fastest rate that is expanded, None where nothing would be gained."""
-    slowest = max(c.omega, -c.slow) if c.q < 0 else c.omega
+    slowest = max(c.omega, -c.slow) if c.q < 0 and with_slow else c.omega
     return slowest if c.rate > _FASTER * slowest and not c.resonant else None
 
 
-def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
-    """Expansions of all watched guards about a point, the fast free part bounded.
+def expand_forced(
+    backend: Backend, c: Any, at: Point, derivative: int = 0, with_slow: bool = True
+) -> dict[Guard, Expansion]:
+    """Expansions of all watched guards, or of a derivative of each, the fast free part bounded.
 
-    Meaningful only away from resonance, where the forced response is well defined.
+    The slow mode of an overdamped segment is expanded, or bounded like the rest of the free part.
+    The bounds for a derivative hold for its values, not for its slope. Meaningful only away from
+    resonance, where the forced response is well defined.
     """
     order, unit = backend.kernels.JET_ORDER, backend.unit
     in_phase, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
@@ -43,7 +47,7 @@ def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]
     rounding = 8 * unit + at.error_angle
     error_y = at.error_x + rounding * (abs(at.x_r) + abs(centre) + amplitude)
     error_rate = at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
-    if c.q < 0:
+    if c.q < 0 and with_slow:
         fast = -(c.sigma + c.nu)
         slow_part = (y_rate - fast * y) / (2 * c.nu)
         slow_error = (error_rate - fast * error_y) / (2 * c.nu) + rounding * abs(slow_part)
@@ -59,7 +63,7 @@ def expand_forced(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]
         root = backend.sqrt(c.K)
         force = formulas.force_per_energy(c, root) * energy
         free = _Free(energy / root, 2 * energy, force, 2 * (c.sigma + root))
-    return _guards(backend, c, at, centre, steps, sizes, free)
+    return _guards(backend, c, at, centre, steps, sizes, free, derivative)
 
 
 class _Free:
@@ -77,6 +81,7 @@ def _guards(
     x: list[Number],
     sizes: list[Number],
     free: _Free,
+    derivative: int,
 ) -> dict[Guard, Expansion]:
     unit, order = backend.unit, backend.kernels.JET_ORDER
     side = 1 if c.contact else -1
@@ -86,8 +91,11 @@ def _guards(
     def expansion(
         values: list[Number], slack: list[Number], last: Number, size: Number
     ) -> Expansion:
-        slack = [slack[0] + size, slack[1] + free.fastest * size, *slack[2:]]
-        return Expansion(values, slack, last * (1 + 16 * unit), zero)
+        # Neither the free part nor any of its derivatives grows.
+        size = size * free.fastest**derivative
+        first, second, *others = slack[derivative:]
+        slack = [first + size, second + (0 if derivative else free.fastest * size), *others]
+        return Expansion(values[derivative:], slack, last * (1 + 16 * unit), zero)
 
     rounding = 8 * unit + at.error_angle
     offset = rounding * (abs(centre) + c.delta)

@@ -64,7 +64,7 @@ def simulate(
 TIME_IS_UP = "at its time limit"
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
-# Doubles soon underflow below this. A motion without forcing that has died away so far stays.
+# Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
 _NOTHING = 1e-200
 # After a start on several surfaces at once a few segments that hardly last may follow each other.
 _MOST_STILL = 16

@@ -113,6 +113,28 @@ def test_remainders_of_the_forced_response_hold() -> None:
         check_remainder(about, motion, h, d)
 
 
+@pytest.mark.parametrize("with_slow", [True, False])
+def test_derivatives_of_the_forced_response_hold_far_ahead(with_slow: bool) -> None:
+    numbers, checked, tight = NumpyBackend(), 0, 0
+    for number, (motion, h) in enumerate(SLOW):
+        flow = motion.flow(numbers)
+        at = flow(h) if h else flow.origin
+        rate = quasistatic.rate(flow.c, with_slow)
+        if rate is None:
+            continue
+        d = mpf(3 * Random(number).random() / rate)
+        truth = motion.derivatives(motion.state_at(mpf(h) + d), 3)
+        for order in (1, 2):
+            about = quasistatic.expand_forced(numbers, flow.c, at, order, with_slow)
+            for guard, e in about.items():
+                off = abs(value(e, d) - truth[guard][order])
+                allowed = bound(e, d) + 4 * UNIT * abs(e.values[0])
+                assert off <= allowed, (label((motion, h)), guard, order)
+                checked, tight = checked + 1, tight + (off > allowed / 1000)
+    assert checked > 100
+    assert tight > checked / 10  # a much smaller bound would not hold
+
+
 def check_remainder(about: Mapping[Guard, Expansion], motion: Motion, h: float, d: Any) -> None:
     truth = motion.derivatives(motion.state_at(mpf(h) + d), 2)
     for guard, e in about.items():

@@ -228,3 +228,51 @@ def test_extrema_in_fifty_digits_are_roots_of_the_derivative(seed: int) -> None:
                 assert abs(two.value - value(exact, quantity, root, "mpmath")) < mpf("1e-50")
             seen += 1
     assert seen > 3
+
+
+def counting(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Every expansion that the search makes from here on."""
+    made: list[Any] = []
+    for module, name in ((extrema, "expand"), (extrema.quasistatic, "expand_forced")):
+        honest = getattr(module, name)
+
+        def counted(*arguments: Any, honest: Any = honest) -> Any:
+            made.append(arguments)
+            return honest(*arguments)
+
+        monkeypatch.setattr(module, name, counted)
+    return made
+
+
+@pytest.mark.parametrize(("name", "error"), [("numpy", 100.0), ("mpmath", 1e-30)])
+@pytest.mark.parametrize("zeta", [0.05, 1.0])
+def test_slow_forcing_is_passed_in_few_steps(
+    zeta: float, name: str, error: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At omega = 1e-7 the rate is at rounding's mercy for 1e5 of the segment's own times."""
+    made, omega = counting(monkeypatch), 1e-7
+    values = (0.1, omega, 0.5, zeta, 0.0, 1.0, 100.0)
+    span = leg(values, 2, [0.1, 0.0, 0.0, 0.0], 2.5 * math.pi / omega, name)
+    with mp.workdps(60):
+        # x_r goes as cos(omega h - late), P = x_r + 2 zeta v_r as cos(omega h - late + early).
+        exact = mpf(omega)
+        late = mp.atan2(2 * mpf(zeta) * exact, 1 - exact**2)
+        early = mp.atan(2 * mpf(zeta) * exact)
+        for quantity, behind in ((Quantity.GAP, late), (Quantity.FORCE, late - early)):
+            every = [turn for turn in found(span, quantity, name) if turn.time * omega > 1]
+            assert [turn.kind for turn in every] == [1, -1]
+            for n, turn in enumerate(every, 1):
+                assert abs(turn.time - (n * mp.pi + behind) / exact) < error
+    assert len(made) < 3000
+
+
+def test_hidden_extrema_of_slow_forcing_are_not_made_up() -> None:
+    """Drifting, overdamped, from far off: one dies away, and then the forcing's own are left."""
+    omega = 1e-5
+    span = leg(
+        (0.1, omega, 0.5, 5.0, 1.5, 1.0, 0.3), 4, [0.7, 0.0, 1.0, 0.0], 2.5 * math.pi / omega
+    )
+    late = [turn for turn in found(span, Quantity.FORCE) if turn.time * omega > 0.1]
+    assert [turn.kind for turn in late] == [1, -1]
+    for n, turn in enumerate(late, 1):
+        assert turn.time * omega == pytest.approx(n * math.pi, rel=1e-3)
