@@ -43,7 +43,6 @@ cdef extern from "capsule.h" nogil:
         int position
         capsule_watch *watch
         int precision
-        int precision
     void capsule_map_make(const capsule_parameters *, capsule_map *)
     void capsule_map_remake(const capsule_parameters *, capsule_map *)
     void capsule_map_constants(const capsule_parameters *, capsule_map *)

@@ -121,8 +121,11 @@ static void begin(work *w, int slot, capsule_state state, int help)
             stop = CAPSULE_DONE;
         }
         const int field = state.field ? state.field : capsule_field_at(&crew->map, &state);
-        if (stop == CAPSULE_FULL && !field)
+        if (stop == CAPSULE_FULL && !field) {
+            if (!help)
+                continue; /* by the scalar code, in as many digits as it takes */
             stop = CAPSULE_OPEN;
+        }
         if (stop != CAPSULE_FULL) {
             w->stopped |= stop == CAPSULE_STOPPED;
             leave(w, slot, stop, &state);

@@ -228,7 +228,8 @@ inlined void sine_cosine(bound angle, bound rest, bound *sine, bound *cosine)
 inlined void sine_cosine(real angle, bound rest, real *sine, real *cosine)
 {
     static const real HALF_PI = {1.5707963267948966, 6.123233995736766e-17};
-    const int quarters = (int)floor(angle.hi * 0.6366197723675814 + 0.5);
+    const double nearest = floor(angle.hi * 0.6366197723675814 + 0.5);
+    const int quarters = nearest >= 0.0 && nearest <= 8.0 ? (int)nearest : 0; /* NaN stays one */
     real r = sub(add(angle, num(rest)), mul(HALF_PI, num(quarters)));
     r = add(r, num(1.4973849048591833e-33 * quarters));
     const real z = neg(mul(r, r));

@@ -325,7 +325,7 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
     const mask lower =
         drift ? none
               : found[SECOND].crossing &
-                    (not(found[FIRST].crossing) | (found[SECOND].from < found[FIRST].from));
+                    (not(found[FIRST].crossing) | (found[SECOND].near < found[FIRST].near));
     mask is_gap, both, corner = none;
     {
         const mask by_friction = drift ? found[FIRST].crossing
@@ -475,12 +475,14 @@ again:
     }
 #if WIDTH == 1
     /* Before whatever else may be: another guard that crosses once up to `to`, and is positive at this
-       root before that, crosses later. Of the friction guards one is at 2 f_b where the other is 0. */
+       root before that, crosses later. Of the friction guards one is at 2 f_b where the other is 0; of
+       the gap and one of these it was proved above; of the gap and the third guard nothing is. */
     if (crossing && sure)
         for (int i = 0; i < count; i++)
             sure &= i == (is_gap ? GAP : lower ? SECOND : FIRST) || found[i].clear ||
                     found[i].from > near_to(at) + error ||
-                    (found[i].crossing && near_to(at) + error <= found[i].to);
+                    (found[i].crossing && near_to(at) + error <= found[i].to &&
+                     (!is_gap || i == (lower ? SECOND : FIRST)));
     if (crossing && !sure && --tries == 1) { /* is it the other one? */
         is_gap = !is_gap;
         corner = 0;
