@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym.options import json_option, make_console, make_table
+from capsule_sym.options import json_option, make_console, make_table, track
+from capsule_sym.processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,8 +29,14 @@ def enclose(thresholds: bool, as_json: bool) -> None:
     from capsule_sym.enclosures.section4 import GAMMAS
 
     begin = perf_counter()
-    with ProcessPoolExecutor(max_workers=2) as pool:
-        records = list(pool.map(partial(_proved, intervals=not thresholds), GAMMAS))
+    with undisturbed():
+        pool = spawning(len(GAMMAS))
+        proved = [pool.submit(_proved, gamma, not thresholds) for gamma in GAMMAS]
+    try:
+        results = (one.result() for one in proved)
+        records = list(track(results, "Enclosing both mass ratios", len(GAMMAS)))
+    finally:
+        end(pool)
     seconds = perf_counter() - begin
     if as_json:
         click.echo(json.dumps({"sections": records, "seconds": round(seconds, 1)}))

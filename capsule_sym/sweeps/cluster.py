@@ -12,8 +12,9 @@ from typing import Any
 
 from capsule_sym._native import Watch
 from capsule_sym.errors import CapsuleError, InvalidInput
+from capsule_sym.processes import undisturbed
 from capsule_sym.sweeps.cells import Block, compute
-from capsule_sym.sweeps.pools import Lost, Pool, undisturbed
+from capsule_sym.sweeps.pools import Lost, Pool
 from capsule_sym.sweeps.sweep import Sweep
 
 _CONNECTING = 10  # seconds until an address is given up

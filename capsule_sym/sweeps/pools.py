@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
-from multiprocessing.resource_tracker import ensure_running
-from typing import Any
 
 from capsule_sym._native import Watch
 from capsule_sym.errors import CapsuleError
+from capsule_sym.processes import end, spawning, undisturbed
 from capsule_sym.sweeps.cells import Block, compute
 from capsule_sym.sweeps.sweep import Sweep
 
@@ -62,10 +57,8 @@ class _Threads(Pool):
 
 
 class _Processes(Pool):
-    """Processes are spawned, so that none holds the store's lock when this one is killed."""
-
     def __init__(self, workers: int) -> None:
-        self.processes = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_follow)
+        self.processes = spawning(workers)
         super().__init__(self.processes)
 
     def submit(self, part: Sweep) -> Future[Block]:
@@ -73,9 +66,7 @@ class _Processes(Pool):
             return super().submit(part)
 
     def abandon(self) -> None:
-        for process in list((self.processes._processes or {}).values()):
-            process.terminate()
-        self.processes.shutdown(cancel_futures=True)  # they die at once
+        end(self.processes)
 
 
 @contextmanager
@@ -99,38 +90,3 @@ def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
         pool.abandon()
         raise
     pool.executor.shutdown()
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
-    ensure_running()  # which starts a process, and unblocks what is blocked here, if done later
-    came: list[Any] = []
-    main = threading.current_thread() is threading.main_thread()
-    # A blocked signal stays so in the processes that this thread starts. But another thread may
-    # take the one that is for this process.
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    handler = signal.getsignal(signal.SIGINT)
-    if main and callable(handler):
-        signal.signal(signal.SIGINT, lambda *at: came.append(at))
-    try:
-        yield
-    finally:
-        if main and callable(handler):
-            signal.signal(signal.SIGINT, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    if came and callable(handler):
-        handler(*came[0])
-
-
-def _follow() -> None:
-    """A worker leaves Ctrl-C to its parent, and ends when the parent does."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-
-    def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

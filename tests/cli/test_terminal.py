@@ -30,6 +30,7 @@ MIDDLE = {
         r"\d of 810,000 cells",
     ),
     "orbit": (["--starts", "100000"], "Searching"),
+    "enclose": ([], "Enclosing"),
     "figure": (["fig6", "--out", "fig6.svg"], "Following the branch"),
     "report": ([], "Drawing fig2"),
 }

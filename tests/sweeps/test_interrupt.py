@@ -16,9 +16,10 @@ from typing import Any
 import pytest
 
 from capsule_sym._native import Watch, core
+from capsule_sym.processes import undisturbed
 from capsule_sym.sweeps import Axis, Sweep, cells, run
 from capsule_sym.sweeps.cells import Abandoned, compute
-from capsule_sym.sweeps.pools import Lost, pool_of, undisturbed
+from capsule_sym.sweeps.pools import Lost, pool_of
 from tests.sweeps import chart
 
 DAYS = Sweep((Axis.linear("alpha", 0.5, 2.0, 16),), periods=10**10, chunk=(4,))

@@ -1,0 +1,63 @@
+"""Processes that compute for this one: Ctrl-C is for it alone, and they end with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+from multiprocessing.resource_tracker import ensure_running
+from typing import Any
+
+
+def spawning(workers: int) -> ProcessPoolExecutor:
+    """An executor whose processes are started one by one as work is given, `undisturbed`.
+
+    They are spawned, so that none holds what this one has locked when this one is killed.
+    """
+    return ProcessPoolExecutor(workers, get_context("spawn"), initializer=follow)
+
+
+def end(executor: ProcessPoolExecutor) -> None:
+    """Ends the processes of an executor at once, with what is under way."""
+    for process in list((executor._processes or {}).values()):
+        process.terminate()
+    executor.shutdown(cancel_futures=True)  # they die at once
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
+    ensure_running()  # which starts a process, and unblocks what is blocked here, if done later
+    came: list[Any] = []
+    main = threading.current_thread() is threading.main_thread()
+    # A blocked signal stays so in the processes that this thread starts. But another thread may
+    # take the one that is for this process.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    handler = signal.getsignal(signal.SIGINT)
+    if main and callable(handler):
+        signal.signal(signal.SIGINT, lambda *at: came.append(at))
+    try:
+        yield
+    finally:
+        if main and callable(handler):
+            signal.signal(signal.SIGINT, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    if came and callable(handler):
+        handler(*came[0])
+
+
+def follow() -> None:
+    """A worker leaves Ctrl-C to its parent, and ends when the parent does."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
