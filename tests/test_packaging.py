@@ -210,10 +210,11 @@ def test_the_binding_passes_pointers_of_their_types(tmp_path: Path) -> None:
     """As compilers ask for by themselves from GCC 14 on."""
     native = ROOT / "capsule_sym" / "_native"
     translated = str(tmp_path / "core.c")
-    done = python("-m", "cython", "-3", str(native / "_core.pyx"), "-o", translated)
+    kernels = str(ROOT / "generated" / "c")
+    done = python("-m", "cython", "-3", "-I", kernels, str(native / "_core.pyx"), "-o", translated)
     assert done.returncode == 0, done.stderr
     strict = ("incompatible-pointer-types", "int-conversion", "implicit-function-declaration")
-    folders = (native, ROOT / "generated" / "c", sysconfig.get_path("include"))
+    folders = (native, kernels, sysconfig.get_path("include"))
     command = ["cc", "-fsyntax-only", *(f"-Werror={name}" for name in strict)]
     done = subprocess.run(
         [*command, *(f"-I{folder}" for folder in folders), translated],
@@ -285,5 +286,5 @@ def test_a_forbidden_import_breaks_its_contract(
     finally:
         file.write_text(text, encoding="utf-8")
     assert done.returncode == 1
-    failed = [line for line in done.stdout.splitlines() if line.endswith("BROKEN")]
+    failed = [line for line in done.stdout.splitlines() if " BROKEN" in line]
     assert any(broken in line for line in failed), done.stdout + done.stderr

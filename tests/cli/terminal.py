@@ -39,7 +39,9 @@ def in_terminal(
 
     Ctrl-C is typed once `interrupt_at`, a regular expression, matches what was written.
     """
-    environment = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "FORCE_COLOR")}
+    # Whoever runs the tests may have said how wide and how coloured its own terminal is.
+    told = ("NO_COLOR", "FORCE_COLOR", "COLUMNS", "LINES")
+    environment = {k: v for k, v in os.environ.items() if k not in told}
     environment |= {"TERM": "xterm-256color", "PYTHONUTF8": "1"}
     environment |= {} if colour else {"NO_COLOR": "1"}
     child = pexpect.spawn(
