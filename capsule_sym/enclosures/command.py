@@ -30,7 +30,7 @@ def enclose(thresholds: bool, as_json: bool) -> None:
 
     begin = perf_counter()
     with undisturbed():
-        pool = spawning(len(GAMMAS))
+        pool = spawning(2)
         proved = [pool.submit(_proved, gamma, not thresholds) for gamma in GAMMAS]
     try:
         results = (one.result() for one in proved)

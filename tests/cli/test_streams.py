@@ -10,8 +10,9 @@ import pytest
 from capsule_sym import casestudy, thresholds
 from capsule_sym.bench.whole import Study
 from capsule_sym.cli import group, main
+from capsule_sym.enclosures import section4
 from capsule_sym.hardcases import adversarial, table
-from capsule_sym.symbolic import errata, verify
+from capsule_sym.symbolic import inner_products, verify
 
 FULL = Path("/dev/full")
 SWEEP = """periods = 2
@@ -29,6 +30,7 @@ SHORT = {
     "sweep": "two.toml --store one",
     "basin": "--x-r 0 1 2 --periods 2 --store two",
     "sweep-info": "done",
+    "enclose": "",
     "orbit": "",
     "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
     "curve": "--parameters alpha gamma --bifurcation adding --first 0.36 0.37 --second 3.29 3.3"
@@ -51,7 +53,8 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(thresholds, "record", lambda found: {})
     monkeypatch.setattr(thresholds, "save", lambda found, folder: [])
     monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
-    monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: errata.items()[:1]})
+    monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: inner_products.items()[:1]})
+    monkeypatch.setattr(section4, "GAMMAS", ())
     monkeypatch.setattr(table, "rows", lambda chosen: iter(()))
     monkeypatch.setattr(table, "cost", lambda: (2, 8))
     tally = adversarial.Tally(seconds=1.0)
