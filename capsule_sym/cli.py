@@ -160,12 +160,16 @@ def run(
     go = partial(
         simulate, parameters, state, phase, periods, backend=backend, max_seconds=max_seconds
     )
-    if sys.stderr.isatty():
-        with make_progress() as bar:
-            task = bar.add_task("Running", total=periods)
-            trajectory = go(progress=lambda turns: bar.update(task, completed=turns))
-    else:
-        trajectory = go()
+    try:
+        if sys.stderr.isatty():
+            with make_progress() as bar:
+                task = bar.add_task("Running", total=periods)
+                trajectory = go(progress=lambda turns: bar.update(task, completed=turns))
+        else:
+            trajectory = go()
+    except KeyboardInterrupt:
+        kept = "nothing is kept, but a run that --max-seconds stops shows what it found"
+        raise KeyboardInterrupt(kept) from None
     motion = None if trajectory.stopped else trajectory.steady()
     if as_json:
         record = run_record(trajectory, motion)
@@ -342,8 +346,9 @@ def _status(arguments: list[str]) -> int:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
         return _complain(str(error), 2)
-    except (KeyboardInterrupt, click.Abort):
-        return _complain("interrupted", _INTERRUPTED)
+    except (KeyboardInterrupt, click.Abort) as interrupt:
+        # With what was kept, where a command says so.
+        return _complain(": ".join(["interrupted", *map(str, interrupt.args)]), _INTERRUPTED)
     except BrokenPipeError:
         _discard(sys.stdout)
         return 1

@@ -24,8 +24,6 @@ from capsule_sym.options import (
 )
 from capsule_sym.sweeps.info import damaged_parts, info_record, show
 
-_INTERRUPTED = 130  # the exit status of shells for it
-
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
 
@@ -201,10 +199,8 @@ def _executor(
         click.echo(f"error: {error}", err=True)
         raise click.exceptions.Exit(1) from error
     except KeyboardInterrupt as interrupt:
-        # What a run kept, where it had begun.
-        click.echo(": ".join(["error: interrupted", *map(str, interrupt.args)]), err=True)
         _let_go(interrupt)
-        raise click.exceptions.Exit(_INTERRUPTED) from None
+        raise KeyboardInterrupt(*interrupt.args) from None
 
 
 def _let_go(error: BaseException | None) -> None:

@@ -95,20 +95,22 @@ def run_then(
     check_count("workers", count)
     if not isinstance(how.executor, Executor) and how.executor not in KINDS:
         raise InvalidInput("executor", how.executor, f"an executor, or one of {', '.join(KINDS)}")
-    begin = perf_counter()
-    with opened(
-        path, sweep, resume=how.resume, command=how.command, kind=kind, any_core=how.any_core
-    ) as to:
-        whole, damaged = to.check.whole, len(to.check.chunks) + len(to.check.files)
-        held = sum(map(sweep.cells_in, whole))
-        todo = (i for i in range(math.prod(sweep.chunks)) if i not in whole)
-        work = _Run(to, count, how.progress, held)
-        try:
+    begin, work = perf_counter(), None
+    try:
+        with opened(
+            path, sweep, resume=how.resume, command=how.command, kind=kind, any_core=how.any_core
+        ) as to:
+            whole, damaged = to.check.whole, len(to.check.chunks) + len(to.check.files)
+            held = sum(map(sweep.cells_in, whole))
+            todo = (i for i in range(math.prod(sweep.chunks)) if i not in whole)
+            work = _Run(to, count, how.progress, held)
             work.all(todo, how.executor)
             to.finish(last())
-        except KeyboardInterrupt:
-            kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
-            raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
+    except KeyboardInterrupt:
+        if work is None:
+            raise KeyboardInterrupt(f"no cell was begun; what {path} held is kept") from None
+        kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
+        raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
     return Summary(sweep.size, sweep.size - held, damaged, perf_counter() - begin, count)
 
 
