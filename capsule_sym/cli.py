@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NoReturn, TextIO, TypeVar
 
 import click
 
-from capsule_sym.errors import InvalidInput
+from capsule_sym.errors import CapsuleError, InvalidInput
 from capsule_sym.options import (
     chosen_parameters,
     json_option,
@@ -312,7 +312,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit.
 
     The status is that of the command, 2 for bad input, 130 for Ctrl-C, and 1 where stdout or
-    stderr is closed or cannot be written. `arguments` are those of the process if not given.
+    stderr is closed or cannot be written, or the core is not the one of these files. `arguments` are those of the process if not given.
     """
     status = _closed() or _status(list(sys.argv[1:] if arguments is None else arguments))
     if status == _INTERRUPTED:
@@ -346,6 +346,8 @@ def _status(arguments: list[str]) -> int:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:
         return _complain(str(error), 2)
+    except CapsuleError as error:
+        return _complain(str(error), 1)
     except (KeyboardInterrupt, click.Abort) as interrupt:
         # With what was kept, where a command says so.
         return _complain(": ".join(["interrupted", *map(str, interrupt.args)]), _INTERRUPTED)

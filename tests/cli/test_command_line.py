@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -190,6 +191,23 @@ def test_an_interrupt_while_python_imports_is_one_line(name: str) -> None:
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr.startswith("error: interrupted")
     assert done.stderr.count("\n") == 1
+
+
+def test_a_core_of_other_kernels_is_one_line() -> None:
+    code = (
+        "import sys\n"
+        "from capsule_sym.generated import py\n"
+        "py.DIGEST = 'another'\n"
+        "from capsule_sym import cli\n"
+        "cli.main(['run'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    if find_spec("capsule_sym._native._core") is None:
+        pytest.skip("the core was not compiled")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert re.fullmatch(
+        r"error: the compiled core has .* install capsule-sym again.*\n", done.stderr
+    )
 
 
 @pytest.mark.parametrize("options", [(), ("--json",)], ids=["table", "json"])
