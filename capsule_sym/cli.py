@@ -312,7 +312,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit.
 
     The status is that of the command, 2 for bad input, 130 for Ctrl-C, and 1 where stdout or
-    stderr is closed or cannot be written, or the core is not the one of these files. `arguments` are those of the process if not given.
+    stderr is closed or cannot be written, or the core was compiled from other files. `arguments`
+    are those of the process if not given.
     """
     status = _closed() or _status(list(sys.argv[1:] if arguments is None else arguments))
     if status == _INTERRUPTED:
