@@ -206,6 +206,7 @@ int main(void)
             return 1;
     if (refused())
         return 1;
-    printf("%d runs, %ld segments, %ld left open\n", RUNS, segments, open_runs);
+    printf("%d lanes: %d runs, %ld segments, %ld left open\n", CHECK_LANES ? CHECK_LANES : capsule_lanes(),
+           RUNS, segments, open_runs);
     return open_runs > RUNS / 100;
 }

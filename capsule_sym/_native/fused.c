@@ -14,4 +14,6 @@
 #ifdef __clang__
 #pragma clang attribute pop
 #endif
+#else
+typedef int capsule_not_fused; /* ISO C wants a declaration */
 #endif

@@ -79,4 +79,6 @@ void STEP(const capsule_constants *c, const capsule_table *t, int level, int pos
     else
         lanes_step(c, t, level, 1, 0, ends, runs, out);
 }
+#else
+typedef int capsule_no_lanes;
 #endif

@@ -3,6 +3,8 @@
 import re
 import shutil
 import subprocess
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -15,8 +17,8 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def make(target: str, build: Path) -> str:
-    command = ["make", "-C", str(LIBRARY), f"BUILD={build}", target]
+def make(target: str, build: Path, *settings: str) -> str:
+    command = ["make", "-C", str(LIBRARY), f"BUILD={build}", target, *settings]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -33,7 +35,25 @@ def test_a_users_program_builds_and_runs(tmp_path: Path) -> None:
 @pytest.mark.long
 @pytest.mark.skipif(shutil.which("clang") is None or shutil.which("gcc") is None, reason="no clang")
 def test_the_test_set_is_clean_under_compilers_and_sanitizers(tmp_path: Path) -> None:
-    assert make("check", tmp_path).count("left open") == 7
+    assert make("check", tmp_path).count(" 0 left open") == 14
+
+
+@pytest.mark.long
+@pytest.mark.skipif(
+    shutil.which("aarch64-linux-gnu-gcc") is None or shutil.which("qemu-aarch64") is None,
+    reason="no compiler for ARM 64, or no emulator",
+)
+def test_the_test_set_passes_on_arm(tmp_path: Path) -> None:
+    assert make("check-arm", tmp_path).count(" 0 left open") == 2
+
+
+@pytest.mark.long
+@pytest.mark.skipif(
+    find_spec("ziglang") is None or shutil.which("node") is None,
+    reason="no compiler for WebAssembly, or no node",
+)
+def test_the_test_set_passes_as_webassembly(tmp_path: Path) -> None:
+    assert make("check-wasm", tmp_path, f"PYTHON={sys.executable}").count(" 0 left open") == 1
 
 
 PROGRAM = """
