@@ -81,7 +81,9 @@ def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str
         assert f"{one['exact']:.12f}" in output
         # A run of the map on either side settles on the words of the two sides.
         for side, word in ((-1e-4, one["word_before"]), (1e-4, one["word_after"])):
-            run = simulate(Parameters(alpha=one["exact"] + side, gamma=one["gamma"]), periods=1500)
+            parameters = Parameters(alpha=one["exact"] + side, gamma=one["gamma"])
+            settled = final_state(parameters, periods=1490)
+            run = simulate(parameters, settled, periods=10)
             fields = [segment.name for segment in run.segments[-2 * len(word) - 1 : -1]]
             assert len(word) == 1 or fields == (3 * word)[_offset(fields, word) :][: len(fields)]
     # The printed order is that of gamma = 3.0; at 3.3 the last three come in another one.
