@@ -1,4 +1,4 @@
-# cython: boundscheck=False, wraparound=False, embedsignature=True
+# cython: boundscheck=False, wraparound=False, cdivision=True, embedsignature=True
 """Binding of the C core: arrays in, arrays out, the GIL released while it runs.
 
 What takes long stops at Ctrl-C, by the exception of its handler, and at a `Watch`.
@@ -7,9 +7,9 @@ What takes long stops at Ctrl-C, by the exception of its handler, and at a `Watc
 import threading
 from time import perf_counter
 
-from libc.math cimport INFINITY, NAN, cos, sin
+from libc.math cimport INFINITY, M_PI, NAN, cos, sin
 from libc.stdint cimport int8_t, int32_t, int64_t, uint8_t
-from libc.stdlib cimport free, malloc
+from libc.stdlib cimport calloc, free, malloc
 from libc.string cimport memset
 
 import numpy as np
@@ -86,6 +86,7 @@ cdef extern from *:
 
 OUTCOMES = interface.OUTCOMES
 DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
+cdef int _OPEN = OPEN, _REFUSED = REFUSED
 ROWS = 8192  # of a strobe whose rows are taken again and again, at least
 
 def digest():
@@ -304,16 +305,30 @@ cdef class Map:
         return stop, written, OUTCOMES[open_]
 
 
-def _check_rows(parameters, states, **columns):
+cdef int _check_rows(const double[:, ::1] parameters, states) except -1:
     """Refuses what the loops below would read or write beside: every array has a row for each run."""
-    count = len(states)
     if states.dtype != STATE or states.ndim != 1:
         raise TypeError("states must be of dtype STATE, shape (n,)")
-    if parameters.shape[0] != count or parameters.shape[1] != 7:
-        raise ValueError(f"parameters must have shape {(count, 7)}")
-    for name, (array, shape) in columns.items():
-        if array is not None and (len(array) != count or tuple(array.shape[1:]) != shape):
-            raise ValueError(f"{name} must have shape {(count, *shape)}")
+    return _need(parameters.shape[0] == len(states) and parameters.shape[1] == 7, "parameters",
+                 (len(states), 7))
+
+
+cdef int _need(bint met, name, shape) except -1:
+    if not met:
+        raise ValueError(f"{name} must have shape {shape}")
+    return 0
+
+
+def outside(const double[:, ::1] values, const double[::1] low, const double[::1] high):
+    """Row and column of the first value that is not from its column's low to its high, or None."""
+    if low.shape[0] != values.shape[1] or high.shape[0] != values.shape[1]:
+        raise ValueError("low and high must have a number for each column")
+    cdef Py_ssize_t i, k
+    for i in range(values.shape[0]):
+        for k in range(values.shape[1]):
+            if not low[k] <= values[i, k] <= high[k]:
+                return i, k
+    return None
 
 
 def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
@@ -321,18 +336,23 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     """Writes the state records that the runs start from, one per row of the others.
 
     Those that the watch keeps from being made have a gap that is nan, and no run takes them on.
+    Returns whether all phases are times in their excitation periods.
     """
-    _check_rows(parameters, states, starts=(starts, (3,)), phases=(phases, ()))
+    cdef Py_ssize_t i, count = len(states)
+    _check_rows(parameters, states)
+    _need(starts.shape[0] == count and starts.shape[1] == 3, "starts", (count, 3))
+    _need(phases.shape[0] == count, "phases", (count,))
     cdef attention a
     cdef char[::1] at = states.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
-    cdef Py_ssize_t i, count = len(states)
+    cdef bint within = True
     cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
     if work is NULL:
         raise MemoryError()
     _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         for i in range(count):
+            within = within and 0.0 <= phases[i] and phases[i] < 2.0 * M_PI / parameters[i, 1]
             if a.stopped or capsule_asked(&a.watch, MAP_WORK):
                 memset(&records[i], 0, sizeof(capsule_state))
                 records[i].x_r, records[i].v_r = starts[i, 0], starts[i, 1]
@@ -343,26 +363,49 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
                                           phases[i])
     free(work)
     _raised(&a)
+    return within
+
+
+cdef class _Crew:
+    """Work space of `run_many`, which keeps the tables of the last flows."""
+
+    cdef capsule_crew *crew
+
+    def __cinit__(self):
+        self.crew = <capsule_crew *> calloc(1, sizeof(capsule_crew))
+        if self.crew is NULL:
+            raise MemoryError()
+
+    def __dealloc__(self):
+        free(self.crew)
+
+
+_kept = threading.local()
 
 
 def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::1] stops,
-             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None, int lanes=0, int precision=0):
-    """Runs every row, or every so many, to the end of period `periods`, leaving in `states` where it came to.
+             double[:, :, ::1] strobe=None, bint position=False, size_t stride=1, watch=None,
+             int lanes=0, int precision=0):
+    """Runs every row, or every so many, to the end of period `periods`; leaves it in `states`.
 
     `stops` receives why each run stopped; `strobe`, shape (rows, periods + 1, 3), the states at
     the ends of the periods. Runs that the watch stops can go on by another call. `lanes` is how
     many go side by side, as many as the processor has if 0; `precision` what those alone have.
+    Returns how many stay open.
     """
     if stride < 1:
         raise ValueError("stride must be at least 1")
-    _check_rows(parameters, states, stops=(stops, ()), strobe=(strobe, (periods + 1, 3)))
+    cdef Py_ssize_t i, left_open = 0, refused = 0, count = len(states)
+    _check_rows(parameters, states)
+    _need(stops.shape[0] == count, "stops", (count,))
+    if strobe is not None:
+        _need(strobe.shape[0] == count and strobe.shape[1] == periods + 1 and strobe.shape[2] == 3,
+              "strobe", (count, periods + 1, 3))
     cdef attention a
     cdef char[::1] at = states.view("i1")
-    cdef size_t count = len(states)
     cdef capsule_many many
-    cdef capsule_crew *crew = <capsule_crew *> malloc(sizeof(capsule_crew))
-    if crew is NULL:
-        raise MemoryError()
+    # Not in its place while it is used: a handler of signals may call this anew.
+    cdef _Crew work = _kept.__dict__.pop("crew", None) or _Crew()
     many.stride = stride
     many.parameters = <const capsule_parameters *> &parameters[0, 0]
     many.states = <capsule_state *> &at[0]
@@ -373,11 +416,15 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     many.precision = precision
     many.watch = _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
-        capsule_run_many(&many, count, periods, crew)
-    free(crew)
+        capsule_run_many(&many, count, periods, work.crew)
+        for i from 0 <= i < count by stride:
+            left_open += stops[i] == _OPEN
+            refused += stops[i] == _REFUSED
     _raised(&a)
-    if (np.asarray(stops)[::stride] == REFUSED).any():
+    _kept.crew = work
+    if refused:
         raise ValueError("no runs from some of the states")
+    return left_open
 
 
 def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strobe,
@@ -393,15 +440,18 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
     """
     if motions.dtype != MOTION:
         raise TypeError("motions must be of dtype MOTION")
-    _check_rows(parameters, states, stops=(stops, ()), motions=(motions, ()),
-                strobe=(strobe, (max(strobe.shape[1], 2), 3)),
-                switches=(switches, (max(switches.shape[1], 1),)))
+    cdef Py_ssize_t i, k, count = len(states)
+    _check_rows(parameters, states)
+    _need(stops.shape[0] == count, "stops", (count,))
+    _need(motions.shape == (count,), "motions", (count,))
+    _need(strobe.shape[0] == count and strobe.shape[1] > 1 and strobe.shape[2] == 3, "strobe",
+          (count, "2 or more", 3))
+    _need(switches.shape[0] == count and switches.shape[1] > 0, "switches", (count, "1 or more"))
     cdef attention a
     cdef char[::1] at = states.view("i1")
     cdef char[::1] to = motions.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
     cdef capsule_motion *found = <capsule_motion *> &to[0]
-    cdef Py_ssize_t i, k, count = len(states)
     cdef bint made = False
     cdef int periods = strobe.shape[1] - 1
     cdef size_t room = switches.shape[1]

@@ -123,7 +123,8 @@ typedef struct {
 #define CAPSULE_CREW 128  /* runs in hand at a time */
 #define CAPSULE_CREW_NUMBERS 24
 
-/* Work space of `capsule_run_many`, some 90 kB; nothing in it is kept between calls. */
+/* Work space of `capsule_run_many`, some 90 kB: zero before the first call; the tables of the last
+   flows are kept for the next. */
 typedef struct {
     capsule_map map;
     double number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][30];

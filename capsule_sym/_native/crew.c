@@ -284,7 +284,7 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
         size_t end = w.next + many->stride;
         while (end < count && same_flows(p, &many->parameters[end]))
             end += many->stride;
-        capsule_map_make(p, &crew->map);
+        capsule_map_remake(p, &crew->map);
         crew->idlers = 0;
         for (int slot = 0; slot < CAPSULE_CREW; slot++)
             crew->idle[crew->idlers++] = (int16_t)slot;

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from operator import attrgetter
 from threading import local
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,8 @@ from capsule_sym.parameters import Parameters
 _NAMES = tuple(Parameters().to_dict())
 _SIDE_BY_SIDE = 8
 _row = attrgetter(*_NAMES)
+_LOW, _HIGH = np.array(list(map(RANGES.__getitem__, _NAMES))).T.copy()
+_STATES = np.full(3, -LARGEST_STATE), np.full(3, LARGEST_STATE)
 _kept = local()
 _EVENTS = 4096  # room for so many switches at a time
 
@@ -73,15 +75,16 @@ def final_states(
     count = len(rows)
     check_count("periods", periods)
     check_count("threads", threads)
-    starts = np.ascontiguousarray(np.broadcast_to(np.asarray(states, dtype=float), (count, 3)))
-    bad = ~(np.abs(starts) <= LARGEST_STATE).all(axis=1)
-    if bad.any():
-        value = tuple(starts[bad][0].tolist())
+    starts, times = _spread(states, (count, 3)), _spread(phases, (count,))
+    if at := core().outside(starts, *_STATES):
+        value = tuple(starts[at[0]].tolist())
         raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
-    times = np.broadcast_to(np.asarray(phases, dtype=float), (count,))
-    turn = 2 * np.pi / rows[:, 1]
-    if not ((times >= 0) & (times < turn)).all():
-        raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
+    if count == 1 and strobe is None and watch is None and not positions:
+        phase = float(times[0])
+        if 0.0 <= phase < 2 * np.pi / rows[0, 1]:
+            found = _alone(rows[0].tolist(), starts[0].tolist(), phase, periods)
+            if found is not None:
+                return Finals(np.array([found]), np.array([np.nan]), np.zeros(1, bool))
     if strobe is not None:
         if strobe.shape != (count, periods + 1, 3) or strobe.dtype != np.float64:
             raise InvalidInput(
@@ -91,43 +94,54 @@ def final_states(
     records = np.empty(count, core().STATE)
     stops = np.empty(count, np.int8)
     watch = watch or Watch()
-    core().start_many(rows, starts, np.ascontiguousarray(times), records, watch)
+    if not core().start_many(rows, starts, times, records, watch):
+        raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
 
     # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
     # side by side.
     hands = min(threads, max(1, count // _SIDE_BY_SIDE))
 
-    def hand(i: int) -> None:
+    def hand(i: int) -> int:
         marks = None if strobe is None else strobe[i:]
-        core().run_many(rows[i:], records[i:], periods, stops[i:], marks, positions, hands, watch)
+        return int(
+            core().run_many(
+                rows[i:], records[i:], periods, stops[i:], marks, positions, hands, watch
+            )
+        )
 
     if hands == 1:
-        hand(0)
+        still_open = hand(0)
     else:
         with ThreadPoolExecutor(hands) as pool:
             try:
-                list(pool.map(hand, range(hands)))
+                still_open = sum(pool.map(hand, range(hands)))
             except BaseException:
                 watch.stop()  # Ctrl-C comes here, where nothing runs
                 raise
-    for i in np.flatnonzero(stops == core().OPEN).tolist():
+    for i in np.flatnonzero(stops == core().OPEN).tolist() if still_open else ():
         marks = None if strobe is None else strobe[i]
         run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch.deadline)
         _finish(run, records[i : i + 1].reshape(()), periods, marks, positions, watch)
-    reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
+    reached = np.empty((count, 3))
+    for k, name in enumerate(("x_r", "v_r", "v_c")):
+        reached[:, k] = records[name]
     where = records["position"].copy() if positions else np.full(count, np.nan)
     return Finals(reached, where, records["turn"] < periods)
 
 
-def _map_of(parameters: Parameters) -> Any:
-    """This thread's map, made anew: its tables stay where the next run has the same flows."""
-    values = _row(parameters)
-    native = getattr(_kept, "map", None)
+def _alone(
+    parameters: Iterable[float], state: Iterable[float], phase: float, periods: int
+) -> tuple[float, float, float] | None:
+    """Where one run comes to, by a map whose tables this thread keeps for runs like it."""
+    # Not in its place while it is used: a handler of signals may come here anew.
+    native = _kept.__dict__.pop("map", None)
     if native is None:
-        _kept.map = native = core().Map(np.array(values))
+        native = core().Map(np.array([*parameters]))
     else:
-        native.remake(*values)
-    return native
+        native.remake(*parameters)
+    found = native.final(*state, phase, periods)
+    _kept.map = native
+    return found  # type: ignore[no-any-return]
 
 
 def final_state(
@@ -141,7 +155,7 @@ def final_state(
     Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.
     """
     values = check_start(parameters, state, phase, periods)
-    found = _map_of(parameters).final(*values, phase, periods)
+    found = _alone(_row(parameters), values, phase, periods)
     if found is None:
         run = Run(NumpyBackend(), parameters, settle=True)
         record = core().Map(np.array(_row(parameters))).state_at(*values, phase)
@@ -149,7 +163,7 @@ def final_state(
         if record["turn"] < periods:
             raise Stopped(int(record["turn"]), periods)
         return float(record["x_r"]), float(record["v_r"]), float(record["v_c"])
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def switches(
@@ -215,9 +229,15 @@ def _finish(
 def _checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     if rows.ndim != 2 or rows.shape[1] != len(_NAMES):
         raise InvalidInput("parameters", rows.shape, "an array of shape (n, 7)")
-    for name, column in zip(_NAMES, rows.T, strict=True):
+    if at := core().outside(rows, _LOW, _HIGH):
+        name = _NAMES[at[1]]
         low, high = RANGES[name]
-        bad = ~((column >= low) & (column <= high))
-        if bad.any():
-            raise InvalidInput(name, float(column[bad][0]), f"in [{low:g}, {high:g}] for a run")
+        raise InvalidInput(name, float(rows[at]), f"in [{low:g}, {high:g}] for a run")
     return rows
+
+
+def _spread(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """The values as an array of this shape, by the rules of broadcasting."""
+    spread = np.empty(shape)
+    spread[...] = values
+    return spread

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from capsule_sym import Parameters, simulate
 from capsule_sym import _native as native
-from capsule_sym._native import core
+from capsule_sym._native import Watch, core
 from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.generated.interface import Precision
 from capsule_sym.generated.py import DIGEST
@@ -192,6 +192,20 @@ def test_every_way_of_asking_gives_the_same_run() -> None:
         assert found["field"].tolist() == [s.field for s in ended]
         assert found["plane"].tolist() == [int(s.target[1:]) for s in ended]
         assert all(a["turn"] <= b["turn"] for a, b in pairwise(found))
+        one = final_states(rows[i : i + 1], periods=30)
+        assert one.states[0].tolist() == list(final_state(Parameters(*rows[i]), periods=30))
+        watched = final_states(rows[i : i + 1], periods=30, watch=Watch())
+        assert np.array_equal(watched.states, one.states)
+        assert np.isnan(one.positions).all()
+        assert not one.stopped.any()
+
+
+def test_tables_kept_between_calls_are_those_of_the_flows_asked_for() -> None:
+    rows = parameter_rows(Parameters(), beta=np.repeat([0.5, 1.5, 0.5, 3.0], 6))
+    rows[:, 0] = np.tile(np.linspace(0.3, 1.9, 6), 4)
+    together = final_states(rows, periods=10).states
+    for some in (slice(18, 24), slice(6, 12), slice(0, 6), slice(12, 18)):
+        assert np.array_equal(final_states(rows[some], periods=10).states, together[some])
 
 
 def test_a_long_run_of_finals_needs_no_memory_that_grows() -> None:
