@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long fuzz adversarial mutations verify lint types contract generate check-generated clean
+.PHONY: help paper test test-long wheel fuzz adversarial mutations verify lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -25,10 +25,13 @@ results/%.json:
 	@mv $@.part $@
 
 test: $(READY)  ## run the tests
-	$(BIN)/python -m pytest -n 2 -q
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q
 
 test-long: $(READY)  ## run the tests that take more than ten seconds each
-	$(BIN)/python -m pytest -n 2 -q -m long
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m long
+
+wheel: $(READY)  ## build a wheel, unpack it, and run what it holds
+	$(BIN)/python -m pytest -q -m long tests/test_packaging.py -k wheel
 
 LINES ?= 2000
 fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)

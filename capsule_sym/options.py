@@ -115,9 +115,28 @@ def make_progress(*columns: ProgressColumn) -> Progress:
     from rich.constrain import Constrain
     from rich.progress import Progress
 
+    from capsule_sym.processes import deferred
+
     console = make_console(stderr=True)
 
     class Bars(Progress):
+        # Bars of which Ctrl-C left a part are not found again, and stay on the screen.
+        def start(self) -> None:
+            try:
+                with deferred():
+                    super().start()
+            except KeyboardInterrupt:  # nobody else ends what did not begin
+                self.stop()
+                raise
+
+        @deferred()
+        def stop(self) -> None:
+            super().stop()
+
+        @deferred()
+        def refresh(self) -> None:
+            super().refresh()
+
         def get_renderables(self) -> Iterator[Constrain]:
             # The ^C that a terminal shows has room, lest it begins a line and the bars stay.
             yield Constrain(self.make_tasks_table(self.tasks), console.width - 3)

@@ -32,22 +32,31 @@ def end(executor: ProcessPoolExecutor) -> None:
 def undisturbed() -> Iterator[None]:
     """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
     ensure_running()  # which starts a process, and unblocks what is blocked here, if done later
-    came: list[Any] = []
-    main = threading.current_thread() is threading.main_thread()
     # A blocked signal stays so in the processes that this thread starts. But another thread may
     # take the one that is for this process.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    with deferred():
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """What Ctrl-C must not cut in two, such as drawing: it comes afterwards."""
+    came: list[Any] = []
     handler = signal.getsignal(signal.SIGINT)
-    if main and callable(handler):
-        signal.signal(signal.SIGINT, lambda *at: came.append(at))
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield  # it comes to the main thread alone
+        return
+    signal.signal(signal.SIGINT, lambda *at: came.append(at))
     try:
         yield
     finally:
-        if main and callable(handler):
-            signal.signal(signal.SIGINT, handler)
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-    if came and callable(handler):
-        handler(*came[0])
+        signal.signal(signal.SIGINT, handler)
+        if came:
+            handler(*came[0])
 
 
 def follow() -> None:

@@ -120,6 +120,7 @@ def installed(unpacked: Path, code: str, *options: str) -> subprocess.CompletedP
 BACKEND = "from capsule_sym import Parameters, simulate; r = simulate(Parameters(), periods=1)"
 
 
+@pytest.mark.long
 def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Path) -> None:
     unpacked = wheel(tmp_path)
     shipped = {path.relative_to(unpacked).as_posix() for path in unpacked.rglob("*.*")}

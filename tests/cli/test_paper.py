@@ -13,6 +13,7 @@ import capsule_sym
 from capsule_sym import casestudy
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import simulate
+from capsule_sym.map.batch import final_state
 from capsule_sym.parameters import Parameters
 from tests.cli.readme import MAIN_JOB, README, assert_shown
 

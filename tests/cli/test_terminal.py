@@ -56,7 +56,7 @@ ENDS = {
     "orbit": ["--starts", "2"],
     "figure": ["margins", "--out", "margins.svg"],
 }
-QUICK = {"verify", "sweep", "orbit"}
+QUICK = {"paper", "verify", "sweep", "orbit"}  # of Ctrl-C; the others take as long together
 
 
 @pytest.fixture
@@ -97,7 +97,9 @@ def test_every_command_is_here() -> None:
 
 
 @terminals((60, True))
-@pytest.mark.parametrize("name", MIDDLE)
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in MIDDLE]
+)
 def test_ctrl_c_in_the_middle_is_one_line(
     name: str, columns: int, colour: bool, shown: Callable[..., Shown]
 ) -> None:
@@ -113,7 +115,8 @@ def test_ctrl_c_in_the_middle_is_one_line(
 
 @terminals((200, False))
 @pytest.mark.parametrize(
-    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in ENDS]
+    "name",
+    [n if n in {"sweep", "orbit"} else pytest.param(n, marks=pytest.mark.long) for n in ENDS],
 )
 def test_progress_is_gone_in_the_end(
     name: str, columns: int, colour: bool, shown: Callable[..., Shown]
@@ -124,3 +127,36 @@ def test_progress_is_gone_in_the_end(
     assert_clean(found, colour)
     assert found.lines
     assert found.lines[0]
+
+
+INTERRUPTED_WHILE_DRAWN = """
+import os, signal, threading
+from capsule_sym.options import make_progress
+
+bars = make_progress()
+drawn, render = [], type(bars).get_renderables
+
+def interrupting(self):
+    if threading.current_thread() is threading.main_thread():
+        drawn.append(1)
+        if len(drawn) == {when}:
+            os.kill(os.getpid(), signal.SIGINT)
+    yield from render(self)
+
+type(bars).get_renderables = interrupting
+try:
+    with bars:
+        task = bars.add_task("Working", total=9)
+        for k in range(9):
+            bars.reset(task, completed=k)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+@pytest.mark.parametrize("when", [1, 2, 3, 5])
+def test_ctrl_c_does_not_cut_the_drawing_of_bars_in_two(when: int) -> None:
+    found = in_terminal("-c", INTERRUPTED_WHILE_DRAWN.format(when=when), columns=60)
+    assert found.status == 0, found.written
+    assert found.lines == ["interrupted"]
+    assert found.cursor

@@ -38,7 +38,7 @@ BOUND = 16.0
 STRONG = 4.0  # ratio of the fast rate to sqrt(K) from which damping is strong
 
 FLOWS = list(cases(400, seed=1))
-JACOBIANS = [case for case in cases(90, seed=2) if damping_ratio(case) < STRONG]
+JACOBIANS = [case for case in cases(45, seed=2) if damping_ratio(case) < STRONG]
 STRONGLY_DAMPED = [case for case in cases(300, seed=3) if damping_ratio(case) >= STRONG]
 Rows = list[Any]
 Evaluate = Callable[[list[Case]], list[Rows]]

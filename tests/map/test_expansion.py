@@ -68,7 +68,7 @@ def value(e: Expansion, d: Any, less: int = 0) -> Any:
 @pytest.mark.parametrize("numbers", SYSTEMS, ids=lambda b: b.name)
 def test_derivatives_are_those_of_the_motion_within_their_error_bounds(numbers: Backend) -> None:
     unit = numbers.unit
-    for motion, h in CASES:
+    for motion, h in CASES[::2]:
         vector = motion.state_at(h)
         for guard, e in expansions(numbers, motion, h).items():
             truth = motion.derivatives(vector, len(e.values))[guard]
@@ -95,7 +95,7 @@ def test_the_error_bounds_grow_with_the_forcing_angle(numbers: Backend) -> None:
 
 def test_remainders_hold() -> None:
     numbers = NumpyBackend()
-    for number, (motion, h) in enumerate(CASES[1::2]):
+    for number, (motion, h) in enumerate(CASES[1::4]):
         about = expansions(numbers, motion, h)
         d = mpf(3 * Random(number).random() / constants(motion).rate)
         check_remainder(about, motion, h, d)

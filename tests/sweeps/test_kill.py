@@ -73,13 +73,15 @@ def uninterrupted(sweep: str, path: Path) -> dict[str, bytes]:
 
 
 def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
-    """Kills whole runs, clients alone with their process group left to itself, until `kills`."""
+    """Kills runs, or clients alone with their process group left to itself, at some chunk."""
     chance = random.Random(2019)
     interrupted = 0
     for _ in range(kills):
         program = started(store, executor, "short")
         before = finished(store)
-        time.sleep(chance.uniform(0.0, 0.3))
+        least = len(before) + chance.randint(0, 40 // kills)
+        while len(finished(store)) < least:
+            assert program.poll() is None
         if chance.random() < 0.5:
             os.killpg(program.pid, signal.SIGKILL)
         else:
