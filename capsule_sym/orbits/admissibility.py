@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 from capsule_sym.map import Trajectory, simulate
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.equations import Shot, Span
-from capsule_sym.orbits.extrema import minima
+from capsule_sym.orbits.extrema import Quantity, minima, turns
 from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.word import Word
+from capsule_sym.orbits.word import Word, contact, drift
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 _NEAR = 1e-5  # share of a leg within which a minimum is that at its end
@@ -34,6 +36,7 @@ class Inequality(NamedTuple):
     def named(self, word: Word) -> str:
         """The inequality in words; legs count from 1, from where the paper begins a word."""
         what = f" of {self.guard.value}" if self.guard else ""
+        word = word.whole
         number = (self.leg - word.first) % len(word) + 1
         return f"{self.kind}{what} in leg {number}, F{word.fields[self.leg]}"
 
@@ -45,7 +48,9 @@ def inequalities(
 
     The minima are those inside the leg, proved to be all; at its ends the word's equations and
     the other inequalities hold the guards. Next to a leg of negative duration there are none. The
-    leg with index `born`, if given, has the duration 0: what is 0 with it is left out.
+    leg with index `born`, if given, has the duration 0: what is 0 with it is left out. Of a motion
+    that is its own mirror image what comes in pairs is looked at in the first half, the gap in
+    both; where beta = 0 the gap is free.
     """
     found = []
     n, spans = len(word), shot.spans
@@ -58,15 +63,32 @@ def inequalities(
         if any(spans[k].h <= 0 for k in (before, i, after) if k != born):
             continue
         if span.leg.guard is Guard.DRIFT and after != born:
-            found.append(Inequality(LANDING, i, None, _landing(span, spans[after]), span.h))
+            found.append(Inequality(LANDING, i, None, _landing(word, spans, i), span.h))
+        if word.mirrored and span.c.beta != 0:
+            found += _gaps(numbers, word, span, i)
         for guard, time, value in minima(numbers, span, _zeros(word, i)):
+            if word.mirrored and guard is Guard.GAP:
+                continue
             near = _NEAR * span.h
             if (before == born and time < near) or (after == born and span.h - time < near):
                 continue
             # A drift that sets off the wrong way fails by the landing before it.
-            if guard is not Guard.DRIFT or not _reversed_wrongly(spans[before], span):
+            if guard is not Guard.DRIFT or not _reversed_wrongly(word, spans, before):
                 found.append(Inequality(MINIMUM, i, guard, value, time))
     return found
+
+
+def _gaps(numbers: Backend, word: Word, span: Span, leg: int) -> Iterator[Inequality]:
+    """The least gaps in a leg and in its mirror image."""
+    for kind, time, value in turns(numbers, span, Quantity.GAP, _zeros(word, leg)):
+        if kind < 0:
+            yield Inequality(MINIMUM, leg, Guard.GAP, -value, time)
+            continue
+        value = value + 2 * span.c.delta
+        if len(word.whole) == 1:
+            yield Inequality(MINIMUM, leg, Guard.GAP, value, time + span.h)
+        else:
+            yield Inequality(MINIMUM, leg + len(word), Guard.GAP, value, time)
 
 
 def tightest(orbit: Orbit) -> Inequality:
@@ -85,19 +107,27 @@ def _zeros(word: Word, leg: int) -> dict[Guard, int]:
     return {Guard.DRIFT: 2} if before else {}
 
 
-def _reversed_wrongly(before: Span, span: Span) -> bool:
-    return before.leg.guard is Guard.DRIFT and _landing(before, span) <= 0
+def _reversed_wrongly(word: Word, spans: Sequence[Span], before: int) -> bool:
+    return spans[before].leg.guard is Guard.DRIFT and _landing(word, spans, before) <= 0
 
 
-def _landing(span: Span, following: Span) -> Number:
+def _landing(word: Word, spans: Sequence[Span], leg: int) -> Number:
+    span, following = spans[leg], spans[(leg + 1) % len(spans)]
     force = following.closed.margin + following.c.friction
+    if word.mirrored and leg % len(spans) == len(spans) - 1:
+        force = -force
     beyond = span.c.f_b + span.c.drift * force
     return -beyond if following.c.drift else beyond
 
 
 def realised(orbit: Orbit) -> bool:
-    """Whether the certified map, run for the orbit's periods, goes through the same word."""
+    """Whether the certified map, run for the orbit's periods, goes through the same word.
+
+    Where beta = 0 a word without contact stands for those with any.
+    """
     fields = tuple(segment.field for segment in rerun(orbit).segments)
+    if orbit.parameters.beta == 0 and not any(map(contact, orbit.word.fields)):
+        fields = tuple(field for field, _ in groupby(2 - drift(field) for field in fields))
     expected = orbit.word.rotated(_longest(orbit)).fields
     if len(expected) == 1:
         return fields == expected

@@ -35,8 +35,11 @@ class Bifurcation:
     not, the uncertainty is all of the interval. `line` and
     `surfaces` are those that the orbit meets (empty for a smooth bifurcation), `leg` the leg of
     `orbit` that has the duration 0 (None for a smooth one), `interval` the values between which the
-    branch stepped over it, `failed` the inequality that failed. The multipliers are those of orbits
-    on the branch a little before and after. `word_after` is None where the branch ends.
+    branch stepped over it, `failed` the inequality that failed. Where `symmetry` is
+    "kept" the orbits are their own mirror images, and it happens to the leg's image half a period
+    later too; where it is "broken" those on one side are, those on the other touch the spring.
+    The multipliers are those of orbits on the branch a little before and after. `word_after` is
+    None where the branch ends.
     """
 
     type: str
@@ -49,6 +52,7 @@ class Bifurcation:
     line: str
     surfaces: tuple[str, ...]
     leg: int | None
+    symmetry: str
     interval: tuple[float, float]
     failed: str
     word_before: Word

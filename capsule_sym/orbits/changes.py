@@ -7,6 +7,7 @@ the orbit on which that leg has the duration 0.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +33,7 @@ class Change(NamedTuple):
 
 def around(word: Word, leg: int) -> tuple[int, int, int]:
     """Fields of the legs before, at and after an index."""
-    fields = word.fields
-    return fields[leg - 1], fields[leg], fields[(leg + 1) % len(fields)]
+    return word.neighbour(leg - 1), word.fields[leg], word.neighbour(leg + 1)
 
 
 def _field(in_contact: int, drifting: int) -> int:
@@ -49,14 +49,14 @@ def inserted(
     `z` may be an estimate; `shot` is near it. Raises InvalidInput where the fields are no word.
     """
     fields, i, zero = word.fields, failed.leg, numbers.number(0)
-    f, following = fields[i], fields[(i + 1) % len(fields)]
+    f, following = fields[i], word.neighbour(i + 1)
     if failed.kind == LANDING:
         comes = _field(contact(f), 0 if drift(following) else -drift(f))
         longer = _word((*fields[: i + 1], comes, *fields[i + 1 :]), word)
         kept = tuple(k + (k > i) for k in range(len(word)))
         return Change(longer, np.array([*z[: 5 + i], zero, *z[5 + i :]]), kept), i + 1
     comes = _comes(f, failed.guard)
-    if len(word) == 1:
+    if word.legs[0].guard is None:
         x_r, v_r = _inside(numbers, shot, 0, failed.time)
         angle = shot.spans[0].angle + shot.spans[0].c.omega * failed.time
         start = np.array([x_r, v_r, z[2], angle, zero, z[4]])
@@ -100,12 +100,12 @@ def shortened(
 
     Raises InvalidInput where what is left is no word.
     """
-    n = len(word)
-    if n == 2:
+    n, (before, _, after) = len(word), around(word, leg)
+    merged = before == after
+    if n == 2 and merged:
         return _alone(numbers, word, shot, leg)
     turned = rotated(word, z, shot, leg - 1)
     fields, z = turned.word.fields, turned.z
-    merged = fields[0] == fields[2]
     gone = 2 if merged else 1
     if merged:
         durations = [z[4] + z[5] + z[6], *z[7:]]
@@ -127,10 +127,13 @@ def _alone(numbers: Backend, word: Word, shot: Shot, leg: int) -> tuple[Change, 
     wait = (numbers.full_turn - angle) / span.c.omega
     x_r, v_r = _inside(numbers, shot, 1 - leg, wait)
     zero = numbers.number(0)
-    change = Change(
-        _word((span.leg.field,), word), np.array([x_r, v_r, zero, zero, span.h]), (None, None)
-    )
-    return change, Inequality(MINIMUM, 0, guard, zero, span.h - wait)
+    alone = _word((span.leg.field,), word)
+    change = Change(alone, np.array([x_r, v_r, zero, zero, span.h]), (None, None))
+    # Of what touches the guard before and after, the word has the part from the angle 0 on.
+    turns = math.floor((span.h - wait) / span.h)
+    if word.mirrored and turns % 2:
+        guard = word.legs[1 - leg].image.guard
+    return change, Inequality(MINIMUM, 0, guard, zero, span.h - wait - turns * span.h)
 
 
 def rotated(word: Word, z: Vector, shot: Shot, leg: int) -> Change:
@@ -150,4 +153,4 @@ def _inside(numbers: Backend, shot: Shot, leg: int, h: Number) -> tuple[Number, 
 
 
 def _word(fields: tuple[int, ...], like: Word) -> Word:
-    return Word.of(fields, like.multiple)
+    return Word.of(fields, like.multiple, like.mirrored)

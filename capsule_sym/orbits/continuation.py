@@ -14,10 +14,12 @@ from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, 
 from capsule_sym.orbits.doubling import halved
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import place
-from capsule_sym.orbits.following import FIRST, Follower
-from capsule_sym.orbits.identity import MIRRORED, paired, same
+from capsule_sym.orbits.following import FIRST, Follower, first_half
+from capsule_sym.orbits.identity import same
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym.orbits.symmetry import BROKEN, KEPT, whole
+from capsule_sym.orbits.word import Word
 
 _MOST_POINTS = 20_000
 
@@ -76,9 +78,10 @@ class _Branch:
     """One run along a branch."""
 
     def __init__(self, numbers: Backend, orbit: Orbit, axis: Axis, points: int) -> None:
-        self.follower = Follower(numbers, orbit, (axis,))
+        start = first_half(orbit, (axis,)) or orbit
+        self.follower = Follower(numbers, start, (axis,))
         self.orbit = orbit
-        self.start = self.follower.unknowns(orbit.z, orbit.values)
+        self.start = self.follower.unknowns(start.z, start.values)
         self.axis, self.largest = axis, 1 / points
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
@@ -103,7 +106,7 @@ class _Branch:
 
     def _add(self, state: State) -> None:
         tightest = self.follower.tightest(state)
-        self.points.append(BranchPoint(self._value(state.orbit), state.orbit, tightest))
+        self.points.append(BranchPoint(self._value(state.orbit), whole(state.orbit), tightest))
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
         new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
@@ -114,7 +117,8 @@ class _Branch:
         self._halve(state, new)
         self._add(new)
         if at_border:
-            back = Ending.RETURNED if same(new.orbit, self.orbit) else Ending.TURNED_BACK
+            returned = same(whole(new.orbit), self.orbit)
+            back = Ending.RETURNED if returned else Ending.TURNED_BACK
             ending = Ending.REACHED if new.u[-1] > 0.5 else back
             raise Stop(ending, where(new.orbit, (self.axis,)))
         return new, step
@@ -147,13 +151,14 @@ class _Branch:
                 line="",
                 surfaces=(),
                 leg=None,
+                symmetry=KEPT if orbit.word.mirrored else "",
                 interval=interval,
                 failed="",
-                word_before=old.orbit.word,
-                word_after=None if last else new.orbit.word,
+                word_before=old.orbit.word.whole,
+                word_after=None if last else new.orbit.word.whole,
                 multipliers_before=moduli(old.orbit),
                 multipliers_after=() if last else moduli(new.orbit),
-                orbit=orbit,
+                orbit=whole(orbit),
             )
         )
 
@@ -166,11 +171,9 @@ class _Branch:
             failure = str(error)
         if beside is not None:
             failure = _failure(beside)
-            if failure and paired(located.orbit("numpy"), event.leg):
-                failure = f"{failure} ({MIRRORED})"
-            beside = None if failure else beside
+            beside = None if failure else self.follower.symmetric(beside)
         what = place(located.word, located.shot, event.leg)
-        at = located.orbit("numpy")
+        at = whole(located.orbit("numpy"))
         self.bifurcations.append(
             Bifurcation(
                 type=what.type if what else "corner of higher codimension",
@@ -183,10 +186,11 @@ class _Branch:
                 line=what.line if what else "",
                 surfaces=what.surfaces if what else (),
                 leg=event.leg,
+                symmetry=_symmetry(old, located.word, beside),
                 interval=(self._value(old.orbit), self._value(new.orbit)),
                 failed=event.failed.named(old.orbit.word),
-                word_before=old.orbit.word,
-                word_after=beside.orbit.word if beside else None,
+                word_before=old.orbit.word.whole,
+                word_after=beside.orbit.word.whole if beside else None,
                 multipliers_before=moduli(old.orbit),
                 multipliers_after=moduli(beside.orbit) if beside else (),
                 orbit=at,
@@ -200,10 +204,18 @@ class _Branch:
         return beside
 
 
+def _symmetry(old: State, word: Word, beside: State | None) -> str:
+    """What becomes of the mirror symmetry at an event on the way from one state to another."""
+    if word.mirrored:
+        return KEPT
+    sides = [state.orbit.word.mirrored for state in (old, beside) if state]
+    return BROKEN if any(sides) else ""
+
+
 def _failure(state: State) -> str:
     """Why a state beyond an event is no motion; empty if it is one."""
     word = state.orbit.word
     failed = [one.named(word) for one in state.held if one.value <= 0]
     if failed:
         return f"{' and '.join(failed)} fails in {word} at once"
-    return "" if realised(state.orbit) else f"the map does not follow {word}"
+    return "" if realised(whole(state.orbit)) else f"the map does not follow {word}"

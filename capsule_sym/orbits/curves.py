@@ -13,10 +13,10 @@ from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, noise
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
-from capsule_sym.orbits.identity import MIRRORED, paired
 from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym.orbits.symmetry import KEPT, halved_at, whole
 from capsule_sym.orbits.word import Word
 from capsule_sym.parameters import Parameters
 
@@ -92,8 +92,7 @@ def trace(
 
     The ranges are those of the bifurcation's parameter and of the second, and hold the
     bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
-    fails, the point is located exactly and the curve goes on in the word beyond. There are no
-    points where the event and its mirror image happen together. Raises
+    fails, the point is located exactly and the curve goes on in the word beyond. Raises
     InvalidInput for a second parameter that is none or is the first, and for ranges that are not
     ascending, leave the parameters' own, or do not hold the bifurcation.
     """
@@ -105,10 +104,6 @@ def trace(
         if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
         axes.append(Axis(name, float(low), float(high)))
-    if bifurcation.leg is not None and paired(orbit, bifurcation.leg):
-        here = where(orbit, (axes[0], axes[1]))
-        why = Ending.NO_ADMISSIBLE_ORBIT, f"{MIRRORED}: no curve is followed from {here}"
-        return Curve(bifurcation.type, (first, second), (), (), (why, why))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         one, other = (
             _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)
@@ -154,14 +149,18 @@ class _Curve:
         points: int,
     ) -> None:
         critical = bifurcation.type if bifurcation.type in SMOOTH else None
-        self.follower = Follower(numbers, bifurcation.orbit, axes, bifurcation.leg, critical)
+        orbit, leg = bifurcation.orbit, bifurcation.leg
+        if bifurcation.symmetry == KEPT:
+            orbit, leg = halved_at(orbit, leg) or (orbit, leg)
+        self.orbit = orbit
+        self.follower = Follower(numbers, orbit, axes, leg, critical)
         self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
         self.points: list[CurvePoint] = []
         self.meetings: list[CodimensionTwo] = []
 
     def go(self) -> tuple[Ending, str]:
         """Follow the curve to its end, and say why it ends."""
-        orbit = self.bifurcation.orbit
+        orbit = self.orbit
         u = self.follower.unknowns(orbit.z, orbit.values)
         try:
             state = self.follower.state(u, self._outwards(u))
@@ -182,7 +181,7 @@ class _Curve:
 
     def _back(self, state: State) -> bool:
         """Whether the curve is closed: one step away from its first point, in the same word."""
-        begin = self.bifurcation.orbit
+        begin = self.orbit
         if state.orbit.word != begin.word or len(self.points) < 10:
             return False
         u = self.follower.unknowns(begin.z, begin.values)
@@ -203,10 +202,11 @@ class _Curve:
         leg, values = self.follower.born, self._values(state.orbit)
         line = self._place(state.orbit, leg).line
         orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
+        orbit = whole(orbit)
         if self.follower.critical is not None:
             test = abs(state.tests[self.follower.critical])
             residual = max(residual, test)
-            status = status if test <= noise(orbit) else Status.NOT_CONVERGED
+            status = status if test <= noise(state.orbit) else Status.NOT_CONVERGED
         self.points.append(
             CurvePoint(values, line, orbit, leg, tightest, residual, orbit.iterations, status)
         )
@@ -237,9 +237,9 @@ class _Curve:
                 iterations=one.iterations,
                 status=one.status,
                 failed="",
-                word_before=one.orbit.word,
-                word_after=one.orbit.word,
-                orbit=one.orbit,
+                word_before=one.orbit.word.whole,
+                word_after=one.orbit.word.whole,
+                orbit=whole(one.orbit),
             )
         )
 
@@ -252,6 +252,7 @@ class _Curve:
         stop, beside = None, None
         try:
             beside = self.follower.cross(event)
+            beside = self.follower.symmetric(beside) if beside else None
         except InvalidInput as error:
             stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
         except Stop as error:
@@ -267,9 +268,9 @@ class _Curve:
                 iterations=located.iterations,
                 status=at.status,
                 failed=event.failed.named(old.orbit.word),
-                word_before=old.orbit.word,
-                word_after=beside.orbit.word if beside else None,
-                orbit=at,
+                word_before=old.orbit.word.whole,
+                word_after=beside.orbit.word.whole if beside else None,
+                orbit=whole(at),
             )
         )
         if beside is None:

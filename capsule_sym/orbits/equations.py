@@ -2,7 +2,9 @@
 
 The unknowns are z = (x_r, v_r, v_c, theta, h_1, ..., h_n): state and forcing angle where the first
 leg begins, and the duration of every leg. The n + 4 equations are: each leg's guard vanishes at its
-end; state and forcing angle are those of the start again, the position x_c apart (modulo drift).
+end; state and forcing angle are those of the start again, the position x_c apart (modulo drift). Of
+a motion that is its own mirror image only the first half is solved for: it ends in the image of its
+start, so that what happens twice by symmetry happens once in the equations.
 
 Where a guard vanishes at the leg's start already, that root is divided out: the equations then
 stay regular as the leg shrinks to nothing, and go on beyond, to durations below zero. A motion
@@ -113,12 +115,13 @@ def shoot(numbers: Backend, values: Sequence[Number], word: Word, z: Vector) -> 
         angle_by = angle_by.copy()
         angle_by[4 + i] = angle_by[4 + i] + omega
         angle_by[n + 4 + _OMEGA] = elapsed
+    sign, turn = (-1, numbers.full_turn / 2) if word.mirrored else (1, numbers.full_turn)
     for row in range(3):
-        residual[n + row] = state[row] - z[row]
+        residual[n + row] = state[row] - sign * z[row]
         by[n + row] = state_by[row]
-        by[n + row, row] = by[n + row, row] - 1
+        by[n + row, row] = by[n + row, row] - sign
     _pin(word, values, z, residual, by)
-    residual[n + 3] = omega * elapsed - word.multiple * numbers.full_turn
+    residual[n + 3] = omega * elapsed - word.multiple * turn
     by[n + 3] = angle_by
     by[n + 3, 3] = zero
     return Shot(residual, by[:, : n + 4], by[:, n + 4 :], tuple(spans), advance, advance_by)

@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend
+from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.admissibility import (
     DURATION,
     LANDING,
@@ -22,6 +23,8 @@ from capsule_sym.orbits.events import Located, locate
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.path import Evaluation, Solution, Vector, corrected, tangent
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Step, Stop, where
+from capsule_sym.orbits.symmetry import halved, halved_at, whole
+from capsule_sym.orbits.word import contact
 
 FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
@@ -31,6 +34,16 @@ _TOGETHER = 1e-7  # shares of a step that are one event
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
 _DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
 _DIFFERENCE = 1e-6
+
+
+def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
+    """The first half of an orbit that is its own mirror image; None of any other.
+
+    Where beta varies the spring is stiffless at beta = 0 only.
+    """
+    if any(axis.name == "beta" for axis in axes) and any(map(contact, orbit.word.fields)):
+        return None
+    return halved(orbit)
 
 
 class Follower:
@@ -209,12 +222,16 @@ class Follower:
         return any(one.value <= 0 for one in held)
 
     def _locate(self, old: State, new: State, failed: Inequality, share: float) -> Event | None:
-        orbit = self.orbit(old.u + share * (new.u - old.u))
+        orbit, there = self.orbit(old.u + share * (new.u - old.u)), new.orbit
+        if failed.guard is Guard.GAP:
+            # The second spring is on one side only: its touch has no mirror image.
+            orbit, there = whole(orbit), whole(there)
+        word = orbit.word
         if failed.kind == DURATION:
-            change, leg = Change(self.word, orbit.z, tuple(range(len(self.word)))), failed.leg
+            change, leg = Change(word, orbit.z, tuple(range(len(word)))), failed.leg
         else:
             try:
-                change, leg = inserted(self.numbers, self.word, orbit.z, new.orbit.shot, failed)
+                change, leg = inserted(self.numbers, word, orbit.z, there.shot, failed)
             except InvalidInput:
                 return None
         legs: tuple[int, ...] = (leg,)
@@ -244,10 +261,10 @@ class Follower:
         if failed.kind == LANDING:
             z = np.delete(z, leg + 1)
         elif failed.kind == MINIMUM:
-            if len(self.word) == 1:
+            if self.word.legs[0].guard is None:
                 return None
             z = np.array([*z[:leg], z[leg] + z[leg + 1] + z[leg + 2], *z[leg + 3 :]])
-        return self.unknowns(z, located.values)
+        return self.unknowns(z[: 4 + len(self.word)], located.values)
 
     def cross(self, event: Event) -> State | None:
         """Take over the word beyond an event: a state a little further on; None if there is none.
@@ -256,6 +273,12 @@ class Follower:
         """
         located, failed = event.located, event.failed
         z, leg = located.z, event.leg
+        if (
+            self.word.mirrored
+            and not located.word.mirrored
+            and (self.born is not None or self.critical)
+        ):
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "beyond, the orbit is not its own mirror image")
         self._keep(event.change)
         self.word = located.word
         if failed.kind == DURATION:
@@ -273,6 +296,21 @@ class Follower:
         along = np.zeros(len(u))
         along[index] = 1.0
         return self._beside(u, along)
+
+    def symmetric(self, state: State) -> State:
+        """The state by the first half of its orbit, where that is its own mirror image."""
+        if self.word.mirrored or self.critical is not None:
+            return state
+        if self.born is None:
+            half = first_half(state.orbit, self.axes)
+        else:
+            half, self.born = halved_at(state.orbit, self.born) or (None, self.born)
+        if half is None:
+            return state
+        self.word, count = half.word, len(self.axes)
+        u = self.unknowns(half.z, half.values)
+        along = np.array([*np.zeros(len(u) - count), *state.tangent[-count:]])
+        return self.state(u, along)
 
     def _keep(self, change: Change) -> None:
         if self.born is None:

@@ -1,4 +1,4 @@
-"""Whether two orbits are one, or an orbit is a shorter one traversed again, or its own image."""
+"""Whether two orbits are one, or an orbit is a shorter one traversed again."""
 
 from __future__ import annotations
 
@@ -7,15 +7,10 @@ from math import gcd
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym.orbits.changes import around
 from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.word import Word, contact
+from capsule_sym.orbits.word import Word
 
-MIRRORED = (
-    "two inequalities vanish together, since the orbit is its own mirror image half a period later"
-)
 _SAME = 1e-7  # states of one orbit, found twice, differ by less
-_SAMPLES = 16
 
 
 def same(orbit: Orbit, other: Orbit) -> bool:
@@ -42,30 +37,6 @@ def primitive(orbit: Orbit) -> Orbit:
         ):
             return found
     return orbit
-
-
-def mirrored(orbit: Orbit) -> bool:
-    """Whether an orbit is its own mirror image: all of (x_r, v_r, v_c) reversed half a turn later.
-
-    That is a symmetry of the capsule while the second spring exerts no force. Over an even number
-    of excitation periods no orbit is its own image.
-    """
-    if orbit.word.multiple % 2 == 0:
-        return False
-    run, half = orbit.trajectory(), orbit.word.multiple * orbit.parameters.period / 2
-    begin = float(run.origin[0].phase)
-    times = begin + half * np.arange(_SAMPLES) / _SAMPLES
-    states, later = run(times), run(times + half)
-    return bool(abs(states + later).max() < _SAME * (1 + abs(states).max()))
-
-
-def paired(orbit: Orbit, leg: int) -> bool:
-    """Whether what happens at a leg of duration 0 happens to the leg's mirror image too.
-
-    It does to an orbit that is its own image, but for a switch at the one second spring.
-    """
-    before, during, after = (contact(field) for field in around(orbit.word, leg))
-    return before == during == after and mirrored(orbit)
 
 
 def _alike(orbit: Orbit, leg: int, other: Orbit, its: int) -> bool:

@@ -176,7 +176,8 @@ def close(
 def _stick_guess(numbers: Backend, values: Sequence[Number], word: Word) -> list[Number]:
     if word.legs[0].guard is not None:
         raise InvalidInput("guess", None, "given for a word with switches")
-    period = word.multiple * numbers.full_turn / values[PARAMETERS.index("omega")]
+    turn = numbers.full_turn / 2 if word.mirrored else numbers.full_turn
+    period = word.multiple * turn / values[PARAMETERS.index("omega")]
     return [numbers.number(0)] * 4 + [period]
 
 

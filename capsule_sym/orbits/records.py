@@ -86,6 +86,7 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
         "word_after": _names(one.word_after) if one.word_after else None,
         "multipliers_before": _complex(one.multipliers_before),
         "multipliers_after": _complex(one.multipliers_after),
+        "symmetry": one.symmetry or None,
         "segment": None if one.leg is None else _number(one.orbit.word, one.leg),
         "orbit": _place(one.orbit),
     }
@@ -156,6 +157,7 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
             **_convergence(one),
             "word_before": str(one.word_before),
             "word_after": str(one.word_after) if one.word_after else "",
+            "symmetry": one.symmetry,
             "failed": one.failed,
         }
         for one in bifurcations

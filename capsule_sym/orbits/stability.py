@@ -22,7 +22,7 @@ from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.trajectory import Segment, Trajectory
 from capsule_sym.orbits.closed import ClosedForms
-from capsule_sym.orbits.equations import Matrix, Span, Vector
+from capsule_sym.orbits.equations import Matrix, Vector
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.word import drift
 
@@ -52,9 +52,13 @@ def saltation(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
 
 
 def monodromy(orbit: Orbit) -> Matrix:
-    """Monodromy matrix (3, 3) of the state over the orbit, at the phase where it begins."""
+    """Monodromy matrix (3, 3) of the state over the orbit, at the phase where it begins.
+
+    Of the first half of a motion that is its own mirror image it is the matrix of half the period
+    and the reflection: its square is that of the motion.
+    """
     with backend(orbit.backend) as numbers:
-        return _product(numbers, orbit.shot.spans, 0)
+        return _product(numbers, orbit, 0)
 
 
 def multipliers(orbit: Orbit) -> NDArray[np.complex128]:
@@ -66,22 +70,29 @@ def multipliers(orbit: Orbit) -> NDArray[np.complex128]:
     spans = orbit.shot.spans
     sticking = [i for i, span in enumerate(spans) if not span.c.drift]
     with backend(orbit.backend) as numbers:
-        matrix = _product(numbers, spans, sticking[0] if sticking else 0)
+        matrix = _product(numbers, orbit, sticking[0] if sticking else 0)
         size = 2 if sticking else 3
         values = np.zeros(3, dtype=complex)
         values[:size] = np.linalg.eigvals(matrix[:size, :size].astype(float))
+    if orbit.word.mirrored:
+        values = values**2
     return values[np.argsort(-abs(values), kind="stable")]
 
 
-def _product(numbers: Backend, spans: tuple[Span, ...], first: int) -> Matrix:
+def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
     """Product of Jacobians and saltation matrices over the legs from `first` on."""
-    order = spans[first:] + spans[:first]
-    product: Matrix = np.zeros((3, 3)) * numbers.number(1) + np.eye(3, dtype=int)
-    for span, following in zip(order, order[1:] + order[:1], strict=True):
+    spans, word = orbit.shot.spans, orbit.word
+    n, forms = len(spans), ClosedForms(numbers, orbit.values)
+    sign = -1 if word.mirrored else 1
+    product: Matrix = np.zeros((3, 3)) * numbers.number(1) + sign * np.eye(3, dtype=int)
+    # The reflection is -1 in all of the state, so that it does not matter where it is taken.
+    for k in (*range(first, n), *range(first)):
+        span = spans[k]
         product = span.matrix[:3, :3] @ product
         if span.leg.guard is Guard.DRIFT:
             cosine, _ = numbers.cos_sin(span.angle + span.c.omega * span.h)
-            product = saltation(span.c, following.c, span.end, cosine) @ product
+            after = forms.constants(word.neighbour(k + 1))
+            product = saltation(span.c, after, span.end, cosine) @ product
     return product
 
 

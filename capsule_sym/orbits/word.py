@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.expansion import Guard
@@ -12,6 +12,7 @@ from capsule_sym.map.itinerary import cyclic_start
 from capsule_sym.map.trajectory import SteadyMotion, shortened
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
+_OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}
 
 
 def contact(field: int) -> int:
@@ -22,6 +23,11 @@ def contact(field: int) -> int:
 def drift(field: int) -> int:
     """Direction in which the capsule drifts: 1, 0 (it sticks) or -1."""
     return 1 - (field - 1) % 3
+
+
+def mirror(field: int) -> int:
+    """The field of the mirror image (-x_r, -v_r, -v_c), without contact of the second spring."""
+    return 2 + drift(field)
 
 
 def guard_between(field: int, following: int) -> Guard:
@@ -48,13 +54,24 @@ class Leg:
     field: int
     guard: Guard | None
 
+    @property
+    def image(self) -> Leg:
+        """The leg of the mirror image; it has no contact."""
+        guard = self.guard and _OPPOSITE.get(self.guard, self.guard)
+        return Leg(mirror(self.field), guard)
+
 
 @dataclass(frozen=True)
 class Word:
-    """The legs of one period of a motion, in cyclic order, over `multiple` excitation periods."""
+    """The legs of one period of a motion, in cyclic order, over `multiple` excitation periods.
+
+    With `mirrored` they are those of the first half of a motion that is its own mirror image: the
+    images of the legs follow them, the second spring is not in contact, `multiple` is odd.
+    """
 
     legs: tuple[Leg, ...]
     multiple: int = 1
+    mirrored: bool = False
 
     def __post_init__(self) -> None:
         if isinstance(self.multiple, bool) or not isinstance(self.multiple, int):
@@ -63,7 +80,7 @@ class Word:
             raise InvalidInput("multiple", self.multiple, "a whole number >= 1")
 
     @classmethod
-    def of(cls, fields: Iterable[int], multiple: int = 1) -> Word:
+    def of(cls, fields: Iterable[int], multiple: int = 1, mirrored: bool = False) -> Word:
         """The word of these fields; the guards follow from each field and the next one.
 
         Raises InvalidInput for a field that does not exist, a succession that no single guard
@@ -74,12 +91,12 @@ class Word:
             if field not in range(1, 7):
                 raise InvalidInput("word", order, "fields from 1 to 6")
         if len(order) == 1 and drift(order[0]) == 0:
-            return cls((Leg(order[0], None),), multiple)
-        if len(order) < 2:
+            return cls((Leg(order[0], None),), multiple, mirrored)
+        if len(order) < 2 and not mirrored:
             raise InvalidInput("word", order, "one sticking field, or two fields and more")
-        following = order[1:] + order[:1]
+        following = (*order[1:], mirror(order[0]) if mirrored else order[0])
         legs = (Leg(a, guard_between(a, b)) for a, b in zip(order, following, strict=True))
-        return cls(tuple(legs), multiple)
+        return cls(tuple(legs), multiple, mirrored)
 
     @classmethod
     def parse(cls, text: str, multiple: int = 1) -> Word:
@@ -102,12 +119,28 @@ class Word:
 
     def __str__(self) -> str:
         """The cycle as it is written, wherever this word begins."""
-        return " ".join(self.cyclic.names)
+        return " ".join(self.whole.cyclic.names)
 
     @property
     def fields(self) -> tuple[int, ...]:
         """Numbers of the fields, such as (5, 2)."""
         return tuple(leg.field for leg in self.legs)
+
+    @property
+    def whole(self) -> Word:
+        """The word of the whole motion, where this one is of its first half."""
+        if not self.mirrored:
+            return self
+        legs = self.legs
+        # Stick without an end is one leg.
+        images = tuple(leg.image for leg in legs) if legs[0].guard else ()
+        return Word(legs + images, self.multiple)
+
+    def neighbour(self, index: int) -> int:
+        """The field at an index from -1, the last leg before the first, to the word's length."""
+        n = len(self.legs)
+        field = self.legs[index % n].field
+        return field if 0 <= index < n or not self.mirrored else mirror(field)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,7 +160,9 @@ class Word:
     def rotated(self, start: int) -> Word:
         """The same cycle begun at leg `start`."""
         start %= len(self.legs)
-        return Word(self.legs[start:] + self.legs[:start], self.multiple)
+        first = self.legs[:start]
+        rest = tuple(leg.image for leg in first) if self.mirrored else first
+        return replace(self, legs=self.legs[start:] + rest)
 
     def zeros(self, index: int) -> int:
         """How many derivatives of a leg's guard, from itself on, vanish at the leg's start.

@@ -1,13 +1,11 @@
-"""Orbits that are one, that repeat themselves, and that are their own mirror image."""
+"""Orbits that are one, and that repeat themselves."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.events import ADDING, GRAZING
-from capsule_sym.orbits.identity import mirrored, paired, primitive, same
+from capsule_sym.orbits.identity import primitive, same
 from capsule_sym.orbits.orbit import Orbit, close
 from capsule_sym.orbits.word import Word
 from tests.orbits.branches import settled
@@ -53,26 +51,3 @@ def test_a_period_doubled_orbit_is_no_shorter_one() -> None:
     assert orbit.word.fields[:half] == orbit.word.fields[half:]
     assert abs(np.diff(orbit.durations[::half])) > 1e-3
     assert primitive(orbit) is orbit
-
-
-def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
-    stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
-    assert len(stick.word) == 1
-    assert sliding.word.cyclic.fields == (2, 1, 2, 3)
-    assert mirrored(stick)
-    assert mirrored(sliding)
-    # The second spring is on one side only; without stiffness it is on none.
-    assert not mirrored(settled(alpha=0.6))
-    assert mirrored(settled(alpha=0.6, beta=0.0))
-    assert not mirrored(twice(sliding))
-
-
-def test_only_what_the_spring_does_not_do_happens_twice() -> None:
-    grazing, sliding = (
-        follow(settled(alpha=begin, delta=delta), "alpha", end, points=5).bifurcations[0]
-        for begin, delta, end in ((0.005, 0.02, 0.01), (0.3, 5.0, 0.4))
-    )
-    assert (grazing.type, sliding.type) == (GRAZING, ADDING)
-    assert mirrored(grazing.orbit)
-    assert not paired(grazing.orbit, grazing.leg)
-    assert paired(sliding.orbit, sliding.leg)

@@ -1,0 +1,205 @@
+"""Orbits that are their own mirror image: followed through events that happen twice a period."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from itertools import groupby
+
+import numpy as np
+import pytest
+from scipy.linalg import sqrtm
+from scipy.optimize import fsolve
+
+from capsule_sym.map import simulate
+from capsule_sym.map.backend import backend
+from capsule_sym.orbits.continuation import Branch, follow
+from capsule_sym.orbits.curves import trace
+from capsule_sym.orbits.equations import shoot
+from capsule_sym.orbits.events import ADDING, CORNER, CROSSING, GRAZING
+from capsule_sym.orbits.stability import monodromy, multipliers
+from capsule_sym.orbits.states import Ending
+from capsule_sym.orbits.symmetry import halved, mirrored, whole
+from capsule_sym.orbits.word import Word
+from capsule_sym.parameters import Parameters
+from tests.orbits.branches import settled
+from tests.orbits.test_identity import twice
+
+SCENARIO = [ADDING, GRAZING, CROSSING, CROSSING, CORNER]
+
+
+@lru_cache
+def over_alpha(begin: float, end: float, **parameters: float) -> Branch:
+    return follow(settled(alpha=begin, **parameters), "alpha", end)
+
+
+def first_slip(omega: float, zeta: float, f_b: float = 1.0) -> float:
+    """Amplitude at which the force of the one spring on a capsule at rest reaches its friction."""
+    damper = 2j * zeta * omega
+    return f_b * abs(1 - omega**2 + damper) / abs(1 + damper)
+
+
+def plain(fields: tuple[int, ...]) -> tuple[int, ...]:
+    """Fields without contact, a field that follows itself taken once, cyclically."""
+    once = [field for field, _ in groupby((field - 1) % 3 + 1 for field in fields)]
+    return tuple(once[:-1]) if len(once) > 1 and once[0] == once[-1] else tuple(once)
+
+
+def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
+    stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
+    assert len(stick.word) == 1
+    assert sliding.word.cyclic.fields == (2, 1, 2, 3)
+    assert mirrored(stick)
+    assert mirrored(sliding)
+    # The second spring is on one side only; without stiffness it is on none.
+    assert not mirrored(settled(alpha=0.6))
+    assert mirrored(settled(alpha=0.6, beta=0.0))
+    assert not mirrored(twice(sliding))
+
+
+@pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
+def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
+    branch = over_alpha(begin, end, delta=1.2)
+    assert branch.ending is Ending.REACHED
+    found = sorted(branch.bifurcations, key=lambda one: one.value)
+    assert [one.type for one in found] == SCENARIO
+    assert [one.symmetry for one in found] == ["kept", "broken", "", "", ""]
+    expected = first_slip(found[0].orbit.parameters.omega, found[0].orbit.parameters.zeta)
+    assert abs(found[0].value - expected) < 8 * 2**-53 + found[0].uncertainty
+    # Started beside the orbit the certified map alone settles on the words on either side.
+    for one in found:
+        words = [one.word_before, one.word_after][:: 1 if end > begin else -1]
+        span = one.orbit.shot.spans[0]
+        for side, word in zip((-1e-6, 1e-6), words, strict=True):
+            parameters = Parameters(alpha=one.value + side, delta=1.2)
+            phase = float(span.angle) / parameters.omega % parameters.period
+            run = simulate(parameters, [float(v) for v in span.start], phase, 200)
+            motion = run.steady(1e-9)
+            assert motion is not None
+            assert motion.word == word.cyclic.names, (one.type, side)
+
+
+def test_what_never_sticks_is_reached_and_left() -> None:
+    up, down = over_alpha(0.5, 1.5, delta=5.0), over_alpha(1.5, 0.5, delta=5.0)
+    for branch in (up, down):
+        assert branch.ending is Ending.REACHED
+        assert [one.type for one in branch.bifurcations] == [CROSSING]
+    one, other = up.bifurcations[0], down.bifurcations[0]
+    assert (str(one.word_before), str(one.word_after)) == ("F2 F1 F2 F3", "F1 F3")
+    assert (str(other.word_before), str(other.word_after)) == ("F1 F3", "F2 F1 F2 F3")
+    assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty < 1e-12
+    assert one.value == pytest.approx(never_sticking(), abs=1e-12)
+
+
+def never_sticking() -> float:
+    """The least amplitude without stick of the free capsule, from its equations of motion.
+
+    Half a period of drift is a linear system: its end is the reversed start. At the least amplitude
+    the force of the spring is f_b where the drift begins.
+    """
+    parameters = Parameters(delta=5.0)
+    omega, zeta, gamma = parameters.omega, parameters.zeta, parameters.gamma
+    half = np.pi / omega
+    # x_r'' + (1 + 1/gamma)(x_r + 2 zeta v_r) = alpha cos(omega tau) + s f_b / gamma, s = sign v_c
+    k = 1 + 1 / gamma
+    matrix = np.array([[0.0, 1.0], [-k, -2 * zeta * k]])
+    values, vectors = np.linalg.eig(matrix)
+    carried = ((vectors * np.exp(values * half)) @ np.linalg.inv(vectors)).real
+    rest = np.array([1 / (gamma * k), 0.0])  # where a drift with s = 1 would come to rest
+
+    def forced(angle: float) -> np.ndarray:
+        """x_r and v_r of the response to the forcing alone, of amplitude 1."""
+        x = np.exp(1j * angle) / (k - omega**2 + 2j * zeta * omega * k)
+        return np.array([x.real, (1j * omega * x).real])
+
+    # Half a period from v_c = 0 with s = 1: the state is reversed, v_c is 0 again.
+    free = np.linalg.solve(carried + np.eye(2), -2 * rest)
+
+    def conditions(unknowns: np.ndarray) -> list[float]:
+        alpha, angle = unknowns
+        x, v = rest + free + alpha * forced(angle)
+        # gamma v_c' = x_r + 2 zeta v_r - s f_b, and v_m + gamma v_c changes by forcing and friction
+        momentum = 2 * v - (2 * alpha / omega) * np.sin(angle) - half
+        return [x + 2 * zeta * v - 1, momentum]
+
+    found, _, status, message = fsolve(conditions, [1.0, -1.0], xtol=1e-14, full_output=True)
+    assert status == 1, message
+    return float(found[0])
+
+
+def test_a_spring_without_stiffness_does_not_matter() -> None:
+    branch, far = over_alpha(0.1, 1.5, beta=0.0), over_alpha(0.1, 1.5, delta=50.0)
+    assert branch.ending is far.ending is Ending.REACHED
+    assert [one.type for one in branch.bifurcations] == [ADDING, CROSSING]
+    for one, other in zip(branch.bifurcations, far.bifurcations, strict=True):
+        assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
+    for point in branch.points[::10]:
+        motion = settled(alpha=point.value, beta=0.0).word.cyclic.fields
+        words = [plain(motion[i:] + motion[:i]) for i in range(len(motion))]
+        assert point.orbit.word.fields in words
+
+
+def test_a_curve_of_pairs_is_the_closed_form() -> None:
+    one = over_alpha(0.1, 2.0, delta=1.2).bifurcations[0]
+    for second, ends in (("gamma", (1.0, 5.0)), ("zeta", (0.01, 0.3)), ("omega", (0.5, 1.5))):
+        curve = trace(one, second, ((0.05, 2.0), ends), points=8)
+        assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+        for point in curve.points:
+            values = dict(zip(curve.parameters, point.values, strict=True))
+            base = {"omega": one.orbit.parameters.omega, "zeta": one.orbit.parameters.zeta}
+            slip = first_slip(**{name: values.get(name, base[name]) for name in base})
+            assert values["alpha"] == pytest.approx(slip, abs=1e-13)
+
+
+def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> None:
+    branch = over_alpha(0.1, 2.0, delta=1.2)
+    one = next(one for one in branch.bifurcations if one.type == CROSSING)
+    curve = trace(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
+    assert [m.types for m in curve.codimension_two] == [(CROSSING, GRAZING)]
+    alpha, delta = curve.codimension_two[0].values
+    assert alpha == pytest.approx(never_sticking(), abs=1e-12)
+    orbit = settled(alpha=alpha - 1e-9, delta=50.0)
+    run, period = orbit.trajectory(), orbit.parameters.period
+    times = float(run.origin[0].phase) + period * np.linspace(1e-9, 1 - 1e-9, 20_001)
+    assert delta == pytest.approx(run(times)[:, 0].max(), abs=1e-7)
+
+
+def test_half_a_motion_has_the_equations_of_the_whole() -> None:
+    for orbit in (settled(alpha=a, delta=5.0) for a in (0.3, 0.6, 1.5)):
+        half = halved(orbit)
+        assert half is not None
+        again = whole(half)
+        assert str(half.word) == str(again.word) == str(orbit.word)
+        assert again.residual < 1e-13
+        assert again.z == pytest.approx(orbit.z, abs=1e-12)
+        assert np.sort(abs(multipliers(half))) == pytest.approx(np.sort(abs(multipliers(orbit))))
+        # Its derivatives are those of finite differences.
+        with backend("numpy") as numbers:
+            for k in range(len(half.z)):
+                step = np.zeros(len(half.z))
+                step[k] = 1e-6
+                ends = [shoot(numbers, half.values, half.word, half.z + s * step) for s in (1, -1)]
+                slope = (ends[0].residual - ends[1].residual) / 2e-6
+                assert half.shot.by_z[:, k] == pytest.approx(slope, abs=1e-7)
+    assert halved(settled(alpha=0.6)) is None
+
+
+def test_a_half_word_ends_in_the_image_of_its_first_field() -> None:
+    word = Word.of((1, 2), mirrored=True)
+    assert word.whole == Word.of((1, 2, 3, 2))
+    assert word.rotated(1).whole == Word.of((2, 3, 2, 1))
+    assert [word.neighbour(i) for i in (-1, 0, 1, 2)] == [2, 1, 2, 3]
+    assert Word.of((1,), mirrored=True).whole == Word.of((1, 3))
+    assert Word.of((2,), mirrored=True).whole == Word.of((2,))
+
+
+def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:
+    # The energy of the difference of two motions never grows: see the module.
+    random = np.random.default_rng(5)
+    for _ in range(10):
+        alpha, omega, zeta, gamma = random.uniform([0.3, 0.3, 0.005, 0.3], [3, 3, 0.3, 10])
+        orbit = settled(alpha=alpha, omega=omega, zeta=zeta, gamma=gamma, delta=50.0)
+        energy = np.array([[1, 0, 0], [0, 1, 1], [0, 1, 1 + gamma]])
+        root = sqrtm(energy)
+        carried = root @ monodromy(orbit) @ np.linalg.inv(root)
+        assert np.linalg.norm(carried, 2) <= 1 + 1e-12
