@@ -61,10 +61,12 @@ cdef extern from "capsule.h" nogil:
         int position
         capsule_watch *watch
         int lanes, precision
+        capsule_event *first
     ctypedef struct capsule_crew:
         pass
     void capsule_run_many(const capsule_many *, size_t, int64_t, capsule_crew *)
     int capsule_lanes()
+    int capsule_widest()
     const char *capsule_digest()
 
 cdef extern from *:
@@ -97,6 +99,11 @@ def digest():
 def lanes():
     """How many runs are taken side by side on this processor: 8 (AVX-512), 4 (AVX2) or 1."""
     return capsule_lanes()
+
+
+def widths():
+    """The numbers of lanes that runs can be asked to go by, besides one."""
+    return tuple(width for width in (4, 8) if width <= capsule_widest())
 
 
 ctypedef struct attention:
@@ -414,6 +421,7 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     many.position = position
     many.lanes = lanes
     many.precision = precision
+    many.first = NULL
     many.watch = _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         capsule_run_many(&many, count, periods, work.crew)
@@ -425,6 +433,40 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     if refused:
         raise ValueError("no runs from some of the states")
     return left_open
+
+
+def first_switches(const double[:, ::1] parameters, states, int64_t periods, events, int lanes):
+    """Runs every row up to its first switch, `lanes` side by side; `events` (of EVENT) receives it.
+
+    The field of an event is 0 where none came before the end of period `periods` or where its run
+    stays open, which the stops that are returned tell. A state's `plane` is 0 where lanes found the
+    switch, not the code for what they leave open.
+    """
+    if events.dtype != EVENT:
+        raise TypeError("events must be of dtype EVENT")
+    if len(events) != len(states):
+        raise ValueError("there must be an event for each state")
+    stops = np.zeros(len(states), dtype=np.int8)
+    _check_rows(parameters, states)
+    cdef int8_t[::1] why = stops
+    cdef char[::1] at = states.view("i1")
+    cdef char[::1] to = events.view("i1")
+    cdef size_t count = len(states)
+    cdef capsule_crew *crew = <capsule_crew *> malloc(sizeof(capsule_crew))
+    if crew is NULL:
+        raise MemoryError()
+    cdef capsule_many many
+    memset(&many, 0, sizeof(many))
+    many.stride = 1
+    many.parameters = <const capsule_parameters *> &parameters[0, 0]
+    many.states = <capsule_state *> &at[0]
+    many.stops = &why[0]
+    many.first = <capsule_event *> &to[0]
+    many.lanes = lanes
+    with nogil:
+        capsule_run_many(&many, count, periods, crew)
+    free(crew)
+    return stops
 
 
 def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strobe,

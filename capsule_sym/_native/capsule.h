@@ -101,6 +101,9 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
    differ. */
 int capsule_lanes(void);
 
+/* How many it may be asked to take: more than those only in a build for tests of all widths. */
+int capsule_widest(void);
+
 /* Goes on from `state` until the end of excitation period `periods` (forcing angle 0), and leaves
    in `state` where it came to. `written` counts segments or events; `open` tells, where the run
    stops at CAPSULE_OPEN, what stayed open; the state is then the start of that segment. */
@@ -118,6 +121,8 @@ typedef struct {
     capsule_watch *watch;                 /* or null; runs that it stops can go on, too */
     int lanes;                            /* 8, 4 or 1; 0 for as many as the processor has */
     int precision;                        /* a capsule_precision, of what runs alone */
+    capsule_event *first; /* or null: receives each run's first switch, where the run pauses with
+                             CAPSULE_FULL; of its state `plane` is 0 if lanes found it */
 } capsule_many;
 
 #define CAPSULE_CREW 128  /* runs in hand at a time */

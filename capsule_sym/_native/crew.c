@@ -82,10 +82,20 @@ static capsule_wish wish_of(const work *w, size_t row)
         .precision = many->precision};
 }
 
+/* The wish of a run alone up to its next switch. */
+static capsule_wish wish_of_one(const work *w, size_t row, capsule_event *event)
+{
+    capsule_wish wish = wish_of(w, row);
+    wish.events = event;
+    wish.room = 1;
+    return wish;
+}
+
 /* Runs the next row by the scalar code. */
 static void alone(work *w)
 {
-    const capsule_wish wish = wish_of(w, w->next);
+    capsule_event *first = w->many->first ? &w->many->first[w->next] : NULL;
+    const capsule_wish wish = first ? wish_of_one(w, w->next, first) : wish_of(w, w->next);
     capsule_outcome open;
     size_t written;
     capsule_map_remake(&w->many->parameters[w->next], &w->crew->map);
@@ -113,10 +123,14 @@ static void begin(work *w, int slot, capsule_state state, int help)
         size_t written;
         if (help || crew->map.may_rest) {
             capsule_event event;
-            capsule_wish wish = wish_of(w, row);
-            wish.events = crew->map.may_rest ? NULL : &event;
-            wish.room = 1;
+            const int whole = crew->map.may_rest && !many->first;
+            const capsule_wish wish = whole ? wish_of(w, row) : wish_of_one(w, row, &event);
             stop = capsule_run(&crew->map, &state, w->periods, &wish, &written, &open);
+            if (many->first && written) {
+                many->first[row] = event;
+                leave(w, slot, stop, &state);
+                return;
+            }
         } else if (state.turn >= w->periods) {
             stop = CAPSULE_DONE;
         }
@@ -194,7 +208,7 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
     }
     int field = crew->key[slot] / KEYS + 1, key = crew->key[slot] % KEYS;
     if (crossing) {
-        const int way = (int)number[WAY];
+        const int way = (int)number[WAY], left = field;
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;
         field = FIELD_OF[out->contact >> l & 1][way + 1];
@@ -203,6 +217,14 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
             .angle = number[ANGLE], .angle_rest = number[ANGLE_REST],
             .position = number[POSITION], .turn = crew->turn[slot],
             .bound = number[SECOND_ZEROS] == 2.0 ? way : 0, .field = field};
+        if (w->many->first) {
+            const double v_r = number[V_R], v_c = number[V_C];
+            w->many->first[crew->row[slot]] = (capsule_event){
+                .turn = crew->turn[slot], .angle = number[ANGLE], .field = left,
+                .plane = v_c == 0.0 ? field : IMPACT_PLANE[v_c > 0.0][v_r > 0.0]};
+            leave(w, slot, CAPSULE_FULL, &crew->start[slot]);
+            return;
+        }
     } else if (crew->expansions[slot] == MOST_BESIDE) {
         begin(w, slot, crew->start[slot], 1);
         return;
@@ -261,6 +283,11 @@ static void work_through(work *w, size_t end)
     }
 }
 
+int capsule_widest(void)
+{
+    return CAPSULE_ANY_WIDTH && capsule_lanes() > 1 ? 8 : capsule_lanes();
+}
+
 static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
 {
     return p->omega == q->omega && p->zeta == q->zeta && p->beta == q->beta &&
@@ -269,12 +296,12 @@ static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
 
 void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew)
 {
-    const int widest = capsule_lanes(), asked = many->lanes;
-    work w = {crew, many, periods, NULL, asked == 1 || asked == 4 || asked == 8 ? asked : widest, 0, 0};
+    const int widest = capsule_widest(), asked = many->lanes;
+    work w = {crew, many, periods, NULL, capsule_lanes(), 0, 0};
     if (!many->stride)
         return;
-    if (w.lanes > widest && !CAPSULE_ANY_WIDTH)
-        w.lanes = widest;
+    if (asked == 1 || asked == 4 || asked == 8)
+        w.lanes = asked < widest ? asked : widest;
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
     w.step = w.lanes == 8 ? capsule_step_8 : capsule_step_4;
 #endif

@@ -23,6 +23,7 @@ from capsule_sym.errors import Outcome
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.generated.switching import FIELDS
 from capsule_sym.hardcases.judge import CONTRACT, WIDE, Start, error, names
+from capsule_sym.hardcases.lanes import LaneSwitch, first_switch
 from capsule_sym.hardcases.starts import RandomStart, random_start
 from capsule_sym.map import Segment
 from capsule_sym.map.backend import Backend, default_backend
@@ -48,7 +49,8 @@ class Tally:
     `disagreements` are starts where another field takes over or another guard fires than in 50
     digits, `inaccurate` those whose switching time is outside the accuracy contract.
 
-    `backends` counts the starts that each backend was judged on; the default backend takes all.
+    `backends` counts the starts that each backend was judged on; the default backend takes all. Of
+    those side by side in lanes, `alone` counts what the lanes left to the code for one run.
     `settled` are starts that double precision left open and 50 digits decided, `undecided` those
     that stay open (a tangency or corner to 50 digits); `distances` gives starts, settled and
     undecided by the decade of the start's distance from a degenerate one. `worst` is the largest
@@ -61,6 +63,7 @@ class Tally:
     worst: float = 0.0
     seconds: float = 0.0
     backends: dict[str, int] = field(default_factory=dict)
+    alone: dict[str, int] = field(default_factory=dict)
     kinds: dict[str, int] = field(default_factory=dict)
     outcomes: dict[str, int] = field(default_factory=dict)
     distances: dict[str, list[int]] = field(default_factory=dict)
@@ -74,7 +77,7 @@ class Tally:
         self.undecided += other.undecided
         self.seconds += other.seconds
         self.worst = max(self.worst, other.worst)
-        for name in ("backends", "kinds", "outcomes"):
+        for name in ("backends", "alone", "kinds", "outcomes"):
             setattr(self, name, dict(Counter(getattr(self, name)) + Counter(getattr(other, name))))
         for decade, counts in other.distances.items():
             before = self.distances.get(decade, [0, 0, 0])
@@ -120,7 +123,7 @@ def code() -> str:
 
     here = Path(__file__).parent
     files = sorted(here.parent.glob("map/*.py"))
-    files += [here / f"{name}.py" for name in ("adversarial", "judge", "starts")]
+    files += [here / f"{name}.py" for name in ("adversarial", "judge", "lanes", "starts")]
     parts = [DIGEST.encode(), *map(_meaning, files)]
     if core is not None:
         parts.append(Path(str(core.__file__)).read_bytes())
@@ -165,28 +168,29 @@ def chunk(seed: int, number: int) -> Tally:
         start = random_start(random)
         reference = ["numpy"] if index % _REFERENCE == 0 else []
         ways = [default_backend(), *([WIDE] if core is not None else []), *reference]
-        tally.add(compare(start, ways))
+        tally.add(compare(start, ways, () if core is None else core.widths()))
     tally.seconds = perf_counter() - began
     return tally
 
 
-def compare(random: RandomStart, backends: Iterable[str]) -> Tally:
-    """One start: the field that takes over and its first switch, in double and in 50 digits."""
+def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] = ()) -> Tally:
+    """One start: the field that takes over and its first switch, in double and in 50 digits.
+
+    `widths` are numbers of lanes, in one of which the start goes as well.
+    """
     start = random.start
     with fifty_digits() as numbers:
         true = _first_switch(numbers, start)
         tally = Tally(starts=1, kinds={random.kind: 1})
-        for name in dict.fromkeys(backends):
-            found = start.run(name)
+
+        def judge(name: str, found: LaneSwitch | None) -> None:
             tally.backends[name] = 1
-            tally.settled = int(tally.settled or (found.settled > 0 and name != WIDE))
-            segment = found.segments[0] if found.segments else None
-            problem, off = _problem(numbers, start, segment, *true)
+            problem, off = _problem(numbers, start, found, *true)
             tally.worst = max(tally.worst, off)
             record = {
                 "backend": name,
                 "kind": random.kind,
-                "problem": problem or f"F{segment.field if segment else 0} off by {off:.1f}",
+                "problem": problem or f"F{found.field if found else 0} off by {off:.1f}",
                 "parameters": start.parameters.to_dict(),
                 "state": list(start.state),
                 "phase": start.phase,
@@ -195,6 +199,18 @@ def compare(random: RandomStart, backends: Iterable[str]) -> Tally:
                 tally.disagreements.append(record)
             elif off > CONTRACT:
                 tally.inaccurate.append(record)
+
+        segment = None
+        for name in dict.fromkeys(backends):
+            found = start.run(name)
+            tally.settled = int(tally.settled or (found.settled > 0 and name != WIDE))
+            segment = found.segments[0] if found.segments else None
+            judge(name, _switch(segment) if segment else None)
+        for width in widths:
+            name, switch = f"c, {width} lanes", first_switch(numbers, start, width)
+            tally.alone[name] = int(switch is None or switch.alone)
+            if switch is not None:  # what stays open goes to 50 digits as it is
+                judge(name, switch)
         outcome = segment.outcome if segment else Outcome.UNDECIDED
         tally.undecided = int(true[1] is None or not true[1].certain)
         tally.outcomes = {str(outcome): 1}
@@ -219,36 +235,51 @@ def _first_switch(numbers: Backend, start: Start) -> tuple[Departure | None, Swi
 def _problem(
     numbers: Backend,
     start: Start,
-    segment: Segment | None,
+    switch: LaneSwitch | None,
     departure: Departure | None,
     true: Switch | None,
 ) -> tuple[str, float]:
-    """What is wrong with a segment, empty if nothing is, and the error of its duration."""
-    found = f"F{segment.field}" if segment else "no field"
+    """What is wrong with a first switch, empty if nothing is, and the error of its duration."""
+    found = f"F{switch.field}" if switch else "no field"
     expected = f"F{departure.field}" if departure else "no field"
-    if segment is None or departure is None or true is None or found != expected:
+    if (
+        switch is None
+        or departure is None
+        or true is None
+        or switch.field
+        not in (
+            departure.field,
+            0,
+        )
+    ):
         return ("" if found == expected else f"{found} takes over, not {expected}"), 0.0
-    fired = _fired(segment)
+    fired = _fired(switch)
     if fired not in (true.guards or (None,)):
         return f"{found}: {fired.value if fired else 'none'}, not {names(true)}", 0.0
     if not true.guards:
         return "", 0.0
     # With M = 0 the error is larger than it is.
-    off = float(abs(segment.duration / true.duration - 1)) * 2**53 if true.duration else math.inf
+    off = float(abs(switch.duration / true.duration - 1)) * 2**53 if true.duration else math.inf
     if off > _SMALL:
-        judged = error(numbers, start.parameters, departure, segment.duration, true, _SMALL)
+        judged = error(numbers, start.parameters, departure, switch.duration, true, _SMALL)
         off = judged.amplitude
     return "", off
 
 
-def _fired(segment: Segment) -> Guard | None:
+def _switch(segment: Segment) -> LaneSwitch:
+    """What ended a segment."""
+    plane = int(segment.target[1:]) if segment.target else 0
+    return LaneSwitch(segment.field, plane, segment.duration, alone=True)
+
+
+def _fired(switch: LaneSwitch) -> Guard | None:
     """The guard that ended a segment, by its planes; None if none did."""
-    if not segment.target:
+    if not switch.plane:
         return None
-    plane, (contact, drift) = int(segment.target[1:]), _MODES[segment.field]
+    contact, drift = _MODES[switch.field]
     if drift:
-        return Guard.GAP if plane > 6 else Guard.DRIFT
-    after, towards = _MODES[plane]
+        return Guard.GAP if switch.plane > 6 else Guard.DRIFT
+    after, towards = _MODES[switch.plane]
     if after != contact:
         return Guard.GAP
     return Guard.UPPER if towards > 0 else Guard.LOWER

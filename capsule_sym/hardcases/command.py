@@ -117,7 +117,10 @@ def _print_tally(total: Tally) -> None:
     console.print(table)
     far = [n for decade, n in total.distances.items() if _size(decade) >= _FAR]
     outcomes = ", ".join(f"{name} {count}" for name, count in sorted(total.outcomes.items()))
-    backends = ", ".join(f"{name} {count}" for name, count in sorted(total.backends.items()))
+    backends = ", ".join(
+        f"{name} {count}" + (f" (of {total.alone[name]} alone)" if total.alone.get(name) else "")
+        for name, count in sorted(total.backends.items())
+    )
     console.print(
         f"\n{total.starts} starts, {len(total.disagreements)} disagreements, "
         f"{len(total.inaccurate)} times outside the accuracy contract. Judged: {backends}.\n"

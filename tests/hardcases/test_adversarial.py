@@ -16,8 +16,10 @@ from capsule_sym._native import core
 from capsule_sym.hardcases import adversarial
 from capsule_sym.hardcases.adversarial import CHUNK, Tally, chunk, compare, run
 from capsule_sym.hardcases.judge import Start
+from capsule_sym.hardcases.lanes import LaneSwitch
 from capsule_sym.hardcases.starts import KINDS, RandomStart, random_start
 from capsule_sym.map import Segment, Trajectory
+from capsule_sym.map.backend import Backend
 
 
 def test_a_small_run_agrees_with_50_digits() -> None:
@@ -39,7 +41,39 @@ def test_a_small_run_agrees_with_50_digits() -> None:
 def test_both_maps_are_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     monkeypatch.setattr(adversarial, "CHUNK", 16)
-    assert chunk(3, 0).backends == {"c": 16, "c, 106 bits": 16, "numpy": 2}
+    tally = chunk(3, 0)
+    lanes = [f"c, {width} lanes" for width in core.widths()]
+    assert set(tally.backends) == {"c", "c, 106 bits", "numpy", *lanes}
+    assert tally.backends["c"] == tally.backends["c, 106 bits"] == 8 * tally.backends["numpy"] == 16
+    # What one run alone decides in lanes' place does not count for them.
+    assert all(tally.alone[name] < 16 for name in lanes)
+
+
+@pytest.mark.skipif(core is None or not core.widths(), reason="no lanes here")
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("duration", lambda duration: duration * (1 + 1e-9)),
+        ("field", lambda field: field % 6 + 1),
+        ("plane", lambda plane: 0),
+    ],
+)
+def test_what_is_wrong_in_lanes_is_seen(
+    monkeypatch: pytest.MonkeyPatch, part: str, change: Callable[[Any], Any]
+) -> None:
+    right = adversarial.first_switch
+
+    def wrong(numbers: Backend, start: Start, lanes: int) -> LaneSwitch | None:
+        switch = right(numbers, start, lanes)
+        return switch and switch._replace(**{part: change(getattr(switch, part))})
+
+    starts = [random_start(Random(number)) for number in range(8)]
+    for problems in ("right", "wrong"):
+        tally = Tally()
+        for start in starts:
+            tally.add(compare(start, (), core.widths()[:1]))
+        assert bool(tally.disagreements + tally.inaccurate) == (problems == "wrong")
+        monkeypatch.setattr(adversarial, "first_switch", wrong)
 
 
 def test_starts_are_decided_by_the_seed() -> None:
