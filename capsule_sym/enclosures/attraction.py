@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 from capsule_sym import simulate
 from capsule_sym.enclosures.balls import Unproved, arb, ball, matrix, precision
@@ -15,8 +16,8 @@ from capsule_sym.orbits.word import guard_between
 from capsule_sym.parameters import Parameters
 
 _RADII = (1e-4, 1e-5, 1e-6, 1e-8)
-_BITS = 448
-_SETTLED = 1e-2  # distance from the periodic motion, in radii, at which a box is tried
+_BITS, _BITS_A_PERIOD = 256, 12  # a box grows from period to period
+_REPEATED = 1e-10  # change over a period below which the smallest box is entered
 
 
 @dataclass(frozen=True)
@@ -56,13 +57,14 @@ def tendency(values: Mapping[str, object], periods: int = 400) -> Tendency:
 
     `values` are the seven parameters by name, decimals as text or fraction.
     """
-    with precision(_BITS):
+    given = {name: float(Fraction(str(values[name]))) for name in PARAMETERS}
+    run = simulate(Parameters(**given), periods=periods)
+    settled = _settled(run, periods)
+    with precision(_BITS + _BITS_A_PERIOD * settled):
         exact = {name: ball(values[name]) for name in PARAMETERS}
         system = System(exact)
         period = 2 * arb.pi() / exact["omega"]
-        run = simulate(Parameters(**{k: float(v.mid()) for k, v in exact.items()}), periods=periods)
         state = matrix(3, 1)
-        settled = _settled(run, periods)
         for turn in range(settled):
             state = system.passage(state, steps_of(run, turn, turn + 1), period).state
         steps = steps_of(run, settled, settled + 1)
@@ -83,7 +85,7 @@ def _settled(run: Trajectory, periods: int) -> int:
     times = [math.tau / omega * k for k in range(periods)]
     states = run(times)
     for k in range(periods - 1):
-        if max(abs(states[k + 1] - states[k])) < 1e-7:
+        if max(abs(states[k + 1] - states[k])) < _REPEATED:
             return k
     raise Unproved("attraction", f"the motion from rest has not settled after {periods} periods")
 

@@ -200,16 +200,18 @@ def _form(state: Matrix) -> Matrix:
     return found
 
 
-def enclose_run(trajectory: Trajectory) -> Passage:
+def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> Passage:
     """A run in double precision enclosed: its legs are those of the motion, its end in a box.
 
-    The start and the parameters are the run's doubles. Raises Unproved with the leg that is not.
+    The start and the parameters are the run's doubles, or the decimals in `exact` by name. Raises
+    Unproved with the leg that is not.
     """
     segments = trajectory.segments
     if not segments or trajectory.stopped:
         raise Unproved("first switch", trajectory.stopped or "the run has no segment")
     with precision(_BITS + _BITS_A_LEG * len(segments)):
-        values = {name: ball(value) for name, value in trajectory.parameters.to_dict().items()}
+        given = {**trajectory.parameters.to_dict(), **(exact or {})}
+        values = {name: ball(value) for name, value in given.items()}
         period = 2 * arb.pi() / values["omega"]
         begin, end = trajectory.origin[0], segments[-1].end
         total = (end.period - begin.period) * period + ball(end.phase) - ball(begin.phase)

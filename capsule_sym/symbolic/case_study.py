@@ -1,25 +1,26 @@
-"""The motions of Section 4 with proof, at the printed mass ratio and at 3.0.
+"""The motions of Section 4, proved in ball arithmetic, at the printed mass ratio and at 3.0.
 
-`settled` is the attracting periodic motion at an amplitude, `from_rest` the one to which the motion
-from (0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
+`settled` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
+(0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
 """
 
 from __future__ import annotations
 
-import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache
-from importlib.resources import files
+from typing import TypeVar
 
 import sympy as sp
 
+from capsule_sym.enclosures.attraction import tendency
+from capsule_sym.enclosures.balls import Unproved
+from capsule_sym.enclosures.settled import Settled
+from capsule_sym.enclosures.settled import first_fields as _first_fields
+from capsule_sym.enclosures.settled import settled as _settled
 from capsule_sym.paper import Paper
-from capsule_sym.symbolic.attractors import Attractor, attractor
 from capsule_sym.symbolic.elimination import Undecided
 from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.orbits import IMPACT_PLANES
-from capsule_sym.symbolic.periodic import Periodic, periodic
 from capsule_sym.symbolic.switching import LocalMap
 from capsule_sym.symbolic.symbols import PARAMETERS
 
@@ -29,6 +30,9 @@ OTHER = "3.0"
 Word = tuple[int, ...]
 """The fields of one period in order of time."""
 Maps = tuple[LocalMap, ...]
+T = TypeVar("T")
+_IMPACT_PLANES = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
+"""The plane on which a moving capsule's impact begins a field."""
 
 
 @dataclass(frozen=True)
@@ -56,39 +60,29 @@ def point(paper: Paper, alpha: str, gamma: str | None = None) -> Point:
     return Point(tuple((numbers | {"gamma": gamma or entry["gamma"], "alpha": alpha}).items()))
 
 
-@cache
-def _hints() -> dict[str, list[str]]:
-    text = (files(__package__) / "motions.json").read_text(encoding="utf-8")
-    return dict(json.loads(text))
-
-
-def _key(at: Point) -> str:
-    return ", ".join(f"{name} = {number}" for name, number in at.numbers)
-
-
-def _nearest(at: Point) -> list[Fraction] | None:
-    """The stored state of these parameters, or of the nearest amplitude among the others."""
-    hints = _hints()
-    if _key(at) in hints:
-        return [Fraction(x) for x in hints[_key(at)]]
-    stored = {key: Fraction(key.removeprefix("alpha = ").split(",")[0]) for key in hints}
-    key = min(stored, key=lambda one: abs(stored[one] - Fraction(at["alpha"])), default=None)
-    return [Fraction(x) for x in hints[key]] if key else None
-
-
-@cache
-def settled(at: Point) -> Periodic:
-    """The attracting periodic motion, found from a state in motions.json, or else from rest."""
+def _decided(found: Callable[[Mapping[str, str]], T], at: Point) -> T:
     try:
-        return periodic(at.values, _nearest(at))
-    except Undecided:
-        return periodic(at.values)
+        return found(dict(at.numbers))
+    except Unproved as error:
+        raise Undecided(f"{at}: {error}") from error
 
 
 @cache
-def from_rest(at: Point) -> Attractor:
-    """The motion to which the one from rest is proved to tend."""
-    return attractor(at.values)
+def settled(at: Point) -> Settled:
+    """The stable orbit near which the motion from rest settles."""
+    return _decided(_settled, at)
+
+
+@cache
+def from_rest(at: Point) -> Word:
+    """The fields of the orbit to which the motion from rest is proved to tend."""
+    return _decided(tendency, at).word
+
+
+@cache
+def first_fields(at: Point) -> Word:
+    """The fields of the motion from rest within one period."""
+    return _decided(_first_fields, at)
 
 
 def maps(word: Word) -> Maps:
@@ -97,7 +91,7 @@ def maps(word: Word) -> Maps:
     def plane(before: int, after: int) -> str:
         old, new = SEGMENTS[before - 1], SEGMENTS[after - 1]
         impact = old.drift == new.drift != 0
-        return IMPACT_PLANES[after] if impact else f"Σ{after}"
+        return _IMPACT_PLANES[after] if impact else f"Σ{after}"
 
     if len(word) == 1:
         return ()

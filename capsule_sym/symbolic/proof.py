@@ -132,7 +132,11 @@ def always_solvable(
 
 
 def _simplest(low: Fraction | None, high: Fraction | None, closed: bool) -> Fraction:
-    """A rational between the bounds (None for unbounded) with a small denominator."""
+    """A rational between the bounds (None for unbounded) with a small denominator.
+
+    `closed` says whether bounds that are equal may be taken themselves. Raises ValueError where
+    there is nothing between them.
+    """
     if low is None and high is None:
         return Fraction(0)
     if low is None:
@@ -142,6 +146,8 @@ def _simplest(low: Fraction | None, high: Fraction | None, closed: bool) -> Frac
         return Fraction(max(0, floor(low) + 1))
     if closed and low == high:
         return low
+    if not low < high:
+        raise ValueError(f"nothing is between {low} and {high}")
     denominator = 1
     while True:
         numerator = floor(low * denominator) + 1
@@ -179,20 +185,18 @@ def example(
 
 
 def _choose(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Fraction:
-    low: Fraction | None = None
-    high: Fraction | None = None
-    closed = True
+    lows: list[tuple[Fraction, bool]] = []
+    highs: list[tuple[Fraction, bool]] = []
     for constraint in constraints:
         slope = Fraction(str(constraint.slope(symbol).as_expr()))
         offset = Fraction(str(constraint.at({symbol: 0}).polynomial.as_expr()))
         bound = -offset / slope
         if constraint.kind == "==":
             return bound
-        closed = closed and constraint.kind == ">="
-        if slope > 0:
-            low = bound if low is None else max(low, bound)
-        else:
-            high = bound if high is None else min(high, bound)
+        (lows if slope > 0 else highs).append((bound, constraint.kind == ">="))
+    low = max((bound for bound, _ in lows), default=None)
+    high = min((bound for bound, _ in highs), default=None)
+    closed = all(closed for bound, closed in lows + highs if bound in (low, high))
     return _simplest(low, high, closed)
 
 

@@ -90,9 +90,9 @@ def _point(result: Result) -> str:
 
 _SECTION_4 = """\
 Bifurcations of Section 4, each between two values of α at which the attracting motions are proved
-to differ: the map of one period is enclosed in interval arithmetic and proved to carry a box into
-itself and to contract it, so that by Banach's theorem there is one periodic motion through the box,
-which attracts the others.
+to differ: each orbit is enclosed by Krawczyk's method in ball arithmetic, its guards are proved
+positive along every leg, and its multipliers inside the unit circle. `capsule-sym enclose` encloses
+the values themselves.
 """
 
 

@@ -15,6 +15,7 @@ from capsule_sym.symbolic import (
     flow_proofs,
     geometry_proofs,
     inner_products,
+    resting,
     table_proofs,
 )
 from capsule_sym.symbolic.basis_proofs import Proof
@@ -61,6 +62,7 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
     "Table 2 as derived": table_proofs.table_2,
     "Table 3 as derived": table_proofs.table_3,
     "Appendices A and B": appendices.items,
+    "The resting orbit": resting.items,
     "Closed-form flow, Eqs. (7)-(12)": _flow_items,
 }
 """What is verified, in the order of the report: a title and the items under it."""

@@ -46,6 +46,7 @@ from capsule_sym.orbits.search import find_orbit
 from capsule_sym.orbits.stability import multipliers
 from capsule_sym.symbolic.enclosure import EXTENDED
 from capsule_sym.symbolic.model import SEGMENTS
+from capsule_sym.symbolic.resting import GRAZE
 from capsule_sym.symbolic.symbols import alpha, omega, tau
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
@@ -275,6 +276,13 @@ def test_thresholds_are_enclosed_with_type_and_line(found, events: list[Event]) 
         touch = "grazing" in event.type or "adding" in event.type
         assert event.order == (2 if touch else 1)
         assert event.other is not None
+
+
+def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> None:
+    values = {symbol: sp.Rational(EXACT[str(symbol)]) for symbol in GRAZE.free_symbols}
+    with precision(320):
+        square = ball(Fraction(str((GRAZE**2).subs(values))))
+        assert abs(events[0].values["alpha"] - square.sqrt()) < arb("1e-80")
 
 
 def test_a_leg_that_is_not_still_makes_no_event(found) -> None:

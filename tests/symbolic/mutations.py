@@ -179,6 +179,11 @@ class Reader(Paper):
         self.read.update(self._entries)
         return super().__iter__()
 
+    def begun_with(self, prefix: str) -> tuple[Entry, ...]:
+        found = Paper(self._entries).begun_with(prefix)  # no entry changes its name
+        self.read.update(entry.id for entry in found)
+        return found
+
 
 Key = tuple[Any, ...]
 

@@ -1,22 +1,23 @@
-"""Proved motions: against an independent integrator, and with what a proof rests on taken away."""
+"""Proved motions: against the run-time map, and with what a proof rests on taken away."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 
-import numpy as np
 import pytest
-import sympy as sp
-from scipy.integrate import solve_ivp
 
 from capsule_sym import Parameters, simulate
 from capsule_sym.casestudy import printed_map
+from capsule_sym.enclosures import attraction
+from capsule_sym.enclosures.attraction import steps_of, tendency
+from capsule_sym.enclosures.balls import Matrix, Unproved, arb, ball, matrix, precision, symmetric
+from capsule_sym.enclosures.trajectories import Step, System, contraction
 from capsule_sym.paper import events, read
-from capsule_sym.symbolic.attractors import contraction
 from capsule_sym.symbolic.case_study import (
     BRACKETS,
     OTHER,
+    Point,
+    first_fields,
     from_rest,
     global_map,
     maps,
@@ -25,117 +26,64 @@ from capsule_sym.symbolic.case_study import (
 )
 from capsule_sym.symbolic.comparisons import bifurcations, captions, motions
 from capsule_sym.symbolic.elimination import Undecided
-from capsule_sym.symbolic.intervals import ONE, ZERO, Motion, dot, exact, hull, middle
 from capsule_sym.symbolic.items import Item, settle
-from capsule_sym.symbolic.model import SEGMENTS, Segment
-from capsule_sym.symbolic.orbits import System
-from capsule_sym.symbolic.periodic import periodic
-from capsule_sym.symbolic.symbols import zeta
 
 POINT = point(read(), "1.64")
-START = (Fraction(3, 10), Fraction(1), Fraction(1, 2), Fraction(41, 25), Fraction(-1, 3))
 
 
-def _rates(field: Segment, values: dict[str, float]) -> Callable[[float, np.ndarray], list[float]]:
-    """The field with its forcing, written anew."""
-    zeta, beta, delta = values["zeta"], values["beta"], values["delta"]
-
-    def rates(t: float, y: np.ndarray) -> list[float]:
-        x, v, _, u, w = y
-        force = x + 2 * zeta * v + field.contact * beta * (x - delta)
-        capsule = (force - field.drift) / values["gamma"] if field.drift else 0.0
-        return [v, u - force - capsule, capsule, -values["omega"] * w, values["omega"] * u]
-
-    return rates
+@pytest.fixture(autouse=True)
+def bits():
+    with precision(256):
+        yield
 
 
-@pytest.mark.parametrize("field", SEGMENTS, ids=lambda field: field.name)
-def test_enclosed_flow_follows_an_independent_integrator(field: Segment) -> None:
-    motion = Motion(field, POINT.values)
-    start = list(START)
-    if field.stick:
-        start[2] = Fraction(0)
-    values = {str(symbol): float(value) for symbol, value in POINT.values.items()}
-    expected = solve_ivp(
-        _rates(field, values),
-        (0, 2.5),
-        np.array(start, dtype=float),
-        method="DOP853",
-        rtol=1e-12,
-        atol=1e-13,
-    ).y[:, -1]
-    vector = [*map(exact, start), ONE]
-    reached = motion.after(vector, exact(Fraction(5, 2)))
-    assert [float(middle(x)) for x in reached[:-1]] == pytest.approx(expected, abs=1e-9)
-    assert all(x.delta < 1e-200 for x in reached)
-    for place, guard in enumerate(motion.guards):
-        by_time = motion.guard_in_time(place, vector, 1)
-        weights = motion.weights(exact(Fraction(5, 2)))
-        value = sum((a * reached[k] for k, a in guard), ZERO)
-        slope = sum((a * x for (k, a) in guard if k < 5 for x in [motion.rate(reached)[k]]), ZERO)
-        assert 0 in dot(by_time[0], weights) - value
-        assert 0 in dot(by_time[1], weights) - slope
-
-
-def test_a_box_encloses_the_states_in_it() -> None:
-    motion = Motion(SEGMENTS[3], POINT.values)
-    near = exact(Fraction(1, 100))
-    box = [hull(x - near, x + near) for x in map(exact, START)]
-    shifts = map(exact, map(Fraction, ("0.01", "-0.01", "0.005", "0", "-0.01")))
-    inside = [x + shift for x, shift in zip(map(exact, START), shifts, strict=True)]
-    ends = [motion.after([*start, ONE], exact(2)) for start in (inside, box)]
-    assert all(x in y for x, y in zip(*ends, strict=True))
-
-
-def test_first_period_from_rest_against_the_map() -> None:
-    passage = System(POINT.values).passage([ZERO] * 3)
-    trajectory = simulate(Parameters(alpha=1.64, gamma=3.3), periods=1, backend="mpmath")
-    _, state = trajectory.final
-    assert [float(middle(x)) for x in passage.end] == pytest.approx(list(map(float, state)))
-    fields = [segment.field for segment in trajectory.segments]
-    assert [leg.field for leg in passage.legs] == fields
+def turn(at: Point) -> tuple[System, Matrix, list[Step], object]:
+    """The map of one period near the orbit at a point: system, a state on it, legs and period."""
+    run = simulate(Parameters(**{k: float(v) for k, v in at.numbers}), periods=200)
+    state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(run.stroboscopic[-2])))
+    values = {name: ball(text) for name, text in at.numbers}
+    return System(values), state, steps_of(run, 199, 200), 2 * arb.pi() / values["omega"]
 
 
 def test_derivative_of_a_period_against_differences() -> None:
-    system = System(POINT.values)
-    state = [exact(Fraction(x)) for x in ("1.4741", "0.7275", "0.3570")]
-    step = exact(Fraction(1, 10**30))
+    system, state, steps, period = turn(POINT)
+    step = arb("1e-30")
+    here = system.passage(state, steps, period)
     for k in range(3):
-        way = [exact(k == j) for j in range(3)]
-        (slope,) = system.passage(state, [way]).slopes
-        ahead = system.passage([x + step * y for x, y in zip(state, way, strict=True)]).end
-        here = system.passage(state).end
-        for x, y, z in zip(ahead, here, slope, strict=True):
-            assert float(middle((x - y) / step)) == pytest.approx(float(middle(z)), abs=1e-20)
+        moved = state + matrix(3, 1, ((k, 0, step),))
+        ahead = system.passage(moved, steps, period)
+        for i in range(3):
+            slope = (ahead.state[i, 0] - here.state[i, 0]) / step
+            assert float(slope) == pytest.approx(float(here.by[i, k]), abs=1e-20)
 
 
 def test_box_that_is_too_large_or_elsewhere_proves_nothing() -> None:
-    system = System(POINT.values)
-    state = [exact(x) for x in from_rest(POINT).state]
-    passage, _, factor = contraction(system, state, Fraction(1, 10**6))
-    assert passage.legs == from_rest(POINT).legs
-    assert factor < 1
-    with pytest.raises(Undecided):
-        contraction(system, state, Fraction(1, 100))
-    elsewhere = [state[0] + exact(Fraction(1, 10**4)), *state[1:]]
-    with pytest.raises(Undecided):
-        contraction(system, elsewhere, Fraction(1, 10**6))
+    system, state, steps, period = turn(POINT)
+    assert contraction(system, state, steps, period, 1e-6).factor < 1
+    with pytest.raises(Unproved):
+        contraction(system, state, steps, period, 1e-2)
+    elsewhere = state + matrix(3, 1, ((0, 0, ball("1e-4")),))
+    with pytest.raises(Unproved):
+        contraction(system, elsewhere, steps, period, 1e-6)
 
 
-def test_box_across_a_change_of_the_order_of_switches_is_undecided() -> None:
-    """At 1.588 the stick in F5 is short; a box of 1/100 also holds states that do without it."""
-    system = System(point(read(), "1.588").values)
-    state = [exact(Fraction(x)) for x in ("1.4448", "0.7006", "0.3494")]
-    wide = [hull(x - exact(Fraction(1, 50)), x + exact(Fraction(1, 50))) for x in state]
-    system.passage(state)
-    with pytest.raises(Undecided):
-        system.passage(wide)
+def test_box_across_a_change_of_the_order_of_switches_is_not_proved() -> None:
+    """At 1.588 the stick in F5 is short; a box of 1/50 also holds states that do without it."""
+    system, state, steps, period = turn(point(read(), "1.588"))
+    system.passage(state, steps, period)
+    wide = state + matrix(3, 1, ((i, 0, symmetric(0.02)) for i in range(3)))
+    with pytest.raises(Unproved):
+        system.passage(wide, steps, period)
 
 
-def test_overdamped_field_is_refused() -> None:
-    values = {**POINT.values, zeta: sp.Integer(2)}
-    with pytest.raises(ValueError, match="overdamped"):
-        System(values)
+def test_a_motion_that_has_not_come_near_enough_proves_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With the box tried early, the motion from rest is not seen to be in it."""
+    assert tendency(dict(POINT.numbers)).word == (4, 1, 3, 6)
+    monkeypatch.setattr(attraction, "_settled", lambda run, periods: 3)
+    with pytest.raises(Unproved):
+        tendency(dict(POINT.numbers))
 
 
 def test_maps_of_a_word() -> None:
@@ -143,22 +91,36 @@ def test_maps_of_a_word() -> None:
     assert global_map(maps((2,))) == "Id_{Σ2,F2,Σ2}"
 
 
-def test_settled_motion_is_that_of_the_map() -> None:
-    motion = settled(POINT)
-    trajectory = simulate(Parameters(alpha=1.64, gamma=3.3), periods=200)
+@pytest.mark.parametrize("alpha", ["0.005", "0.3", "1.64"])
+def test_settled_motion_is_that_of_the_map(alpha: str) -> None:
+    at = point(read(), alpha)
+    motion = settled(at)
+    trajectory = simulate(Parameters(alpha=float(alpha), gamma=3.3), periods=1500)
     _, state = trajectory.final
-    assert [float(x) for x in motion.state] == pytest.approx(list(state), abs=1e-9)
-    assert {str(one) for one in motion.maps} == set(trajectory.steady().global_map.split(" ∘ "))
-    low, high = motion.speed(1)
-    assert low < high
-    assert float(high - low) < 1e-5
+    assert list(motion.state) == pytest.approx(list(state), abs=1e-9)
+    steady = trajectory.steady()
+    assert global_map(maps(motion.fields)).split(" ∘ ") == steady.global_map.split(" ∘ ")
+    for (low, high), segment in zip(motion.speeds, steady.segments, strict=True):
+        assert low < high
+        assert high - low < Fraction(1, 10**20)
+        if len(motion.fields) > 1:  # one field has no begin
+            assert float(low) == pytest.approx(float(segment.start_state[1]), abs=1e-9)
 
 
-def test_a_poor_hint_finds_the_same_motion() -> None:
-    near = periodic(POINT.values, [x + Fraction(1, 100) for x in settled(POINT).state])
-    assert [float(x) for x in near.state] == pytest.approx(
-        [float(x) for x in settled(POINT).state], abs=1e-12
+def test_first_period_is_that_of_the_map() -> None:
+    assert first_fields(POINT) == tuple(
+        segment.field for segment in simulate(Parameters(alpha=1.64), periods=1).segments
     )
+
+
+def test_what_does_not_settle_on_one_period_is_undecided() -> None:
+    doubled = Point(
+        (*((n, v) for n, v in point(read(), "0.045").numbers if n != "zeta"), ("zeta", "0.005"))
+    )
+    with pytest.raises(Undecided, match="one period"):
+        settled(doubled)
+    with pytest.raises(Undecided, match="not settled"):
+        from_rest(doubled)
 
 
 _PARTS = (motions, bifurcations, captions)

@@ -95,6 +95,14 @@ def test_for_all_there_is() -> None:
     assert not always_solvable([], [sp.Eq(x_r + 2 * zeta * v_r, f_b), x_r < delta], [x_r, v_r])
 
 
+def test_example_where_two_closed_bounds_meet_beside_a_strict_one() -> None:
+    """That a bound elsewhere is strict does not open those that meet."""
+    point = example([v_r >= f_b, v_r <= f_b, v_r < 2 * f_b], VALUES)
+    assert point[v_r] == 1
+    point = example([v_r >= alpha, alpha >= f_b, v_r <= f_b, v_r > -f_b], VALUES)
+    assert point[v_r] == point[alpha] == 1
+
+
 def test_products_of_unknowns_are_not_guessed() -> None:
     with pytest.raises(Undecided):
         consistent([x_r * v_r > 0, x_r * v_c > 0, v_c * v_r < 0])

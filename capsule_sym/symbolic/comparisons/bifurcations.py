@@ -8,6 +8,7 @@ from functools import partial
 
 import sympy as sp
 
+from capsule_sym.enclosures.settled import Settled
 from capsule_sym.paper import Entry, Event, Paper, events
 from capsule_sym.symbolic.appendices import PARTS
 from capsule_sym.symbolic.case_study import (
@@ -27,13 +28,12 @@ from capsule_sym.symbolic.comparisons.compare import comparison, listed
 from capsule_sym.symbolic.comparisons.motions import PROOF, maps_of, moves, shown
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.periodic import Periodic
 from capsule_sym.symbolic.symbols import v_r
 
 
-def number_of(line: str, motion: Periodic, place: int, at: Point) -> int:
+def number_of(line: str, motion: Settled, place: int, at: Point) -> int:
     """The part of a line on which a leg begins, by its relative velocity."""
-    speeds = motion.speed(place)
+    speeds = motion.speeds[place]
     for part in PARTS:
         if part.line == line and all(
             bool(r.subs({v_r: sp.Rational(speed), **at.values}))
@@ -48,11 +48,11 @@ def line_parts(line: str, at: Point) -> set[str]:
     """The parts of a line on which the legs that begin there begin."""
     motion = settled(at)
     stick, drift = {"L1": (2, 1), "L2": (2, 3), "L3": (5, 4), "L4": (5, 6)}[line]
-    legs = motion.passage.legs
+    fields = motion.fields
     return {
         f"{line}^({number_of(line, motion, i, at)})"
-        for i, leg in enumerate(legs)
-        if i and leg.field == drift and legs[i - 1].field == stick
+        for i, field in enumerate(fields)
+        if field == drift and fields[i - 1] == stick
     }
 
 

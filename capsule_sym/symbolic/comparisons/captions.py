@@ -9,7 +9,7 @@ import sympy as sp
 
 from capsule_sym.paper import Entry, Event, Paper, events
 from capsule_sym.symbolic.appendices import PARTS
-from capsule_sym.symbolic.case_study import BRACKETS, Point, point, settled
+from capsule_sym.symbolic.case_study import BRACKETS, Point, maps, point, settled
 from capsule_sym.symbolic.comparisons.bifurcations import number_of
 from capsule_sym.symbolic.comparisons.compare import comparison, listed
 from capsule_sym.symbolic.comparisons.formula import relations
@@ -65,10 +65,10 @@ def _colour(entry: Entry, paper: Paper) -> Item:
 def _does(claim: tuple[Point, int, str]) -> bool:
     """Whether the motion at a point has a field, has it not, or ends it on a surface."""
     at, field, told = claim
-    maps = settled(at).maps
+    local_maps = maps(settled(at).fields)
     if told.startswith("S"):
-        return [m.target for m in maps if m.field == field] == [f"Σ{told[1:]}"]
-    has = any(m.field == int(told[-1]) for m in maps)
+        return [m.target for m in local_maps if m.field == field] == [f"Σ{told[1:]}"]
+    has = any(m.field == int(told[-1]) for m in local_maps)
     return has == told.startswith("F")
 
 
@@ -126,10 +126,8 @@ Legs = tuple[Point, str, int, int]
 
 def _places(legs: Legs) -> list[int]:
     at, _, before, after = legs
-    found = settled(at).passage.legs
-    return [
-        i for i in range(1, len(found)) if (found[i - 1].field, found[i].field) == (before, after)
-    ]
+    fields = settled(at).fields
+    return [i for i, field in enumerate(fields) if (fields[i - 1], field) == (before, after)]
 
 
 def _on_part(claim: tuple[tuple[Legs, ...], str]) -> bool:
@@ -152,7 +150,7 @@ def _speeds(chosen: tuple[Legs, ...]) -> dict[str, str]:
     found = {}
     for legs in chosen:
         for place in _places(legs):
-            low, high = settled(legs[0]).speed(place)
+            low, high = settled(legs[0]).speeds[place]
             found[f"v_r at {legs[0]}"] = f"{float((low + high) / 2):.4f}"
     return found
 
@@ -217,7 +215,7 @@ def _outside(claim: tuple[tuple[Legs, ...], tuple[str, ...]]) -> bool:
     chosen, texts = claim
     for legs in chosen:
         for place in _places(legs):
-            for speed in settled(legs[0]).speed(place):
+            for speed in settled(legs[0]).speeds[place]:
                 where = {v_r: sp.Rational(speed), **legs[0].values}
                 if all(bool(r.subs(where)) for r in relations(texts)):
                     return False

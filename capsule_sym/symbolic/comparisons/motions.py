@@ -32,11 +32,20 @@ Claim = tuple[tuple[Point, Maps], ...]
 
 
 def maps_of(text: str) -> Maps:
-    """The local maps of a printed global map in order of time; none for an identity."""
+    """The local maps of a printed global map in order of time; none for the identity of stick.
+
+    Raises ValueError for what is no map.
+    """
     if text == "Id_{Σ2,F2,Σ2}":
         return ()
-    found = [_LOCAL.fullmatch(part) for part in text.split(" ∘ ")[::-1]]
-    return tuple(LocalMap(m[1], int(m[2]), m[3]) for m in found if m)
+
+    def read(part: str) -> LocalMap:
+        match = _LOCAL.fullmatch(part)
+        if not match:
+            raise ValueError(f"{part} is no local map")
+        return LocalMap(match[1], int(match[2]), match[3])
+
+    return tuple(map(read, text.split(" ∘ ")[::-1]))
 
 
 def row_at(paper: Paper, alpha: str) -> Row:
@@ -51,7 +60,7 @@ def row_at(paper: Paper, alpha: str) -> Row:
 
 def moves(claim: Claim) -> bool:
     """Whether at each point an attracting periodic motion has the given global map."""
-    return all(cycle(settled(at).maps) == cycle(expected) for at, expected in claim)
+    return all(cycle(maps(settled(at).fields)) == cycle(expected) for at, expected in claim)
 
 
 def moves_unlike(claim: tuple[Point, Maps, Maps]) -> bool:
@@ -61,8 +70,8 @@ def moves_unlike(claim: tuple[Point, Maps, Maps]) -> bool:
 
 
 PROOF = (
-    "Newton's method gives a state; the map of one period is enclosed in interval arithmetic, and "
-    "proved to carry a box around it into itself and to contract it"
+    "the orbit is enclosed by Krawczyk's method in ball arithmetic, every guard proved positive "
+    "along every leg, and its multipliers inside the unit circle"
 )
 
 
@@ -141,7 +150,7 @@ def _panel_items(paper: Paper) -> Iterator[Item]:
 def _tends(claim: tuple[tuple[str, ...], Point, Maps]) -> bool:
     """Whether the motion from a start, which is rest, tends to one with the global map."""
     start, at, expected = claim
-    return set(map(Fraction, start)) == {0} and cycle(from_rest(at).maps) == cycle(expected)
+    return set(map(Fraction, start)) == {0} and cycle(maps(from_rest(at))) == cycle(expected)
 
 
 def _rest_items(paper: Paper) -> Iterator[Item]:

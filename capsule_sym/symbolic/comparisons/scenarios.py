@@ -9,6 +9,7 @@ from functools import cache, partial
 import sympy as sp
 
 from capsule_sym.paper import Entry, Paper
+from capsule_sym.symbolic.case_study import Point, first_fields
 from capsule_sym.symbolic.comparisons.compare import as_read, comparison, listed
 from capsule_sym.symbolic.comparisons.formula import formula, relations
 from capsule_sym.symbolic.elimination import Relation
@@ -16,10 +17,8 @@ from capsule_sym.symbolic.erratum import CASE_STUDY, CREST, Erratum, described, 
 from capsule_sym.symbolic.geometry import LINES, PIECES, SCENARIOS, SURFACES, empty
 from capsule_sym.symbolic.geometry_proofs import lines_at
 from capsule_sym.symbolic.inner_products import STICK_EDGE
-from capsule_sym.symbolic.intervals import ZERO
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import P3, SEGMENTS
-from capsule_sym.symbolic.orbits import System
 from capsule_sym.symbolic.proof import consistent, example, implies
 from capsule_sym.symbolic.switching import leaves_of, surface_transitions
 from capsule_sym.symbolic.symbols import (
@@ -257,18 +256,11 @@ _EQUAL_GAP = {
 }
 
 
-@cache
-def _fields_from_rest(values: tuple[tuple[sp.Symbol, str], ...]) -> list[int]:
-    """Fields of the first period from rest, proved in interval arithmetic."""
-    system = System({symbol: sp.Rational(text) for symbol, text in values})
-    return [leg.field for leg in system.passage([ZERO] * 3).legs]
-
-
 def _backward_first(claim: tuple[tuple[tuple[sp.Symbol, str], ...], str]) -> bool:
     """Whether from rest the capsule drifts backward into an impact before any forward drift."""
     values, drift = claim
     before = {"forward": 1, "backward": -1}[drift]
-    fields = _fields_from_rest(values)
+    fields = first_fields(Point(tuple((str(symbol), text) for symbol, text in values)))
     impact = next(i for i, field in enumerate(fields) if SEGMENTS[field - 1].contact)
     return not any(SEGMENTS[field - 1].drift == before for field in fields[:impact])
 
@@ -286,7 +278,7 @@ def _impact_first(entry: Entry) -> Item:
         (values, "backward"),
         derived="true of impacts from stick (L6 is empty); backward drift can lead to an impact",
         verdict="refuted",
-        proof="with damping, at the witness, the motion from rest is followed in interval "
+        proof="with damping, at the witness, the motion from rest is followed in ball "
         "arithmetic: stick, backward drift, impact",
         consequence="P_{Σ9,F3,Σ3} can be the first impact for delta = f_b as well.",
         formula=r"S_2\to L_2\to S_9",
