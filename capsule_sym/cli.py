@@ -99,8 +99,12 @@ for _name, _module, _text in (
     ("basin", "capsule_sym.sweeps.command", "Run a basin of attraction; tell its attractors."),
     ("sweep-info", "capsule_sym.sweeps.command", "Show what the results of a sweep hold."),
     ("orbit", "capsule_sym.orbits.command", "Close the periodic orbit exactly."),
-    ("branch", "capsule_sym.orbits.command", "Follow an orbit in a parameter, with bifurcations."),
-    ("curve", "capsule_sym.orbits.command", "Follow bifurcations in two parameters."),
+    (
+        "branch",
+        "capsule_sym.orbits.branch_command",
+        "Follow an orbit in a parameter, with bifurcations.",
+    ),
+    ("curve", "capsule_sym.orbits.curve_command", "Follow bifurcations in two parameters."),
     ("figure", "capsule_sym.figures.command", "Draw a figure of the case study."),
     ("report", "capsule_sym.figures.command", "Write the case study as one page of HTML."),
 ):

@@ -74,7 +74,7 @@ def _fig6(study: Study) -> Figure:
     from capsule_sym.figures.evolution import fig6
 
     record = study.branch()
-    exact = [orbit_of(record, one) for one in record["bifurcations"]]
+    exact = [orbit_of(one) for one in record["bifurcations"]]
     return fig6(study.motions(study.evenly(_BEHIND)), exact, colours=study.colours)
 
 
@@ -97,7 +97,7 @@ def _around(study: Study, which: int, exactly: bool) -> Figure:
     found = exact(events, record["bifurcations"])
     orbits: list[list[Motion]] = [
         [
-            orbit_of(record, one) if one and alpha == event.middle else study.motions([alpha])[0]
+            orbit_of(one) if one and alpha == event.middle else study.motions([alpha])[0]
             for alpha in event.alphas
         ]
         for event, one in found

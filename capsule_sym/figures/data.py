@@ -232,20 +232,11 @@ def _energies(orbit: Orbit) -> dict[str, float] | None:
     return {name: float(getattr(figures, name).value) for name in names}
 
 
-def orbit_of(record: Mapping[str, Any], bifurcation: Mapping[str, Any]) -> Orbit:
+def orbit_of(bifurcation: Mapping[str, Any]) -> Orbit:
     """The orbit at a bifurcation of a branch's record."""
-    from capsule_sym.map.backend import backend
-    from capsule_sym.orbits.equations import shoot
-    from capsule_sym.orbits.orbit import Orbit
-    from capsule_sym.orbits.word import Word
+    from capsule_sym.orbits import saved
 
-    saved, at = bifurcation["orbit"], {record["parameter"]: bifurcation["value"]}
-    values = tuple((record["parameters"] | at).values())
-    angle = saved["phase"] * (record["parameters"] | at)["omega"]
-    unknowns = np.array([*saved["state"], angle, *saved["durations"]])
-    word = Word.parse(" ".join(saved["word"]), saved["period_multiple"])
-    with backend("numpy") as numbers:
-        return Orbit(values, word, unknowns, shoot(numbers, values, word, unknowns), "numpy")
+    return saved.orbit_of(bifurcation["orbit"])
 
 
 def _settled(parameters: Parameters) -> dict[str, Any]:

@@ -9,7 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym.map.backend import backend
-from capsule_sym.orbits.events import Located, locate
+from capsule_sym.orbits.events import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    GRAZING,
+    GRAZING_SLIDING,
+    SWITCHING,
+    Located,
+    locate,
+)
 from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.stability import monodromy, multipliers
 from capsule_sym.orbits.word import Word
@@ -17,6 +26,17 @@ from capsule_sym.orbits.word import Word
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
+INITIALS = {
+    FOLD: "FO",
+    PERIOD_DOUBLING: "PD",
+    NEIMARK_SACKER: "NS",
+    GRAZING: "GR",
+    ADDING: "AS",
+    GRAZING_SLIDING: "GS",
+    CROSSING: "CS",
+    SWITCHING: "SS",
+    CORNER: "BI",
+}
 SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
 
 _UNIT = 2.0**-53
@@ -39,7 +59,7 @@ class Bifurcation:
     "kept" the orbits are their own mirror images, and it happens to the leg's image half a period
     later too; where it is "broken" those on one side are, those on the other touch the spring.
     The multipliers are those of orbits on the branch a little before and after. `word_after` is
-    None where the branch ends.
+    None where the branch ends. `label`, such as "PD2", names it on its branch.
     """
 
     type: str
@@ -60,6 +80,7 @@ class Bifurcation:
     multipliers_before: tuple[complex, ...]
     multipliers_after: tuple[complex, ...]
     orbit: Orbit
+    label: str = ""
 
 
 def refined(one: Bifurcation) -> Located:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.map.backend import Backend, backend
+from capsule_sym.map.backend import backend
 from capsule_sym.orbits.admissibility import Inequality, realised
-from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, moduli
+from capsule_sym.orbits.bifurcations import INITIALS, PERIOD_DOUBLING, Bifurcation, Root, moduli
 from capsule_sym.orbits.doubling import halved
-from capsule_sym.orbits.equations import PARAMETERS
+from capsule_sym.orbits.equations import PARAMETERS, Vector
 from capsule_sym.orbits.events import place
-from capsule_sym.orbits.following import FIRST, Follower, first_half
+from capsule_sym.orbits.following import BESIDE, FIRST, Follower, first_half
 from capsule_sym.orbits.identity import same
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
@@ -40,13 +42,33 @@ class BranchPoint:
 
 @dataclass(frozen=True)
 class Branch:
-    """Orbits along a branch and its bifurcations, both in order, and why it ends."""
+    """Orbits along a branch and its bifurcations, both in order, and why it ends.
+
+    `span` are the values of the parameter between which it is followed, `origin` the label of the
+    bifurcation at which it leaves another branch, such as "PD1", or "PD1/PD2" on a branch that
+    itself leaves at PD1; empty for a branch of its own.
+    """
 
     parameter: str
     points: tuple[BranchPoint, ...]
     bifurcations: tuple[Bifurcation, ...]
     ending: Ending
     detail: str
+    span: tuple[float, float]
+    origin: str = ""
+
+    def at(self, label: str) -> Bifurcation | BranchPoint:
+        """The bifurcation of this label, such as "PD2"; "EP1" and "EP2" are the branch's ends.
+
+        Raises InvalidInput for a label that the branch does not have.
+        """
+        named: dict[str, Bifurcation | BranchPoint] = {b.label: b for b in self.bifurcations}
+        named |= dict(
+            zip(("EP1", "EP2"), self.points[:: max(1, len(self.points) - 1)], strict=False)
+        )
+        if label not in named:
+            raise InvalidInput("label", label, f"one of {', '.join(named)}")
+        return named[label]
 
     def __repr__(self) -> str:
         ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
@@ -71,35 +93,41 @@ def follow(orbit: Orbit, parameter: str, to: float, *, points: int = 100) -> Bra
     if isinstance(points, bool) or not isinstance(points, int) or points < 1:
         raise InvalidInput("points", points, "a whole number >= 1")
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        return _Branch(numbers, orbit, Axis(parameter, begin, to), points).go()
-
-
-class _Branch:
-    """One run along a branch."""
-
-    def __init__(self, numbers: Backend, orbit: Orbit, axis: Axis, points: int) -> None:
+        axis = Axis(parameter, begin, to)
         start = first_half(orbit, (axis,)) or orbit
-        self.follower = Follower(numbers, start, (axis,))
-        self.orbit = orbit
-        self.start = self.follower.unknowns(start.z, start.values)
-        self.axis, self.largest = axis, 1 / points
+        follower = Follower(numbers, start, (axis,))
+        u = follower.unknowns(start.z, start.values)
+        along = np.zeros(len(u))
+        along[-1] = 1.0
+        return Run(follower, u, along, points).go()
+
+
+class Run:
+    """One run along a branch, from unknowns u of a follower on, to the side of `along`."""
+
+    def __init__(
+        self, follower: Follower, u: Vector, along: Vector, points: int, origin: str = ""
+    ) -> None:
+        self.follower, self.start, self.along = follower, u, along
+        (self.axis,) = follower.axes
+        self.largest, self.origin = 1 / points, origin
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
 
     def go(self) -> Branch:
+        """Follow the branch to its end."""
         ending, detail = Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
         try:
-            along = np.zeros(len(self.start))
-            along[-1] = 1.0
-            state = self.follower.state(self.start, along)
+            state = self.follower.state(self.start, self.along)
             self._add(state)
             step = FIRST
             while len(self.points) < _MOST_POINTS:
                 state, step = self._step(state, step)
         except Stop as stop:
             ending, detail = stop.ending, stop.detail
-        points, found = tuple(self.points), tuple(self.bifurcations)
-        return Branch(self.axis.name, points, found, ending, detail)
+        points, found = tuple(self.points), labelled(self.bifurcations)
+        span = self.axis.begin, self.axis.end
+        return Branch(self.axis.name, points, found, ending, detail, span, self.origin)
 
     def _value(self, orbit: Orbit) -> float:
         return float(orbit.values[self.axis.column])
@@ -117,9 +145,10 @@ class _Branch:
         self._halve(state, new)
         self._add(new)
         if at_border:
-            returned = same(whole(new.orbit), self.orbit)
-            back = Ending.RETURNED if returned else Ending.TURNED_BACK
-            ending = Ending.REACHED if new.u[-1] > 0.5 else back
+            ending = Ending.REACHED
+            if new.u[-1] < 0.5 and self.start[-1] < BESIDE:
+                returned = same(whole(new.orbit), self.points[0].orbit)
+                ending = Ending.RETURNED if returned else Ending.TURNED_BACK
             raise Stop(ending, where(new.orbit, (self.axis,)))
         return new, step
 
@@ -170,7 +199,7 @@ class _Branch:
         except InvalidInput as error:
             failure = str(error)
         if beside is not None:
-            failure = _failure(beside)
+            failure = failure_of(beside)
             beside = None if failure else self.follower.symmetric(beside)
         what = place(located.word, located.shot, event.leg)
         at = whole(located.orbit("numpy"))
@@ -212,7 +241,18 @@ def _symmetry(old: State, word: Word, beside: State | None) -> str:
     return BROKEN if any(sides) else ""
 
 
-def _failure(state: State) -> str:
+def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
+    """Bifurcations with labels: the initials of their type, and their number among these."""
+    counts = Counter[str]()
+    result = []
+    for one in found:
+        initials = INITIALS.get(one.type, "XX")
+        counts[initials] += 1
+        result.append(replace(one, label=f"{initials}{counts[initials]}"))
+    return tuple(result)
+
+
+def failure_of(state: State) -> str:
     """Why a state beyond an event is no motion; empty if it is one."""
     word = state.orbit.word
     failed = [one.named(word) for one in state.held if one.value <= 0]

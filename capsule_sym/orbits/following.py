@@ -288,14 +288,14 @@ class Follower:
                 self._keep(change)
                 self.word = change.word
                 u = self.unknowns(change.z, located.values)
-                both = [self._beside(u, side) for side in self._directions(u)]
+                both = [self.beside(u, side) for side in self.directions(u)]
                 return max(both, key=lambda one: _margin(one, inequality))
             self.word = other.word
         u = self.unknowns(z, located.values)
         index = 4 + leg - (self.born is not None and self.born < leg)
         along = np.zeros(len(u))
         along[index] = 1.0
-        return self._beside(u, along)
+        return self.beside(u, along)
 
     def symmetric(self, state: State) -> State:
         """The state by the first half of its orbit, where that is its own mirror image."""
@@ -319,12 +319,13 @@ class Follower:
         if self.born is None:
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the leg of duration 0 merges with another")
 
-    def _directions(self, u: Vector) -> list[Vector]:
+    def directions(self, u: Vector) -> list[Vector]:
+        """The two directions of the curve of solutions at u."""
         rows = self.equations(u).by
         null = np.linalg.svd(rows)[2][-1]
         return [null, -null]
 
-    def _beside(self, u: Vector, along: Vector) -> State | None:
+    def beside(self, u: Vector, along: Vector) -> State | None:
         """The state a little further on from u, in the direction that `along` points to."""
         try:
             direction = tangent(self.equations(u).by, along)

@@ -26,6 +26,10 @@ _FIGURES = (
 )
 
 
+#: Of what `branch_record` gives; another number is another version of it.
+FORMAT = 2
+
+
 def orbit_record(orbit: Orbit) -> dict[str, Any]:
     """An orbit: word, section point, multipliers, admissibility, figures of merit.
 
@@ -44,15 +48,22 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
     }
 
 
-def branch_record(branch: Branch) -> dict[str, Any]:
-    """A branch: its points and bifurcations in order, and why it ends."""
+def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, Any]:
+    """A branch: its points and bifurcations in order, and why it ends.
+
+    `switched` are branches that leave it; each has its `origin`, the label where it does.
+    """
+    others = [branch_record(one) for one in switched]
     return {
+        "format": FORMAT,
+        "origin": branch.origin or None,
         "parameters": _parameters(branch.points[0].orbit) if branch.points else None,
         "parameter": branch.parameter,
         "points": [_branch_point(point) for point in branch.points],
         "bifurcations": [bifurcation_record(one) for one in branch.bifurcations],
         "ending": branch.ending.value,
         "detail": branch.detail,
+        "switched": others,
     }
 
 
@@ -60,6 +71,7 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
     multipliers = point.multipliers
     return {
         "value": point.value,
+        "parameters": _parameters(point.orbit),
         **_place(point.orbit),
         **_convergence(point.orbit),
         "progression": float(point.orbit.progression),
@@ -73,6 +85,7 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
 def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
     """A bifurcation, with the orbit that undergoes it; `segment` is its leg of duration 0."""
     return {
+        "label": one.label,
         "type": one.type,
         "line": one.line or None,
         "surfaces": list(one.surfaces),
@@ -88,7 +101,7 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
         "multipliers_after": _complex(one.multipliers_after),
         "symmetry": one.symmetry or None,
         "segment": None if one.leg is None else _number(one.orbit.word, one.leg),
-        "orbit": _place(one.orbit),
+        "orbit": {"parameters": _parameters(one.orbit), **_place(one.orbit)},
     }
 
 
@@ -132,7 +145,11 @@ def point_rows(branch: Branch) -> list[dict[str, Any]]:
     for point in branch.points:
         record = _branch_point(point)
         x_r, v_r, v_c = record["state"]
-        row = {branch.parameter: point.value, "word": " ".join(record["word"])}
+        row = {
+            "origin": branch.origin,
+            branch.parameter: point.value,
+            "word": " ".join(record["word"]),
+        }
         row |= {name: record[name] for name in ("period_multiple", "progression")}
         row |= {"average_velocity": record["average_velocity"], "stable": record["stable"]}
         row |= _convergence(point.orbit)
@@ -149,6 +166,7 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
     """Bifurcations as rows of a table."""
     return [
         {
+            "label": one.label,
             "type": one.type,
             "line": one.line,
             "parameter": one.parameter,

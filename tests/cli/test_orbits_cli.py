@@ -239,3 +239,31 @@ def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
         status, out, err = call(capsys, *arguments)
         assert (status, out) == (3, "")
         assert err == "no orbit (not-periodic): it wanders\n"
+
+
+def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> None:
+    first = ("branch", "--zeta", "0.005", "--parameter", "alpha", "--from", "0.04", "--to", "0.05")
+    status, _, _ = call(capsys, *first, "--points", "5", "--cascade", "1", "--out", str(tmp_path))
+    assert status == 0
+    record = json.loads((tmp_path / "branch.json").read_text())
+    assert [one["origin"] for one in (record, *record["switched"])] == [None, "PD1"]
+    rows = csv.DictReader((tmp_path / "points.csv").read_text().splitlines())
+    assert {row["origin"] for row in rows} == {"", "PD1"}
+    file = str(tmp_path / "branch.json")
+    again = ("branch", "--restart", file, "PD1", "--to", "0.045", "--points", "2", "--json")
+    status, out, err = call(capsys, *again)
+    assert (status, err) == (0, "")
+    record = json.loads(out)
+    multiples = [one["points"][-1]["period_multiple"] for one in (record, *record["switched"])]
+    assert multiples == [1, 2]
+    for line, words in (
+        (("--restart", file, "PD2", "--to", "1"), "label = 'PD2': must be one of PD1, EP1, EP2"),
+        (("--restart", file, "PD1", "--to", "1", "--from", "2"), "left out with --restart"),
+        (("--restart", file, "PD1", "--to", "1", "--zeta", "2"), "left out with --restart"),
+        (("--to", "1", "--parameter", "alpha"), "from = None: must be given"),
+        (("--to", "1"), "parameter = None: must be given"),
+    ):
+        status, out, err = call(capsys, "branch", *line)
+        assert (status, out) == (2, "")
+        assert words in err
+        assert err.count("\n") == 1

@@ -155,7 +155,7 @@ def test_itineraries_name_the_bifurcations(settled, branch) -> None:
 
 
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
-    heavy = orbit_of(branch, branch["bifurcations"][3])
+    heavy = orbit_of(branch["bifurcations"][3])
     axes = fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
     found = {}
     for line in axes.lines:
@@ -188,7 +188,7 @@ def test_events_move_to_their_exact_values(branch) -> None:
 
 def test_an_exact_orbit_meets_its_line(branch) -> None:
     for event, one in exact((*CROSSINGS, *SLIDINGS), branch["bifurcations"]):
-        orbit = orbit_of(branch, one)
+        orbit = orbit_of(one)
         p = orbit.parameters
         assert p.alpha == one["value"]
         x_r, v_r, v_c = nearest(cycle(orbit), event, p)

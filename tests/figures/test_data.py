@@ -103,7 +103,7 @@ def test_a_motion_that_does_not_settle_is_an_error(counting: Store, monkeypatch)
 
 def test_orbits_come_back_from_the_record(branch) -> None:
     one = branch["bifurcations"][4]
-    orbit = orbit_of(json.loads(json.dumps(branch)), one)
+    orbit = orbit_of(json.loads(json.dumps(one)))
     assert orbit.residual < 1e-12
     assert orbit.average_velocity == pytest.approx(one["average_velocity"], rel=1e-12)
     assert list(orbit.word.names) == one["orbit"]["word"]

@@ -1,0 +1,106 @@
+"""Branches from their files: the labelled points, to go on from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.map.backend import backend
+from capsule_sym.orbits.admissibility import tightest
+from capsule_sym.orbits.bifurcations import Bifurcation
+from capsule_sym.orbits.continuation import BranchPoint
+from capsule_sym.orbits.equations import PARAMETERS, shoot
+from capsule_sym.orbits.orbit import Orbit, Status
+from capsule_sym.orbits.records import FORMAT
+from capsule_sym.orbits.word import Word
+
+Record = Mapping[str, Any]
+
+
+def labelled_point(path: Path | str, label: str) -> tuple[str, Bifurcation | BranchPoint]:
+    """The parameter of a branch that `branch --out` wrote, and its point of this label.
+
+    Raises InvalidInput for a file that cannot be read, is no branch of this format, or has no such
+    label.
+    """
+    record = _read(path)
+    try:
+        named: dict[str, Record] = {one["label"]: one for one in record["bifurcations"]}
+        ends = record["points"][:: max(1, len(record["points"]) - 1)]
+        named |= dict(zip(("EP1", "EP2"), ends, strict=False))
+        if label not in named:
+            raise InvalidInput("label", label, f"one of {', '.join(named)}")
+        return record["parameter"], _point(record["parameter"], named[label])
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
+
+
+def _read(path: Path | str) -> Record:
+    try:
+        record = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from None
+    except ValueError:
+        raise InvalidInput("file", str(path), "JSON that `branch --out` wrote") from None
+    if not isinstance(record, dict) or "bifurcations" not in record:
+        raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
+    if record.get("format") != FORMAT:
+        had = record.get("format")
+        raise InvalidInput("format", had, f"{FORMAT}: {path} is of another version")
+    return record
+
+
+def _point(parameter: str, record: Record) -> Bifurcation | BranchPoint:
+    if "type" not in record:
+        orbit = orbit_of(record)
+        return BranchPoint(record["value"], orbit, tightest(orbit))
+    orbit = orbit_of(record["orbit"])
+    leg = record["segment"]
+    before, after = record["word_before"], record["word_after"]
+    return Bifurcation(
+        type=record["type"],
+        parameter=parameter,
+        value=record["value"],
+        uncertainty=record["uncertainty"],
+        residual=record["residual"],
+        iterations=record["iterations"],
+        status=Status(record["status"]),
+        line=record["line"] or "",
+        surfaces=tuple(record["surfaces"]),
+        # The orbit's legs are written from where the paper begins, as segments are counted.
+        leg=None if leg is None else leg - 1,
+        symmetry=record["symmetry"] or "",
+        interval=tuple(record["interval"]),
+        failed=record["failed"] or "",
+        word_before=_word(before, orbit.word.multiple),
+        word_after=_word(after, orbit.word.multiple) if after else None,
+        multipliers_before=_complex(record["multipliers_before"]),
+        multipliers_after=_complex(record["multipliers_after"]),
+        orbit=orbit,
+        label=record["label"],
+    )
+
+
+def orbit_of(record: Record) -> Orbit:
+    """The orbit of a record with parameters, word, phase, state and durations."""
+    values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
+    angle = record["phase"] * values[PARAMETERS.index("omega")]
+    z = np.array([*record["state"], angle, *record["durations"]])
+    word = _word(record["word"], record["period_multiple"])
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        return Orbit(values, word, z, shoot(numbers, values, word, z), "numpy")
+
+
+def _word(names: list[str], multiple: int) -> Word:
+    return Word.parse(" ".join(names), multiple)
+
+
+def _complex(pairs: list[list[float]]) -> tuple[complex, ...]:
+    return tuple(complex(*pair) for pair in pairs)

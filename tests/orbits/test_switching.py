@@ -1,0 +1,157 @@
+"""From one branch to another: doubled orbits, folds, border collisions, labels, files."""
+
+import json
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING
+from capsule_sym.orbits.continuation import Branch, follow
+from capsule_sym.orbits.identity import same
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.records import branch_record
+from capsule_sym.orbits.states import Ending
+from capsule_sym.orbits.switching import cascade, continue_from
+from capsule_sym.records import dumps
+from tests.orbits.branches import hysteretic, settled, upwards
+
+
+@lru_cache
+def light() -> Branch:
+    """A lightly damped branch with one period doubling."""
+    return follow(settled(alpha=0.03, zeta=0.005), "alpha", 0.3, points=20)
+
+
+def difference(orbit: Orbit) -> float:
+    """How far the states at the begin of two excitation periods are apart."""
+    run, period = orbit.trajectory(), orbit.parameters.period
+    begin = float(run.origin[0].phase)
+    return float(np.linalg.norm(run(begin) - run(begin + period)))
+
+
+def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
+    doubling = light().at("PD1")
+    assert doubling.value == pytest.approx(0.04290361839719182, abs=1e-13)
+    kept, doubled = continue_from(light(), "PD1", 0.045, points=10)
+    assert (kept.origin, doubled.origin) == ("PD1", "PD1")
+    assert kept.points[-1].orbit.word.multiple == 1
+    assert abs(kept.points[-1].multipliers[0]) > 1
+    # The map alone settles on the doubled orbit, from rest.
+    assert same(doubled.points[-1].orbit, settled(alpha=0.045, zeta=0.005))
+    # The doubled orbits leave the others like a square root.
+    near = [p for p in doubled.points if 1e-6 < p.value - doubling.value < 2e-4]
+    ratios = [difference(p.orbit) ** 2 / (p.value - doubling.value) for p in near]
+    assert len(ratios) > 1
+    assert max(ratios) < 1.05 * min(ratios)
+    # On the side where nothing doubled settles only the branch itself goes on.
+    assert [one.points[-1].orbit.word.multiple for one in continue_from(light(), "PD1", 0.04)] == [
+        1
+    ]
+
+
+def test_a_doubled_branch_says_where_it_arrives() -> None:
+    first = hysteretic()
+    (one,) = cascade(first, 1, points=20)
+    assert (one.origin, one.ending) == ("PD1", Ending.PERIOD_HALVED)
+    assert one.detail.endswith("PD2 of the first branch")
+    end, known = one.bifurcations[-1], first.at("PD2")
+    assert end.type == PERIOD_DOUBLING
+    assert abs(end.value - known.value) <= end.uncertainty + known.uncertainty
+    # Half way the map settles on a motion of two periods that the branch passes through.
+    omega = (first.at("PD1").value + known.value) / 2
+    orbit = settled(alpha=1.2, beta=10.0, omega=omega)
+    assert orbit.word.multiple == 2
+    (_, there) = continue_from(first, "PD1", omega, points=10)
+    assert same(there.points[-1].orbit, orbit)
+
+
+def test_a_fold_is_left_on_both_sides_of_it() -> None:
+    fold = hysteretic().at("FO1")
+    found = continue_from(hysteretic(), "FO1", 0.86522, points=4)
+    assert len(found) == 2
+    norms = sorted(abs(one.points[0].multipliers[0]) for one in found)
+    assert norms[0] < 1 < norms[1]
+    with pytest.raises(InvalidInput, match="no branch leaves FO1 the other way"):
+        continue_from(hysteretic(), "FO1", fold.value + 0.01)
+
+
+def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
+    branch = upwards(3.3)
+    for one in branch.bifurcations:
+        for side, word in ((-1e-3, one.word_before), (1e-3, one.word_after)):
+            (found,) = continue_from(branch, one.label, one.value + side, points=1)
+            assert found.ending is Ending.REACHED
+            assert str(found.points[0].orbit.word) == str(word), (one.label, side)
+
+
+def test_a_symmetric_motion_is_gone_on_from_in_pairs() -> None:
+    branch = follow(settled(alpha=0.3, delta=1.2), "alpha", 0.5, points=5)
+    for label, side, word in (("AS1", 0.01, "F2 F1 F2 F3"), ("AS1", -0.01, "F2")):
+        to = branch.at(label).value + side
+        (found,) = continue_from(branch, label, to, points=1)
+        assert str(found.points[-1].orbit.word) == word
+    (found,) = continue_from(branch, "GR1", 0.3, points=2)
+    assert [one.label for one in found.bifurcations] == ["AS1"]
+    known = branch.at("AS1")
+    assert abs(found.at("AS1").value - known.value) <= 2 * known.uncertainty + 1e-14
+
+
+def test_labels_count_each_type_and_name_the_ends() -> None:
+    branch = hysteretic()
+    labels = [one.label for one in branch.bifurcations]
+    assert labels[:6] == ["GS1", "BI1", "BI2", "AS1", "FO1", "CS1"]
+    assert len(set(labels)) == len(labels)
+    assert branch.at("FO2").type == FOLD
+    assert branch.at("EP1") is branch.points[0]
+    assert branch.at("EP2") is branch.points[-1]
+    with pytest.raises(InvalidInput, match=r"label = 'PD9': must be one of GS1, BI1,"):
+        branch.at("PD9")
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("branch") / "branch.json"
+    path.write_text(dumps(branch_record(light())))
+    return path
+
+
+@pytest.mark.parametrize("label", ["PD1", "EP2"])
+def test_a_file_goes_on_as_its_branch_does(file: Path, label: str) -> None:
+    from_file = continue_from(file, label, 0.035, points=2)
+    from_branch = continue_from(light(), label, 0.035, points=2)
+    for one, other in zip(from_file, from_branch, strict=True):
+        assert one.origin == other.origin == label
+        assert one.points[-1].orbit.z == pytest.approx(other.points[-1].orbit.z, abs=1e-10)
+
+
+def test_another_parameter_can_be_gone_on_in(file: Path) -> None:
+    for one in continue_from(file, "PD1", 0.02, parameter="zeta", points=2):
+        assert one.parameter == "zeta"
+        assert one.points[-1].orbit.parameters.alpha == light().at("PD1").value
+        assert one.points[-1].value == pytest.approx(0.02)
+
+
+def damaged(file: Path, **changes: object) -> str:
+    return json.dumps(json.loads(file.read_text()) | changes)
+
+
+def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp_path) -> None:
+    other = tmp_path / "other.json"
+    for text, words in (
+        (damaged(file, format=1), "format = 1: must be 2"),
+        ("{}", "a branch.json that"),
+        ("[1", "JSON that"),
+        (damaged(file, bifurcations=[{"label": "PD1"}]), "a whole branch.json"),
+    ):
+        other.write_text(text)
+        with pytest.raises(InvalidInput, match=words):
+            continue_from(other, "PD1", 0.1)
+    with pytest.raises(InvalidInput, match="readable"):
+        continue_from(tmp_path / "none.json", "PD1", 0.1)
+    with pytest.raises(InvalidInput, match=r"alpha = -1\.0: must be finite and >= 0"):
+        continue_from(file, "PD1", -1.0)
+    with pytest.raises(InvalidInput, match="one of PD1, EP1, EP2"):
+        continue_from(file, "GR1", 0.1)
