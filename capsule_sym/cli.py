@@ -106,6 +106,7 @@ for _name, _module, _text in (
     ),
     ("curve", "capsule_sym.orbits.curve_command", "Follow bifurcations in two parameters."),
     ("figure", "capsule_sym.figures.command", "Draw a figure of the case study."),
+    ("diagram", "capsule_sym.figures.command", "Draw branches of orbits, labelled."),
     ("report", "capsule_sym.figures.command", "Write the case study as one page of HTML."),
 ):
     group.add_command(_Elsewhere(_name, _module, _text))

@@ -56,6 +56,40 @@ def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
     click.echo(f"wrote {out}", err=True)
 
 
+@click.command("diagram")
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    metavar="FILE",
+    help="File to write; its ending .png, .svg or .pdf decides the format.",
+)
+@click.option(
+    "--of",
+    "quantity",
+    type=click.Choice(["x_r", "v_r", "v_c", "velocity"]),
+    default="x_r",
+    show_default=True,
+    help="Stroboscopic x_r, v_r or v_c, or the average velocity.",
+)
+def diagram(file: Path, out: Path, quantity: str) -> None:
+    """Draw a branch.json that `branch --out` wrote, with the branches that leave it.
+
+    A colour is a branch; stable orbits are solid, unstable ones dashed; every bifurcation has its
+    label.
+    """
+    from capsule_sym.figures.diagram import diagram as draw
+    from capsule_sym.figures.style import check_ending, save
+    from capsule_sym.orbits.saved import read
+
+    check_ending(out)
+    record = read(file)
+    with _needs_plotting():
+        save(draw(record, quantity), out)
+    click.echo(f"wrote {out}", err=True)
+
+
 @click.command("report")
 @click.option(
     "--out",

@@ -208,14 +208,15 @@ def branch_record(branch: Branch) -> dict[str, Any]:
 
     record = records.branch_record(branch)
     for point, plain in zip(branch.points, record["points"], strict=True):
-        plain |= {"stroboscopic": _strobe(point.orbit), "energy": _energies(point.orbit)}
+        plain |= {"stroboscopic": strobe(point.orbit), "energy": _energies(point.orbit)}
     for one, plain in zip(branch.bifurcations, record["bifurcations"], strict=True):
         velocity = float(one.orbit.average_velocity)
-        plain |= {"stroboscopic": _strobe(one.orbit), "average_velocity": velocity}
+        plain |= {"stroboscopic": strobe(one.orbit), "average_velocity": velocity}
     return record
 
 
-def _strobe(orbit: Orbit) -> list[list[float]]:
+def strobe(orbit: Orbit) -> list[list[float]]:
+    """The states (x_r, v_r, v_c) of an orbit where its excitation periods begin."""
     times = orbit.parameters.period * np.arange(1, orbit.word.multiple + 1)
     return [[float(value) for value in state] for state in orbit.trajectory()(times)]
 
@@ -232,11 +233,11 @@ def _energies(orbit: Orbit) -> dict[str, float] | None:
     return {name: float(getattr(figures, name).value) for name in names}
 
 
-def orbit_of(bifurcation: Mapping[str, Any]) -> Orbit:
-    """The orbit at a bifurcation of a branch's record."""
+def orbit_of(record: Mapping[str, Any]) -> Orbit:
+    """The orbit at a point or a bifurcation of a branch's record."""
     from capsule_sym.orbits import saved
 
-    return saved.orbit_of(bifurcation["orbit"])
+    return saved.orbit_of(record.get("orbit", record))
 
 
 def _settled(parameters: Parameters) -> dict[str, Any]:

@@ -28,7 +28,7 @@ def labelled_point(path: Path | str, label: str) -> tuple[str, Bifurcation | Bra
     Raises InvalidInput for a file that cannot be read, is no branch of this format, or has no such
     label.
     """
-    record = _read(path)
+    record = read(path)
     try:
         named: dict[str, Record] = {one["label"]: one for one in record["bifurcations"]}
         ends = record["points"][:: max(1, len(record["points"]) - 1)]
@@ -42,7 +42,8 @@ def labelled_point(path: Path | str, label: str) -> tuple[str, Bifurcation | Bra
         raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
 
 
-def _read(path: Path | str) -> Record:
+def read(path: Path | str) -> Record:
+    """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
     try:
         record = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:

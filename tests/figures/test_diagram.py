@@ -1,0 +1,58 @@
+"""Several branches in one diagram: what is solid, dashed, labelled, and where the points are."""
+
+import numpy as np
+import pytest
+
+from capsule_sym.cli import main
+from capsule_sym.errors import InvalidInput
+from capsule_sym.figures.diagram import diagram
+from capsule_sym.orbits.continuation import follow
+from capsule_sym.orbits.records import branch_record
+from capsule_sym.orbits.switching import cascade
+from capsule_sym.records import dumps
+from tests.orbits.branches import settled
+
+
+@pytest.fixture(scope="module")
+def record():
+    branch = follow(settled(alpha=0.04, zeta=0.005), "alpha", 0.046, points=6)
+    return branch_record(branch, cascade(branch, 1, points=6))
+
+
+def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
+    (axes,) = diagram(record).axes
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert names == ["branch", "from PD1", "stable", "unstable"]
+    assert {text.get_text() for text in axes.texts} == {"PD1"}
+    drawn = [line for line in axes.lines if len(line.get_xdata()) > 1]
+    styles = {(line.get_color(), line.get_linestyle()) for line in drawn}
+    assert len({colour for colour, _ in styles}) == 2
+    # The branch loses its stability to the doubled orbits, of which two states are shown.
+    value = record["bifurcations"][0]["value"]
+    for line in drawn:
+        assert (line.get_linestyle() == "--") == (np.mean(line.get_xdata()) > value) or (
+            line.get_color() != drawn[0].get_color()
+        )
+    doubled = [line for line in drawn if line.get_color() != drawn[0].get_color()]
+    assert [line.get_linestyle() for line in doubled] == ["-", "-"]
+    # The last orbit's states are those on which the map settles, from rest.
+    run = settled(alpha=0.046, zeta=0.005).trajectory()
+    times = run.parameters.period * np.arange(1, 3)
+    ends = sorted(line.get_ydata()[-1] for line in doubled)
+    assert ends == pytest.approx(sorted(run(times)[:, 0]), abs=1e-9)
+
+
+def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
+    file, out = tmp_path / "branch.json", tmp_path / "branch.svg"
+    file.write_text(dumps(record))
+    with pytest.raises(SystemExit) as stopped:
+        main(["diagram", str(file), "--of", "velocity", "--out", str(out)])
+    assert stopped.value.code == 0
+    assert out.read_text().startswith("<?xml")
+    file.write_text("{}")
+    with pytest.raises(SystemExit) as stopped:
+        main(["diagram", str(file), "--out", str(out)])
+    assert stopped.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 2
+    with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity"):
+        diagram(record, "x")
