@@ -452,9 +452,7 @@ def first_switches(const double[:, ::1] parameters, states, int64_t periods, eve
     cdef char[::1] at = states.view("i1")
     cdef char[::1] to = events.view("i1")
     cdef size_t count = len(states)
-    cdef capsule_crew *crew = <capsule_crew *> malloc(sizeof(capsule_crew))
-    if crew is NULL:
-        raise MemoryError()
+    cdef _Crew work = _kept.__dict__.pop("crew", None) or _Crew()
     cdef capsule_many many
     memset(&many, 0, sizeof(many))
     many.stride = 1
@@ -464,8 +462,8 @@ def first_switches(const double[:, ::1] parameters, states, int64_t periods, eve
     many.first = <capsule_event *> &to[0]
     many.lanes = lanes
     with nogil:
-        capsule_run_many(&many, count, periods, crew)
-    free(crew)
+        capsule_run_many(&many, count, periods, work.crew)
+    _kept.crew = work
     return stops
 
 

@@ -6,10 +6,11 @@ import sympy as sp
 
 from capsule_sym.symbolic.items import Item
 from capsule_sym.symbolic.model import P2, P3, SEGMENTS
-from capsule_sym.symbolic.symbols import alpha, delta, f_b, omega, tau, v_c, v_r, x_r, zeta
+from capsule_sym.symbolic.symbols import alpha, delta, f_b, omega, tau, v_c, v_r, x_r
 
-_AHEAD = 1 - omega**2  # in phase with the force, times the response
-_BEHIND = 2 * zeta * omega
+_RATE = SEGMENTS[1].field[1]
+_AHEAD = -sp.diff(_RATE, x_r) - omega**2  # in phase with the force, times the response
+_BEHIND = -sp.diff(_RATE, v_r) * omega
 GRAZE = delta * sp.sqrt(_AHEAD**2 + _BEHIND**2)
 """The amplitude alpha at which the resting orbit grazes on L9."""
 _ANGLE = omega * tau
