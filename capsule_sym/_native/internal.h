@@ -13,6 +13,14 @@ typedef struct {
     int known;
 } capsule_exact;
 
+/* A double-double, and the tables for them: a run makes one where 106 bits first meet its flow. */
+typedef struct {
+    double hi, lo;
+} capsule_wide_number;
+#define CAPSULE_WIDE_TERMS 28
+typedef CAPSULE_TABLE_OF(capsule_wide_number, CAPSULE_WIDE_TERMS, CAPSULE_WIDE_TERMS + 1, 1)
+    capsule_wide_table;
+
 /* How a segment passed, and what its record has besides the states. */
 typedef struct {
     capsule_outcome outcome;
@@ -32,15 +40,24 @@ typedef struct {
     double guess[7][11]; /* where a segment of this field from this plane ended last */
     capsule_exact exact;
     double angle, cosine, sine; /* of the last switch */
+    capsule_wide_table *wide;   /* by contact and drift */
+    int wide_made[4];
 } capsule_course;
 
 /* Takes a run over its present segment, and finds the field that follows: in double precision, the
-   same by fused multiply-adds, and in 106 bits. Leaves the state alone where that stays open. */
+   same by fused multiply-adds, and in 106 bits, also so. Leaves the state alone where that stays open. */
 typedef void capsule_segment_step(capsule_course *course, capsule_state *state, capsule_passage *p);
-capsule_segment_step capsule_pass, capsule_pass_fused, capsule_pass_wide;
+capsule_segment_step capsule_pass, capsule_pass_fused, capsule_pass_wide, capsule_pass_wide_fused;
+
+#if !(defined(__x86_64__) && defined(__GNUC__))
+#define capsule_pass_fused capsule_pass
+#define capsule_pass_wide_fused capsule_pass_wide
+#define capsule_field_fused capsule_field_at
+#endif
 
 /* The field that takes over at a state; 0 where double precision leaves it open. */
 int capsule_field_at(const capsule_map *map, const capsule_state *state);
+int capsule_field_fused(const capsule_map *map, const capsule_state *state);
 
 /* Whether a run from a state may be asked for: parameters and state keep what capsule.h says, so
    that every index and every loop below is bounded. */

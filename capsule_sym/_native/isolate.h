@@ -35,7 +35,7 @@ static void halve(piece *right, piece *left, int count)
         left->value[i] = right->value[0];
         left->error[i] = right->error[0];
         for (int j = 0; j + 1 < count - i; j++) {
-            right->value[j] = mul(num(0.5), add(right->value[j], right->value[j + 1]));
+            right->value[j] = mean(right->value[j], right->value[j + 1]);
             right->error[j] = 0.5 * (right->error[j] + right->error[j + 1]);
         }
         /* [count - 1 - i] keeps the last value of this row, which is the right half's. */

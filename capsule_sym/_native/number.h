@@ -10,7 +10,7 @@
 #include <math.h>
 #include <stdint.h>
 
-#include "capsule.h"
+#include "internal.h"
 
 #ifdef __clang__ /* masks are of lanes, and `|` of two is no slip for `||` */
 #pragma clang diagnostic ignored "-Wunknown-warning-option"
@@ -112,18 +112,18 @@ typedef double entry;
 #define mul(a, b) ((a) * (b))
 #define mad(a, b, c) ((a) * (b) + (c))
 #define over(a, b) ((a) / (b))
+#define part(a, n) ((a) * (1.0 / (n)))
+#define mean(a, b) (0.5 * ((a) + (b)))
 #define neg(a) (-(a))
 #define choose pick
 #define row(e) all(e)
 #else
 #define UNIT 0x1p-102 /* bounds what a few operations below lose */
 #define ROOT_UNIT 0x1p-51
-#define TERMS 28
-#define DEGREE 29 /* of a guard: v_c has a term more than x_r */
+#define TERMS CAPSULE_WIDE_TERMS
+#define DEGREE (TERMS + 1) /* of a guard: v_c has a term more than x_r */
 #define LEVELS 1
-typedef struct {
-    double hi, lo;
-} real;
+typedef capsule_wide_number real;
 typedef real entry;
 inlined real whole_sum(double a, double b)
 {
@@ -137,9 +137,14 @@ inlined real near_sum(double a, double b) /* |a| >= |b| */
 }
 inlined real whole_product(double a, double b)
 {
+#if defined(__FMA__) || defined(__aarch64__)
+    const double p = a * b;
+    return (real){p, fma(a, b, -p)};
+#else
     const double p = a * b, ca = 134217729.0 * a, cb = 134217729.0 * b;
     const double ah = ca - (ca - a), bh = cb - (cb - b), al = a - ah, bl = b - bh;
     return (real){p, ((ah * bh - p) + ah * bl + al * bh) + al * bl};
+#endif
 }
 inlined real num(double a) { return (real){a, 0.0}; }
 #define wide(a) num(a)
@@ -166,13 +171,32 @@ inlined real over(real a, real b)
     r = sub(r, mul(b, num(q2)));
     return add(near_sum(q, q2), num(r.hi / b.hi));
 }
+static const real PARTS[] = {{0.0, 0.0},
+    {1.0 / 1, 0.0}, {1.0 / 2, 0.0}, {1.0 / 3, 1.850371707708594e-17}, {1.0 / 4, 0.0},
+    {1.0 / 5, -1.1102230246251566e-17}, {1.0 / 6, 9.25185853854297e-18},
+    {1.0 / 7, 7.93016446160826e-18}, {1.0 / 8, 0.0}, {1.0 / 9, 6.1679056923619804e-18},
+    {1.0 / 10, -5.551115123125783e-18}, {1.0 / 11, -2.523234146875356e-18},
+    {1.0 / 12, 4.625929269271485e-18}, {1.0 / 13, -4.270088556250602e-18},
+    {1.0 / 14, 3.96508223080413e-18}, {1.0 / 15, 9.251858538542971e-19}, {1.0 / 16, 0.0},
+    {1.0 / 17, 8.163404592832033e-19}, {1.0 / 18, 3.0839528461809902e-18},
+    {1.0 / 19, 2.921639538487254e-18}, {1.0 / 20, -2.7755575615628915e-18},
+    {1.0 / 21, 2.64338815386942e-18}, {1.0 / 22, -1.261617073437678e-18},
+    {1.0 / 23, 1.206764157201257e-18}, {1.0 / 24, 2.3129646346357427e-18},
+    {1.0 / 25, -8.326672684688674e-19}, {1.0 / 26, -2.135044278125301e-18},
+    {1.0 / 27, 2.05596856412066e-18}, {1.0 / 28, 1.982541115402065e-18},
+    {1.0 / 29, 4.785444071660157e-19}, {1.0 / 30, 4.625929269271486e-19}};
+inlined real part(real a, int n) { return mul(a, PARTS[n]); } /* a/n, of n up to 30 */
+inlined real mean(real a, real b) /* within UNIT of the larger */
+{
+    const real s = whole_sum(a.hi, b.hi), t = near_sum(s.hi, s.lo + (a.lo + b.lo));
+    return (real){0.5 * t.hi, 0.5 * t.lo};
+}
 inlined real choose(mask m, real a, real b) { return m ? a : b; }
 #define row(e) (e)
 #endif
 
-#define TABLE_NAME2(a, b) a##b
-#if defined(WIDE)
-typedef CAPSULE_TABLE_OF(entry, TERMS, DEGREE, LEVELS) table;
+#ifdef WIDE
+typedef capsule_wide_table table;
 #else
 typedef capsule_table table;
 #endif
@@ -240,8 +264,8 @@ inlined void sine_cosine(real angle, bound rest, real *sine, real *cosine)
     const real z = neg(mul(r, r));
     real s = r, c = num(1.0), s_term = r, c_term = c;
     for (int n = 1; n < 28; n += 2) {
-        c_term = over(mul(c_term, z), num((double)n * (n + 1)));
-        s_term = over(mul(s_term, z), num((double)(n + 1) * (n + 2)));
+        c_term = part(part(mul(c_term, z), n), n + 1);
+        s_term = part(part(mul(s_term, z), n + 1), n + 2);
         c = add(c, c_term);
         s = add(s, s_term);
     }

@@ -98,13 +98,14 @@ void capsule_rest(capsule_course *course, double x_r, double v_r, double angle, 
     course->exact.known = 0;
 }
 
-static capsule_segment_step *pass_here(void)
+/* Whether the code made for fused multiply-adds runs here. */
+static int fused(void)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
-    if (capsule_lanes() > 1)
-        return capsule_pass_fused;
+    return capsule_lanes() > 1;
+#else
+    return 0;
 #endif
-    return capsule_pass;
 }
 
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
@@ -121,7 +122,10 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     course.wish = wish;
     course.periods = periods;
     course.position = wish->position || wish->segments;
-    capsule_segment_step *const pass = pass_here();
+    capsule_segment_step *const pass = fused() ? capsule_pass_fused : capsule_pass;
+    capsule_segment_step *const wide_pass = fused() ? capsule_pass_wide_fused : capsule_pass_wide;
+    capsule_wide_table tables[4];
+    course.wide = tables;
     const int64_t pause = wish->strobe && wish->rows ? state->turn + wish->rows / 2 : periods;
     while (state->turn < periods) {
         if (((wish->segments || wish->events) && *written == wish->room) || state->turn >= pause)
@@ -137,7 +141,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
             wish->precision != CAPSULE_DOUBLE) {
             wide = 1;
             *state = before;
-            capsule_pass_wide(&course, state, &p);
+            wide_pass(&course, state, &p);
         }
         if (p.stopped)
             return CAPSULE_STOPPED;
@@ -167,8 +171,6 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     return CAPSULE_DONE;
 }
 
-int capsule_field_fused(const capsule_map *map, const capsule_state *state);
-
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase)
 {
@@ -178,11 +180,7 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
                            .angle = angle, .angle_rest = rest};
     if (v_c != 0.0)
         return state;
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (capsule_lanes() > 1)
-        state.plane = state.field = capsule_field_fused(map, &state);
-    else
-#endif
-        state.plane = state.field = capsule_field_at(map, &state);
+    state.plane = state.field =
+        fused() ? capsule_field_fused(map, &state) : capsule_field_at(map, &state);
     return state;
 }

@@ -256,10 +256,14 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
     const segment c = segment_of(map, field);
     const segment_sizes b = sizes_of(&c);
 #ifdef WIDE
-    bases base;
-    table made, *t = &made;
-    bases_make(&base);
-    table_make(&base, k, &c, t);
+    table *t = &course->wide[2 * contact + drift];
+    int *made = &course->wide_made[2 * contact + drift];
+    if (!*made) {
+        bases base;
+        bases_make(&base);
+        table_make(&base, k, &c, t);
+        *made = 1;
+    }
 #else
     const table *t = &map->table[2 * contact + drift];
 #endif

@@ -141,26 +141,19 @@ typedef struct {
 inlined motion motion_at(const real *a, real s, int drift, int position)
 {
     real y = a[TERMS - 1], y1 = num(0.0);
-    real z = mul(a[TERMS - 1], num(1.0 / (TERMS + 1))), w = mul(z, num(1.0 / (TERMS + 2)));
-#ifdef WIDE
-    z = over(a[TERMS - 1], num(TERMS + 1.0)), w = over(z, num(TERMS + 2.0));
-#endif
+    real z = part(a[TERMS - 1], TERMS + 1), w = part(z, TERMS + 2);
     for (int n = TERMS - 1; n >= 2; n--) { /* coefficient n is a[n - 1] */
         y1 = mad(y1, s, y);
         y = mad(y, s, a[n - 1]);
         if (drift) {
-#ifdef WIDE
-            const real b = over(a[n - 1], num(n + 1.0)), d = over(b, num(n + 2.0));
-#else
-            const real b = a[n - 1] * (1.0 / (n + 1)), d = b * (1.0 / (n + 2));
-#endif
+            const real b = part(a[n - 1], n + 1), d = part(b, n + 2);
             z = mad(z, s, b);
             if (position)
                 w = mad(w, s, d);
         }
     }
     motion m;
-    const real s2 = mul(s, s), half = num(0.5), sixth = over(num(1.0), num(6.0));
+    const real s2 = mul(s, s), half = num(0.5), sixth = part(num(1.0), 6);
     m.lag = mul(s2, y);
     m.x = mad(s, a[0], m.lag);
     m.slope = mul(s, mad(s, y1, add(y, y)));
@@ -213,7 +206,7 @@ inlined guard guard_of(const segment *c, const table *t, const expansion *e, con
     if (drift) {
         const real slope = mul(mul(by, e->slope), num(t->level[level]));
         for (int j = 0; j < DEGREE; j++)
-            g.form[j] = add(g.form[j], mul(slope, over(num(j + 1.0), num(DEGREE))));
+            g.form[j] = add(g.form[j], mul(slope, part(num(j + 1.0), DEGREE)));
         g.first = mul(by, s->v_c);
         g.zeros = s->second_zeros;
     } else {

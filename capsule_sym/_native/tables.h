@@ -249,7 +249,7 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
                 memcpy(work + 1, long_, DEGREE * sizeof *work);
                 for (int i = 1; i <= DEGREE; i++) {
                     for (int j = 0; j + i <= DEGREE; j++)
-                        work[j] = mul(num(0.5), add(work[j], work[j + 1]));
+                        work[j] = mean(work[j], work[j + 1]);
                     half[i - 1] = work[0];
                 }
             }
