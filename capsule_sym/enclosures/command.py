@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym.options import json_option, make_console, make_table, track
+from capsule_sym.options import json_option, make_console, make_progress, make_table, track
 from capsule_sym.processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
@@ -17,15 +18,34 @@ if TYPE_CHECKING:
 
 @click.command("enclose")
 @click.option("--thresholds", is_flag=True, help="Only the bifurcations, not the intervals.")
+@click.option(
+    "--region",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Prove the (alpha, gamma) plane instead, going on with FILE.",
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0),
+    default=3600.0,
+    show_default=True,
+    help="With --region: how long.",
+)
 @json_option
-def enclose(thresholds: bool, as_json: bool) -> None:
+def enclose(thresholds: bool, region: Path | None, seconds: float, as_json: bool) -> None:
     """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
 
     At both mass ratios, each bifurcation is enclosed with its type, line and order of contact, and
     on each interval between them existence, uniqueness, itinerary and stability of the orbit are
     proved, box by box, but for 1e-12 on either side of a bifurcation. Takes some two minutes on two
     cores. Exits with 1 where a step is left unproved.
+
+    With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
+    stable orbit with one itinerary all over each. It tells what share of the plane that is.
     """
+    if region is not None:
+        _region(region, seconds, as_json)
+        return
     from capsule_sym.enclosures.section4 import GAMMAS
 
     begin = perf_counter()
@@ -44,6 +64,38 @@ def enclose(thresholds: bool, as_json: bool) -> None:
         _print(records, thresholds, seconds)
     if any(one["failed"] for one in records):
         raise click.exceptions.Exit(1)
+
+
+def _region(path: Path, seconds: float, as_json: bool) -> None:
+    from rich.progress import TextColumn, TimeElapsedColumn
+
+    from capsule_sym.enclosures.regions import Plane, prove
+
+    text = TextColumn("{task.description}")
+    with make_progress(text, TimeElapsedColumn()) as progress:
+        task = progress.add_task("Proving the plane", total=None)
+
+        def report(plane: Plane) -> None:
+            told = f"Proving the plane: {plane.share:.2%} in {plane.patches} patches"
+            progress.update(task, description=told)
+
+        try:
+            plane = prove(path, seconds, report=report)
+        except OSError as problem:
+            raise click.ClickException(f"{path}: {problem.strerror}") from None
+    shares = sorted(plane.shares.items(), key=lambda one: -one[1])
+    if as_json:
+        told = {"share": plane.share, "patches": plane.patches, "words": dict(shares)}
+        told |= {"seconds": round(plane.seconds, 1), "work": round(plane.work, 1)}
+        click.echo(json.dumps(told))
+        return
+    table = make_table("itinerary", "share of the plane")
+    for word, share in shares:
+        table.add_row(word, f"{share:.2%}")
+    table.add_row("all", f"{plane.share:.2%}")
+    console = make_console()
+    console.print(table)
+    console.print(f"{plane.patches} patches, {plane.work:.0f} s of one core")
 
 
 def _proved(gamma: str, intervals: bool) -> dict[str, Any]:

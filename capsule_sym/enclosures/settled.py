@@ -50,13 +50,13 @@ def settled(values: Mapping[str, str]) -> Settled:
     word = Word.of_motion(motion)
     with precision(_BITS):
         shooting = shooting_of(word, [values[name] for name in PARAMETERS])
-        tube = prove(shooting, _guess(shooting, run, motion), {}).tube
+        tube = prove(shooting, guess_of_run(shooting, run, motion), {}).tube
         speeds = tuple(_bounds(node.state[V, 0]) for node in tube.wide.nodes)
         return Settled(word.fields, speeds, _at_crest(tube))
 
 
-def _guess(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> list[Ball]:
-    """The columns of a motion that a run has settled on."""
+def guess_of_run(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> list[Ball]:
+    """The unknowns of a motion that a run has settled on, without what varies."""
     omega = run.parameters.omega
     if len(motion.segments) == 1:
         return columns_of(shooting, [run.final[1]], [0.0, math.tau / omega])

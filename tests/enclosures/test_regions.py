@@ -1,0 +1,214 @@
+"""The (alpha, gamma) plane in patches: against single orbits, and with a remainder taken away."""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym import Parameters
+from capsule_sym.enclosures import forms
+from capsule_sym.enclosures.balls import Unproved, arb, ball, floats, precision
+from capsule_sym.enclosures.fields import Field
+from capsule_sym.enclosures.forms import Form, exponential, polynomial
+from capsule_sym.enclosures.orbits import guess_of, shooting_of
+from capsule_sym.enclosures.patches import Patch
+from capsule_sym.enclosures.regions import EXACT, Cell, attempt, begun, history, prove
+from capsule_sym.errors import InvalidInput
+from capsule_sym.orbits.equations import PARAMETERS
+from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.search import find_orbit
+
+REST = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture(autouse=True)
+def bits():
+    with precision(64):
+        yield
+
+
+def patch_at(alpha: float, gamma: float, radii: tuple[float, float], **other: float) -> Patch:
+    orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma, **other))
+    assert isinstance(orbit, Orbit)
+    exact = {name: text for name, text in EXACT.items() if name not in other}
+    shooting = shooting_of(orbit.word, orbit.values, ("alpha", "gamma"), exact)
+    return Patch(shooting, guess_of(shooting, orbit), radii)
+
+
+def at(form: Form, x: float, y: float):
+    """A form's ball at a place of its box."""
+    return sum((c * x**a * y**b for c, (a, b) in zip(form.p, forms.MONOMIALS, strict=True)), form.e)
+
+
+PLACES = tuple(product((-1.0, -0.3, 0.6, 1.0), repeat=2))
+ONE = polynomial([1.3, 0.1, -0.05, 0.02], 1e-9)
+OTHER = polynomial([-0.7, 0.03, 0.08, 0.0, 0.01, 0.01])
+
+
+@pytest.mark.parametrize(
+    ("made", "true"),
+    [
+        (ONE * OTHER, lambda x, y: x * y),
+        (ONE * ONE * OTHER + ONE - OTHER, lambda x, y: x * x * y + x - y),
+        (OTHER.inverse(), lambda x, y: 1 / y),
+        (ONE.sin_cos()[0], lambda x, y: x.sin()),
+        (ONE.sin_cos()[1], lambda x, y: x.cos()),
+    ],
+)
+def test_forms_hold_what_they_stand_for_and_not_without_remainder(made: Form, true) -> None:
+    bare = Form(made.p, made.e * 0)
+    held = [at(made, *s).contains(true(at(ONE, *s), at(OTHER, *s)).mid()) for s in PLACES]
+    without = [at(bare, *s).contains(true(at(ONE, *s), at(OTHER, *s)).mid()) for s in PLACES]
+    assert all(held)
+    assert not all(without)
+    assert float(made.e.rad()) < 5e-2
+
+
+def test_exponential_over_a_patch_holds_the_flow_at_its_corners() -> None:
+    patch = patch_at(1.64, 3.3, (2e-3, 2e-2))
+    h = polynomial([1.2, 0.01, -0.02])
+    found = exponential(patch._rates[4], h)
+    for x, y in PLACES:
+        exact = Field(4, patch.given | {"gamma": patch.gamma.c + ball(0.02) * y})
+        flow = exact.flow(ball(1.2 + 0.01 * x - 0.02 * y))
+        for i, j in product(range(6), repeat=2):
+            entry = forms.entry(found, i, j)
+            assert at(entry, x, y).overlaps(flow[i, j])
+    assert float(max(abs(x) for row in floats(found.e) for x in row)) < 1e-3
+
+
+@pytest.mark.parametrize(("alpha", "gamma"), [(1.2, 3.3), (1.9, 2.0), (0.005, 3.0)])
+def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> None:
+    radii = (1e-3, 1e-2)
+    patch = patch_at(alpha, gamma, radii)
+    legs = patch.enclose()
+    patch.prove()
+    orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma))
+    assert isinstance(orbit, Orbit)
+    for x, y in ((-1.0, -1.0), (-1.0, 1.0), (1.0, 0.3)):
+        values = list(orbit.values)
+        values[0] += x * radii[0]
+        values[PARAMETERS.index("gamma")] += y * radii[1]
+        moved = close(values, orbit.word, list(orbit.z))
+        assert isinstance(moved, Orbit)
+        for form, span in zip(legs.starts, moved.shot.spans, strict=True):
+            for row in range(2):
+                held = at(forms.entry(form, row, 0), x, y)
+                assert (held + arb(0, 1e-12)).contains(arb(float(span.start[row])))
+
+
+def test_patches_that_are_too_large_or_across_a_border_are_not_proved() -> None:
+    with pytest.raises(Unproved, match="existence"):
+        patch_at(1.2, 3.3, (0.05, 0.5)).prove()
+    with pytest.raises(Unproved, match="guards"):
+        patch_at(0.36, 3.3, (0.02, 0.02)).prove()  # forward drift begins at 0.3687...
+
+
+def test_unstable_orbits_are_not_proved_to_be_stable() -> None:
+    orbit = find_orbit(Parameters(alpha=0.0428, zeta=0.005))
+    assert isinstance(orbit, Orbit)
+    values = [0.045, *orbit.values[1:]]  # between two period doublings
+    unstable = close(values, orbit.word, list(orbit.z))
+    assert isinstance(unstable, Orbit)
+    assert unstable.word.multiple == 1
+    exact = {**EXACT, "zeta": "0.005"}
+    shooting = shooting_of(unstable.word, unstable.values, ("alpha", "gamma"), exact)
+    patch = Patch(shooting, guess_of(shooting, unstable), (1e-6, 1e-6))
+    patch.admissible(patch.enclose())
+    with pytest.raises(Unproved, match="stability"):
+        patch.prove()
+
+
+def test_a_guard_that_is_negative_somewhere_is_found_in_no_part() -> None:
+    """The zero of the equations beyond a border is rejected, however small the patch."""
+    orbit = find_orbit(Parameters(alpha=0.36))
+    assert isinstance(orbit, Orbit)
+    beyond = close([0.37, *orbit.values[1:]], orbit.word, list(orbit.z))
+    assert isinstance(beyond, Orbit)
+    shooting = shooting_of(beyond.word, beyond.values, ("alpha", "gamma"), EXACT)
+    patch = Patch(shooting, guess_of(shooting, beyond), (1e-6, 1e-6))
+    with pytest.raises(Unproved, match="guards"):
+        patch.admissible(patch.enclose())
+
+
+def test_halves_tile_their_patch() -> None:
+    cell = Cell(5, 7, 4, 3)
+    for along in (0, 1):
+        low, high = cell.halves(along)
+        assert low.area + high.area == cell.area
+        (here, _), (radius, _) = (
+            (cell.middle, cell.radii)
+            if along == 0
+            else (
+                cell.middle[::-1],
+                cell.radii[::-1],
+            )
+        )
+        for half, side in ((low, -1), (high, 1)):
+            middle = half.middle[along]
+            assert middle == pytest.approx(here + side * radius / 2, rel=1e-8)
+            # No gap between neighbours: each reaches a little over the common side.
+            assert side * (middle - side * half.radii[along] - here) < 0
+
+
+def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
+    small = Cell(9, 300, 6, 40)
+    alpha, gamma = small.middle
+    word = attempt(small, REST).word
+    orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma))
+    assert isinstance(orbit, Orbit)
+    assert word == str(orbit.word)
+    large = attempt(Cell(0, 0, 0, 0), REST)
+    assert large.word is None
+    assert large.along in (0, 1)
+
+
+def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
+    path = tmp_path / "regions.jsonl"
+    fresh = begun(path)
+    assert sum(-area for area, *_ in fresh.open) == pytest.approx(1.0)
+    first, second = (cell for _, cell, _ in sorted(fresh.open)[:2])
+    low, high = second.halves(1)
+    records = (
+        {"cell": first, "seconds": 1.0, "work": 0.5, "word": "F5 F2"},
+        {"cell": second, "seconds": 2.0, "work": 0.5, "along": 1},
+        {"cell": low, "seconds": 3.0, "work": 0.25, "word": "F2"},
+    )
+    path.write_text("".join(json.dumps(one) + "\n" for one in records))
+    again = begun(path)
+    assert again.share == first.area + low.area
+    assert (again.patches, again.seconds, again.work) == (2, 3.0, 1.25)
+    open_cells = {cell for _, cell, _ in again.open}
+    assert high in open_cells
+    assert not {first, second, low} & open_cells
+    total = again.share + sum(-area for area, *_ in again.open)
+    assert total == pytest.approx(1.0)
+    assert prove(path, 0.0).share == again.share
+    assert list(history(path))[-1] == (1.25, again.share)
+
+
+def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "other.json"
+    path.write_text('{"certificates": []}\n')
+    with pytest.raises(InvalidInput, match="region"):
+        begun(path)
+
+
+def test_sizes_of_a_large_residual_prove_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the residual's remainder taken away a patch that is too large would pass."""
+    radii = (6e-3, 6e-2)
+    with pytest.raises(Unproved, match="existence"):
+        patch_at(1.9, 2.0, radii).enclose()
+    whole = Form.__mul__
+
+    def bare(self: Form, other: object) -> Form:
+        found = whole(self, other)
+        return Form(found.p, found.e * 0)
+
+    patch = patch_at(1.9, 2.0, radii)
+    monkeypatch.setattr(Form, "__mul__", bare)
+    assert np.isfinite(float(patch.enclose().durations[0].mid()))
