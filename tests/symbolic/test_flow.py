@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -13,26 +14,48 @@ from capsule_sym.symbolic.basis_proofs import Proof
 from capsule_sym.symbolic.flow_proofs import JET_ORDER, proofs
 from capsule_sym.symbolic.model import SEGMENTS
 
-PROOFS = proofs()
+
+@cache
+def all_proofs() -> tuple[Proof, ...]:
+    """They take seconds to derive, which is not for the collection of tests."""
+    return tuple(proofs())
 
 
-@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
-def test_proof(proof: Proof) -> None:
-    assert all(residual == 0 for residual in proof.residuals())
+def proofs_of(name: str) -> list[Proof]:
+    """Those of a segment, or those of all segments."""
+    if name in (segment.name for segment in SEGMENTS):
+        return [proof for proof in all_proofs() if f".{name}." in proof.name]
+    ours = [proof.name for segment in SEGMENTS for proof in proofs_of(segment.name)]
+    return [proof for proof in all_proofs() if proof.name not in ours]
 
 
-@pytest.mark.parametrize("proof", PROOFS, ids=lambda proof: proof.name)
-def test_wrong_sign_is_refused(proof: Proof) -> None:
-    claim = sp.sympify(proof.claim)
-    terms = sp.Add.make_args(claim)
-    # One term of a Jacobian's entry, which costs most to check, and every term of the rest.
-    for term in terms[:1] if proof.name.startswith("jacobian") else terms:
-        mutant = claim - 2 * term if term != 0 else sp.Integer(1)
-        assert any(residual != 0 for residual in proof.check(mutant)), mutant
+NAMES = [segment.name for segment in SEGMENTS] + ["all"]
+
+
+def test_every_proof_has_its_place() -> None:
+    assert all(proofs_of(name) for name in NAMES)
+    assert sum(len(proofs_of(name)) for name in NAMES) == len(all_proofs())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_proofs(name: str) -> None:
+    for proof in proofs_of(name):
+        assert all(residual == 0 for residual in proof.residuals()), proof.name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_wrong_signs_are_refused(name: str) -> None:
+    for proof in proofs_of(name):
+        claim = sp.sympify(proof.claim)
+        terms = sp.Add.make_args(claim)
+        # One term of a Jacobian's entry, which costs most to check, and every term of the rest.
+        for term in terms[:1] if proof.name.startswith("jacobian") else terms:
+            mutant = claim - 2 * term if term != 0 else sp.Integer(1)
+            assert any(residual != 0 for residual in proof.check(mutant)), (proof.name, mutant)
 
 
 def test_every_line_of_the_derivation_is_proved() -> None:
-    names = {proof.name for proof in PROOFS}
+    names = {proof.name for proof in all_proofs()}
     for segment in SEGMENTS:
         states = ("x_r", "v_r") if segment.stick else ("x_r", "v_r", "v_c", "x_c", "drift_short")
         assert names >= {f"flow.{segment.name}.{state}" for state in states}
