@@ -51,7 +51,11 @@ class Slope:
             return Slope(self.value**0, 0 * self.slope)
         return Slope(self.value**power, power * self.value ** (power - 1) * self.slope)
 
-    __radd__, __rmul__ = __add__, __mul__
+    def __radd__(self, other: Any) -> Slope:
+        return self.__add__(other)
+
+    def __rmul__(self, other: Any) -> Slope:
+        return self.__mul__(other)
 
     def __neg__(self) -> Slope:
         return self * -1
@@ -63,11 +67,10 @@ class Slope:
         return -self + other
 
     def __truediv__(self, other: Any) -> Slope:
-        inverse: Slope = _lifted(other) ** -1
-        return self * inverse
+        return self * _lifted(other) ** -1
 
     def __rtruediv__(self, other: Any) -> Slope:
-        return self**-1 * _lifted(other)
+        return self**-1 * other
 
 
 def _lifted(value: Any) -> Slope:
