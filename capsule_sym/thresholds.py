@@ -17,6 +17,7 @@ from capsule_sym.orbits.curves import Curve, trace
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import locate
 from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym.orbits.search import find_orbit
 from capsule_sym.orbits.states import Ending
@@ -109,7 +110,9 @@ def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]
         orbit = point.orbit
         values = (printed.alpha, *orbit.values[1:])
         with backend("numpy") as numbers:
-            found = locate(numbers, values, ("gamma",), orbit.word, orbit.z, (point.leg,))
+            found = locate(
+                numbers, values, (ParameterPath("gamma"),), orbit.word, orbit.z, (point.leg,)
+            )
         if found is not None:
             yield float(found.values[PARAMETERS.index("gamma")])
 

@@ -20,6 +20,7 @@ from capsule_sym.orbits.events import (
     locate,
 )
 from capsule_sym.orbits.orbit import Orbit, Status
+from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.stability import monodromy, multipliers
 from capsule_sym.orbits.word import Word
 
@@ -59,7 +60,8 @@ class Bifurcation:
     "kept" the orbits are their own mirror images, and it happens to the leg's image half a period
     later too; where it is "broken" those on one side are, those on the other touch the spring.
     The multipliers are those of orbits on the branch a little before and after. `word_after` is
-    None where the branch ends. `label`, such as "PD2", names it on its branch.
+    None where the branch ends. `label`, such as "PD2", names it on its branch;
+    `path` is what varies there.
     """
 
     type: str
@@ -81,6 +83,7 @@ class Bifurcation:
     multipliers_after: tuple[complex, ...]
     orbit: Orbit
     label: str = ""
+    path: ParameterPath | None = None
 
 
 def refined(one: Bifurcation) -> Located:
@@ -94,7 +97,8 @@ def refined(one: Bifurcation) -> Located:
     with backend("mpmath") as numbers:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
-        found = locate(numbers, values, (one.parameter,), orbit.word, z, (one.leg,))
+        free = (one.path or ParameterPath(one.parameter),)
+        found = locate(numbers, values, free, orbit.word, z, (one.leg,))
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
     return found

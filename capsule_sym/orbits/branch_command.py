@@ -19,7 +19,7 @@ from capsule_sym.options import (
 from capsule_sym.orbits.command import certify_found, out_option, settled, settling_option
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from rich.table import Table
 
@@ -48,6 +48,13 @@ if TYPE_CHECKING:
     metavar="DEPTH",
     help="Follow the branches of doubled orbits too, and those that leave them.",
 )
+@click.option(
+    "--with",
+    "ties",
+    multiple=True,
+    metavar="NAME=FORMULA",
+    help="A parameter that varies too, such as alpha=0.5*omega**2; may be repeated.",
+)
 @settling_option
 @out_option
 @certify_option("the bifurcations")
@@ -60,6 +67,7 @@ def branch(
     points: int,
     restart: tuple[str, str] | None,
     cascade: int,
+    ties: tuple[str, ...],
     state: tuple[float, float, float],
     out: Path | None,
     certify: Path | None,
@@ -71,7 +79,9 @@ def branch(
     The branch begins with the orbit on which the motion settles at --from, or at a labelled point
     of a branch that --out wrote. It is followed through folds, stable or not, and from word to word
     where an inequality of the word fails. With --restart all branches are followed that leave the
-    point towards --to: at a period doubling the doubled one too.
+    point towards --to: at a period doubling the doubled one too. With --with the parameter may also
+    be a name of one's own, of which one of the parameters given so is an affine function, or P_d,
+    Omega, G, c or k2 of a device in SI units.
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
     "label", "type", "line", "parameter", "value", "uncertainty", "word_before" and "word_after";
@@ -88,15 +98,20 @@ def branch(
         given += [name for name, value in (("FILE", file), ("from", begin)) if value is not None]
         if given:
             raise InvalidInput(given[0], "given", "left out with --restart, whose file has it")
-        found = _restarted(*restart, parameter, end, points)
+        found = _restarted(*restart, parameter, end, points, _ties(ties) or None)
     else:
         for name, value in (("parameter", parameter), ("from", begin)):
             if value is None:
                 raise InvalidInput(name, None, "given, or --restart in its place")
         assert parameter is not None
         assert begin is not None
-        parameters, _ = chosen_parameters(file, dimensionless)
-        found = (followed(parameters, parameter, begin, end, points, state),)
+        parameters, device = chosen_parameters(file, dimensionless)
+        tied = _ties(ties)
+        if device is not None and not tied and parameter not in parameters.to_dict():
+            from capsule_sym.orbits.parameter_paths import device_path
+
+            tied = device_path(device, parameter)
+        found = (followed(parameters, parameter, begin, end, points, state, tied),)
     found += _cascade(found, cascade, points)
     first, *others = found
     if out is not None:
@@ -115,17 +130,35 @@ def branch(
     else:
         for one in found:
             _print_branch(one)
+    if certify is not None and first.axis.path.ties:
+        raise InvalidInput("certify", str(certify), "absent with --with: one parameter varies")
     if certify is not None:
         certify_found(certify, [one for branch in found for one in branch.bifurcations])
     tell_early_end(first)
 
 
 def _restarted(
-    file: str, label: str, parameter: str | None, end: float, points: int
+    file: str,
+    label: str,
+    parameter: str | None,
+    end: float,
+    points: int,
+    ties: dict[str, str] | None,
 ) -> tuple[Branch, ...]:
     from capsule_sym.orbits.switching import continue_from
 
-    return continue_from(file, label, end, parameter=parameter, points=points)
+    return continue_from(file, label, end, parameter=parameter, points=points, ties=ties)
+
+
+def _ties(given: Sequence[str]) -> dict[str, str]:
+    """Formulas by the name of the parameter, from NAME=FORMULA."""
+    found = {}
+    for text in given:
+        name, equals, formula = text.partition("=")
+        if not equals:
+            raise InvalidInput("with", text, "NAME=FORMULA, such as alpha=0.5*omega**2")
+        found[name.strip()] = formula
+    return found
 
 
 def _cascade(found: tuple[Branch, ...], depth: int, points: int) -> tuple[Branch, ...]:
@@ -150,12 +183,18 @@ def followed(
     end: float,
     points: int,
     state: Sequence[float],
+    ties: Mapping[str, str] | None = None,
 ) -> Branch:
     """The branch of the motion that settles from a state; exits with 3 where none does."""
     from capsule_sym.orbits.continuation import follow
+    from capsule_sym.orbits.parameter_paths import parameter_path
+    from capsule_sym.parameters import Parameters
 
-    start = settled(parameters.replace(**{parameter: begin}), state)
-    return follow(start, parameter, end, points=points)
+    path = parameter_path(parameter, ties)
+    path.check(parameters, begin, end)
+    placed = path.placed([*parameters.to_dict().values()], begin)
+    start = settled(Parameters(*placed), state)
+    return follow(start, parameter, end, points=points, ties=ties)
 
 
 def _print_branch(found: Branch) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +20,7 @@ from capsule_sym.orbits.events import place
 from capsule_sym.orbits.following import BESIDE, FIRST, Follower, first_half
 from capsule_sym.orbits.identity import same
 from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.symmetry import BROKEN, KEPT, whole
 from capsule_sym.orbits.word import Word
@@ -44,18 +46,22 @@ class BranchPoint:
 class Branch:
     """Orbits along a branch and its bifurcations, both in order, and why it ends.
 
-    `span` are the values of the parameter between which it is followed, `origin` the label of the
+    `axis` has what varies and between which values it is followed, `origin` is the label of the
     bifurcation at which it leaves another branch, such as "PD1", or "PD1/PD2" on a branch that
     itself leaves at PD1; empty for a branch of its own.
     """
 
-    parameter: str
+    axis: Axis
     points: tuple[BranchPoint, ...]
     bifurcations: tuple[Bifurcation, ...]
     ending: Ending
     detail: str
-    span: tuple[float, float]
     origin: str = ""
+
+    @property
+    def parameter(self) -> str:
+        """What varies."""
+        return self.axis.name
 
     def at(self, label: str) -> Bifurcation | BranchPoint:
         """The bifurcation of this label, such as "PD2"; "EP1" and "EP2" are the branch's ends.
@@ -76,30 +82,50 @@ class Branch:
         return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
 
 
-def follow(orbit: Orbit, parameter: str, to: float, *, points: int = 100) -> Branch:
+def follow(
+    orbit: Orbit,
+    parameter: str,
+    to: float,
+    *,
+    points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
+) -> Branch:
     """The branch through an orbit, from its value of a parameter to another one.
 
     At least `points` steps are taken, more where the branch bends or a word begins. The branch is
     followed through folds, whether stable or not, and from word to word, until the parameter
-    leaves the range between the two values; an end before that says why. Raises InvalidInput for
-    a name that is no parameter, a value that the parameter cannot have, and equal values.
+    leaves the range between the two values; an end before that says why. Other parameters may vary
+    with it: `ties` has for each its function, or a text such as "0.5*omega**2"; then `parameter`
+    may also be something else of which one of them is an affine function. Raises InvalidInput for
+    what is no parameter and not tied to one, a value that a parameter cannot have, equal values,
+    and an orbit whose parameters are not on the path.
     """
-    if parameter not in PARAMETERS:
-        raise InvalidInput("parameter", parameter, f"one of {', '.join(PARAMETERS)}")
-    to = orbit.parameters.replace(**{parameter: to}).to_dict()[parameter]
-    begin = float(orbit.values[PARAMETERS.index(parameter)])
-    if to == begin:
-        raise InvalidInput("to", to, f"other than {begin}, where the branch begins")
+    axis = axis_from(orbit, parameter_path(parameter, ties), to)
     if isinstance(points, bool) or not isinstance(points, int) or points < 1:
         raise InvalidInput("points", points, "a whole number >= 1")
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        axis = Axis(parameter, begin, to)
         start = first_half(orbit, (axis,)) or orbit
         follower = Follower(numbers, start, (axis,))
         u = follower.unknowns(start.z, start.values)
         along = np.zeros(len(u))
         along[-1] = 1.0
         return Run(follower, u, along, points).go()
+
+
+def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
+    """The axis from an orbit on a path to a value of what varies; raises InvalidInput."""
+    if isinstance(to, bool) or not isinstance(to, int | float) or not math.isfinite(to):
+        raise InvalidInput(path.name, to, "finite")
+    if path.name in PARAMETERS:
+        orbit.parameters.replace(**{path.name: to})
+    begin, to = float(path.value(orbit.values)), float(to)
+    if to == begin:
+        raise InvalidInput("to", to, f"other than {begin}, where the branch begins")
+    path.check(orbit.parameters, begin, to)
+    if not path.holds([float(value) for value in orbit.values]):
+        tied = [name for name, _ in path.ties]
+        raise InvalidInput("ties", tied, f"such that they hold for the orbit at {begin}")
+    return Axis(path, begin, to)
 
 
 class Run:
@@ -126,11 +152,10 @@ class Run:
         except Stop as stop:
             ending, detail = stop.ending, stop.detail
         points, found = tuple(self.points), labelled(self.bifurcations)
-        span = self.axis.begin, self.axis.end
-        return Branch(self.axis.name, points, found, ending, detail, span, self.origin)
+        return Branch(self.axis, points, found, ending, detail, self.origin)
 
     def _value(self, orbit: Orbit) -> float:
-        return float(orbit.values[self.axis.column])
+        return self.axis.value(orbit.values)
 
     def _add(self, state: State) -> None:
         tightest = self.follower.tightest(state)
@@ -188,6 +213,7 @@ class Run:
                 multipliers_before=moduli(old.orbit),
                 multipliers_after=() if last else moduli(new.orbit),
                 orbit=whole(orbit),
+                path=self.axis.path,
             )
         )
 
@@ -223,6 +249,7 @@ class Run:
                 multipliers_before=moduli(old.orbit),
                 multipliers_after=moduli(beside.orbit) if beside else (),
                 orbit=at,
+                path=self.axis.path,
             )
         )
         if beside is None:

@@ -14,6 +14,7 @@ from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
 from capsule_sym.orbits.orbit import Orbit, Status
+from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.symmetry import KEPT, halved_at, whole
@@ -103,7 +104,7 @@ def trace(
         value = orbit.values[PARAMETERS.index(name)]
         if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
-        axes.append(Axis(name, float(low), float(high)))
+        axes.append(Axis(ParameterPath(name), float(low), float(high)))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         one, other = (
             _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)
@@ -194,7 +195,7 @@ class _Curve:
         return found or Place("corner of higher codimension", "", ())
 
     def _values(self, orbit: Orbit) -> tuple[float, float]:
-        first, second = (float(orbit.values[axis.column]) for axis in self.axes)
+        first, second = (axis.value(orbit.values) for axis in self.axes)
         return first, second
 
     def _add(self, state: State) -> None:

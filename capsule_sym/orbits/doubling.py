@@ -34,13 +34,12 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
     durations = (middle[4 : 4 + half] + middle[4 + half :]) / 2
     guess = [*middle[:4], *durations]
     values = list(old.values)
-    first, last = (axis.share(float(one.values[axis.column])) for one in (old, new))
+    first, last = (axis.share(one.values) for one in (old, new))
     once = Word(word.legs[:half], word.multiple // 2)
     reach = abs(new.z - old.z).max()
 
     def at(q: float) -> Orbit | None:
-        values[axis.column] = axis.begin + q * (axis.end - axis.begin)
-        found = close(values, once, guess)
+        found = close(axis.placed(values, q), once, guess)
         near = isinstance(found, Orbit) and abs(found.durations - durations).max() <= reach
         return found if near and isinstance(found, Orbit) else None
 

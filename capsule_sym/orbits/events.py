@@ -11,8 +11,9 @@ from capsule_sym.generated import formulas
 from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.expansion import Guard
 from capsule_sym.orbits.changes import around
-from capsule_sym.orbits.equations import PARAMETERS, ROUNDINGS, Shot, Span, Vector, shoot, solve
+from capsule_sym.orbits.equations import ROUNDINGS, Matrix, Shot, Span, Vector, shoot, solve
 from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.word import Word, contact, drift
 
 _MOST_STEPS = 20
@@ -45,17 +46,17 @@ class Located(NamedTuple):
 def locate(
     numbers: Backend,
     values: Sequence[Number],
-    free: tuple[str, ...],
+    free: tuple[ParameterPath, ...],
     word: Word,
     z: Vector,
     legs: tuple[int, ...],
 ) -> Located | None:
     """The orbit on which each of `legs` has the duration 0, by Newton's method; None if none.
 
-    Unknowns are the other entries of z and as many parameters, named in `free`; `z` and `values`
-    hold the guess.
+    Unknowns are the other entries of z and as many parameters, those that vary on the paths `free`;
+    `z` and `values` hold the guess.
     """
-    columns, gone = [PARAMETERS.index(name) for name in free], [4 + leg for leg in legs]
+    gone = [4 + leg for leg in legs]
     rest = [i for i in range(len(z)) if i not in gone]
     given, z = list(values), np.array(list(z))
     z[gone] = numbers.number(0)
@@ -64,7 +65,8 @@ def locate(
     with np.errstate(all="ignore"):
         for iterations in range(1, _MOST_STEPS + 1):
             shot = shoot(numbers, given, word, z)
-            matrix = np.column_stack([shot.by_z[:, rest], shot.by_p[:, columns]])
+            at = [path.value(given) for path in free]
+            matrix = _matrix(shot, rest, free, at)
             if not all(abs(value) < float("inf") for value in shot.residual):
                 return None
             try:
@@ -72,17 +74,25 @@ def locate(
             except np.linalg.LinAlgError:
                 return None
             z[rest] = z[rest] - step[: len(rest)]
-            for column, change in zip(columns, step[len(rest) :], strict=True):
-                given[column] = given[column] - change
+            for path, value, change in zip(free, at, step[len(rest) :], strict=True):
+                given = path.placed(given, value - change)
             if max(abs(step)) <= small * (1 + max(abs(z))):
-                return _solved(numbers, given, columns, word, z, legs, rest, iterations)
+                return _solved(numbers, given, free, word, z, legs, rest, iterations)
     return None
+
+
+def _matrix(
+    shot: Shot, rest: list[int], free: tuple[ParameterPath, ...], at: Sequence[Number]
+) -> Matrix:
+    """The derivative of the equations by some entries of z and by what varies."""
+    by = [path.along(shot.by_p, value) for path, value in zip(free, at, strict=True)]
+    return np.column_stack([shot.by_z[:, rest], *by])
 
 
 def _solved(
     numbers: Backend,
     given: list[Number],
-    columns: list[int],
+    free: tuple[ParameterPath, ...],
     word: Word,
     z: Vector,
     legs: tuple[int, ...],
@@ -90,15 +100,15 @@ def _solved(
     iterations: int,
 ) -> Located | None:
     shot = shoot(numbers, given, word, z)
-    matrix = np.column_stack([shot.by_z[:, rest], shot.by_p[:, columns]])
-    unknowns = np.array([*z[rest], *(given[column] for column in columns)])
+    at = [path.value(given) for path in free]
+    matrix, unknowns = _matrix(shot, rest, free, at), np.array([*z[rest], *at])
     residual = max(abs(shot.residual))
     if not residual <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
         return None
     rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
     # Columns: the rows of the inverse that give the parameters.
-    last = np.full((len(unknowns), len(columns)), numbers.number(0))
-    for k in range(len(columns)):
+    last = np.full((len(unknowns), len(free)), numbers.number(0))
+    for k in range(len(free)):
         last[len(rest) + k, k] = last[len(rest) + k, k] + 1
     rows = solve(numbers, matrix.T, last).T
     uncertainties = tuple(abs(rows) @ (rounding + abs(shot.residual)))

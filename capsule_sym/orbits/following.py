@@ -41,7 +41,8 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
 
     Where beta varies the spring is stiffless at beta = 0 only.
     """
-    if any(axis.name == "beta" for axis in axes) and any(map(contact, orbit.word.fields)):
+    varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
+    if "beta" in varies and any(map(contact, orbit.word.fields)):
         return None
     return halved(orbit)
 
@@ -71,7 +72,7 @@ class Follower:
         """The unknowns of an orbit."""
         z = np.array(z, dtype=float)
         kept = z if self.born is None else np.delete(z, 4 + self.born)
-        return np.array([*kept, *(axis.share(values[axis.column]) for axis in self.axes)])
+        return np.array([*kept, *(axis.share(values) for axis in self.axes)])
 
     def orbit(self, u: Vector) -> Orbit:
         """The orbit, or what is to become one, of these unknowns."""
@@ -80,7 +81,7 @@ class Follower:
         if self.born is not None:
             z = np.insert(z, 4 + self.born, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
-            values[axis.column] = axis.begin + float(q) * (axis.end - axis.begin)
+            values = axis.placed(values, float(q))
         shot = shoot(self.numbers, values, self.word, z)
         return Orbit(tuple(values), self.word, z, shot, self.numbers.name)
 
@@ -89,7 +90,7 @@ class Follower:
         orbit = self.orbit(u)
         shot = orbit.shot
         by_z = shot.by_z if self.born is None else np.delete(shot.by_z, 4 + self.born, axis=1)
-        by_q = [shot.by_p[:, axis.column] * (axis.end - axis.begin) for axis in self.axes]
+        by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
         by, residual = np.column_stack([by_z, *by_q]), shot.residual
         if self.critical is not None:
             residual = np.append(residual, tests(orbit)[self.critical])
@@ -240,7 +241,7 @@ class Follower:
             if before is None:
                 return None
             legs = (before, leg)
-        free = tuple(axis.name for axis in self.axes)
+        free = tuple(axis.path for axis in self.axes)
         located = locate(self.numbers, orbit.values, free, change.word, change.z, legs)
         if located is None:
             return None

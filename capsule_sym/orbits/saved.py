@@ -16,14 +16,15 @@ from capsule_sym.orbits.bifurcations import Bifurcation
 from capsule_sym.orbits.continuation import BranchPoint
 from capsule_sym.orbits.equations import PARAMETERS, shoot
 from capsule_sym.orbits.orbit import Orbit, Status
+from capsule_sym.orbits.parameter_paths import ParameterPath, parameter_path
 from capsule_sym.orbits.records import FORMAT
 from capsule_sym.orbits.word import Word
 
 Record = Mapping[str, Any]
 
 
-def labelled_point(path: Path | str, label: str) -> tuple[str, Bifurcation | BranchPoint]:
-    """The parameter of a branch that `branch --out` wrote, and its point of this label.
+def labelled_point(path: Path | str, label: str) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
+    """What varies on a branch that `branch --out` wrote, and its point of this label.
 
     Raises InvalidInput for a file that cannot be read, is no branch of this format, or has no such
     label.
@@ -35,7 +36,8 @@ def labelled_point(path: Path | str, label: str) -> tuple[str, Bifurcation | Bra
         named |= dict(zip(("EP1", "EP2"), ends, strict=False))
         if label not in named:
             raise InvalidInput("label", label, f"one of {', '.join(named)}")
-        return record["parameter"], _point(record["parameter"], named[label])
+        varying = parameter_path(record["parameter"], record["ties"])
+        return varying, _point(varying, named[label])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InvalidInput):
             raise
@@ -58,7 +60,7 @@ def read(path: Path | str) -> Record:
     return record
 
 
-def _point(parameter: str, record: Record) -> Bifurcation | BranchPoint:
+def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
     if "type" not in record:
         orbit = orbit_of(record)
         return BranchPoint(record["value"], orbit, tightest(orbit))
@@ -67,7 +69,8 @@ def _point(parameter: str, record: Record) -> Bifurcation | BranchPoint:
     before, after = record["word_before"], record["word_after"]
     return Bifurcation(
         type=record["type"],
-        parameter=parameter,
+        parameter=path.name,
+        path=path,
         value=record["value"],
         uncertainty=record["uncertainty"],
         residual=record["residual"],

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
+from capsule_sym.map.backend import Number
 from capsule_sym.orbits.admissibility import Inequality
 from capsule_sym.orbits.bifurcations import Root
 from capsule_sym.orbits.changes import Change
-from capsule_sym.orbits.equations import PARAMETERS
+from capsule_sym.orbits.equations import Matrix
 from capsule_sym.orbits.events import Located
 from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.path import Vector
 
 
@@ -42,20 +45,32 @@ class Stop(Exception):
 
 
 class Axis(NamedTuple):
-    """A free parameter, and the range that q from 0 to 1 stands for."""
+    """What varies, and the range that q from 0 to 1 stands for."""
 
-    name: str
+    path: ParameterPath
     begin: float
     end: float
 
     @property
-    def column(self) -> int:
-        """Index of the parameter."""
-        return PARAMETERS.index(self.name)
+    def name(self) -> str:
+        """What varies."""
+        return self.path.name
 
-    def share(self, value: float) -> float:
-        """The q of a value."""
-        return float(value - self.begin) / (self.end - self.begin)
+    def value(self, values: Sequence[Number]) -> float:
+        """The value of what varies, at seven parameters."""
+        return float(self.path.value(values))
+
+    def share(self, values: Sequence[Number]) -> float:
+        """The q of seven parameters."""
+        return (self.value(values) - self.begin) / (self.end - self.begin)
+
+    def placed(self, values: Sequence[float], q: float) -> list[float]:
+        """The seven parameters at q."""
+        return self.path.placed(values, self.begin + q * (self.end - self.begin))
+
+    def along(self, by_p: Matrix, values: Sequence[float]) -> Vector:
+        """The derivative by q, from those by the parameters, (many, 7)."""
+        return self.path.along(by_p, self.value(values)) * (self.end - self.begin)
 
 
 class State(NamedTuple):
@@ -90,5 +105,5 @@ class Step(NamedTuple):
 
 def where(orbit: Orbit, axes: tuple[Axis, ...]) -> str:
     """The free parameters' values and the word, for a message."""
-    values = (f"{axis.name} = {float(orbit.values[axis.column])!r}" for axis in axes)
+    values = (f"{axis.name} = {axis.value(orbit.values)!r}" for axis in axes)
     return f"{', '.join(values)}, word {orbit.word}"

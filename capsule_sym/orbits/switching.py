@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -14,12 +14,13 @@ from capsule_sym.map.backend import Backend, backend
 from capsule_sym.orbits.admissibility import DURATION, Inequality
 from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation
 from capsule_sym.orbits.changes import Change
-from capsule_sym.orbits.continuation import Branch, BranchPoint, Run, failure_of
-from capsule_sym.orbits.equations import PARAMETERS, Vector
+from capsule_sym.orbits.continuation import Branch, BranchPoint, Run, axis_from, failure_of
+from capsule_sym.orbits.equations import Vector
 from capsule_sym.orbits.events import Located
 from capsule_sym.orbits.following import Follower, first_half
 from capsule_sym.orbits.identity import same
 from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.parameter_paths import Function, parameter_path
 from capsule_sym.orbits.path import corrected
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop
 from capsule_sym.orbits.symmetry import KEPT, halved_at
@@ -43,39 +44,37 @@ def continue_from(
     *,
     parameter: str | None = None,
     points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
 
-    `parameter` is that of the branch unless given. From a period doubling they are the branch
-    itself and that of the doubled orbits, from a fold the two sides of it, from a border collision
-    what lies on the side of the value: two branches, or none, at a non-smooth fold. The `origin` of
+    `parameter` and `ties`, as of `follow`, are those of the branch unless given. From a
+    period doubling they are the branch itself and that of the doubled orbits, from a fold the two
+    sides of it, from a border collision what lies on the side of the value: two branches, or none,
+    at a non-smooth fold. The `origin` of
     each is the label. Raises InvalidInput for a label that does not exist, a file that is not one
     of this version, a value that the parameter cannot have, and where no branch leaves that way.
     """
     if isinstance(source, Branch):
-        name, point = source.parameter, source.at(label)
+        path, point = source.axis.path, source.at(label)
     else:
         from capsule_sym.orbits.saved import labelled_point
 
-        name, point = labelled_point(source, label)
-    name = parameter or name
-    if name not in PARAMETERS:
-        raise InvalidInput("parameter", name, f"one of {', '.join(PARAMETERS)}")
+        path, point = labelled_point(source, label)
+    if parameter is not None or ties is not None:
+        path = parameter_path(parameter or path.name, ties)
     if isinstance(points, bool) or not isinstance(points, int) or points < 1:
         raise InvalidInput("points", points, "a whole number >= 1")
-    to = point.orbit.parameters.replace(**{name: to}).to_dict()[name]
-    begin = float(point.orbit.values[PARAMETERS.index(name)])
-    if to == begin:
-        raise InvalidInput("to", to, f"other than {begin}, the value at {label}")
+    axis = axis_from(point.orbit, path, to)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         found = [
             Run(start.follower, start.state.u, start.state.tangent, points, label).go()
-            for start in _leaving(numbers, point, Axis(name, begin, to))
+            for start in _leaving(numbers, point, axis)
             if start.state.u[-1] > 0
         ]
     if not found:
-        side = "below" if to > begin else "above"
-        raise InvalidInput("to", to, f"{side} {begin}: no branch leaves {label} the other way")
+        side = "below" if to > axis.begin else "above"
+        raise InvalidInput("to", to, f"{side} {axis.begin}: no branch leaves {label} the other way")
     return tuple(found)
 
 
@@ -89,10 +88,9 @@ def cascade(branch: Branch, depth: int, *, points: int = 100) -> tuple[Branch, .
         raise InvalidInput("depth", depth, "a whole number >= 0")
     found: list[Branch] = []
     level = [branch]
-    axis = Axis(branch.parameter, *branch.span)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         for _ in range(depth):
-            level = [new for one in level for new in _doubled_of(numbers, one, axis, points)]
+            level = [new for one in level for new in _doubled_of(numbers, one, branch.axis, points)]
             found += level
     return tuple(found)
 

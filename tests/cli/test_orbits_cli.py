@@ -262,6 +262,12 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
         (("--restart", file, "PD1", "--to", "1", "--zeta", "2"), "left out with --restart"),
         (("--to", "1", "--parameter", "alpha"), "from = None: must be given"),
         (("--to", "1"), "parameter = None: must be given"),
+        (
+            ("--parameter", "omega", "--from", "1", "--to", "2", "--with", "alpha=1-omega"),
+            "alpha = -",
+        ),
+        (("--parameter", "omega", "--from", "1", "--to", "2", "--with", "alpha"), "NAME=FORMULA"),
+        (("--parameter", "s", "--from", "1", "--to", "2"), "parameter = 's': must be one of"),
     ):
         status, out, err = call(capsys, "branch", *line)
         assert (status, out) == (2, "")

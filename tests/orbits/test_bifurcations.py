@@ -18,6 +18,7 @@ from capsule_sym.orbits.changes import exchanged, inserted, shortened
 from capsule_sym.orbits.equations import PARAMETERS, shoot
 from capsule_sym.orbits.events import CORNER, locate, place
 from capsule_sym.orbits.orbit import Orbit, close
+from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.word import Word, contact, drift
 from capsule_sym.parameters import Parameters
 from capsule_sym.symbolic.appendices import PARTS
@@ -159,7 +160,8 @@ def test_newton_that_finds_nothing_says_so() -> None:
     orbit = settled(alpha=1.5)
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
-        assert locate(numbers, orbit.values, ("alpha",), orbit.word, orbit.z, (1,)) is None
+        free = (ParameterPath("alpha"),)
+        assert locate(numbers, orbit.values, free, orbit.word, orbit.z, (1,)) is None
     one = upwards(3.3).bifurcations[0]
     with pytest.raises(ValueError, match="no leg"):
         refined(hysteretic().bifurcations[[b.leg for b in hysteretic().bifurcations].index(None)])
