@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial mutations verify regions lint types contract generate check-generated clean
+.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -47,6 +47,10 @@ mutations: $(READY)  ## change every value typed from the paper; each change has
 verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
 	$(BIN)/capsule-sym verify
 	$(BIN)/capsule-sym enclose
+
+certificates: $(READY)  ## write results/certificates.json, and check it with code of its own
+	$(BIN)/capsule-sym enclose --thresholds --out results/certificates.json
+	$(BIN)/python capsule_sym/enclosures/checker.py results/certificates.json
 
 SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes

@@ -14,6 +14,7 @@ from capsule_sym.enclosures.events import Event, prove_event
 from capsule_sym.enclosures.krawczyk import Tube
 from capsule_sym.enclosures.orbits import guess_of, prove, shooting_of
 from capsule_sym.orbits.bifurcations import Bifurcation
+from capsule_sym.orbits.curves import CurvePoint
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.orbit import Orbit
 
@@ -74,15 +75,17 @@ def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[
 
 
 def certify_bifurcation(
-    found: Bifurcation, exact: Mapping[str, str] | None = None
+    found: Bifurcation | CurvePoint, exact: Mapping[str, str] | None = None
 ) -> tuple[dict[str, Any], Event]:
     """A certificate of a bifurcation at which a leg has the duration 0, and what was proved.
 
-    Raises Unproved with the step that failed, and for a smooth bifurcation.
+    Of a point of a curve alpha is solved for, the other parameters are those of the point. Raises
+    Unproved with the step that failed, and for a smooth bifurcation.
     """
     if found.leg is None:
-        raise Unproved("type", f"a {found.type} has no leg of duration 0")
-    if found.parameter != "alpha":
+        raise Unproved("type", f"{_named(found)} has no leg of duration 0")
+    free = found.parameter if isinstance(found, Bifurcation) else "alpha"
+    if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
     orbit = found.orbit
     parameters = {
@@ -90,10 +93,10 @@ def certify_bifurcation(
         for name, value in zip(PARAMETERS, orbit.values, strict=True)
     }
     with precision(_BITS):
-        spans, z, free = orbit.shot.spans, orbit.z, (found.parameter,)
-        event = prove_event(orbit.word, spans, z, orbit.values, (found.leg,), free, parameters)
+        spans, z = orbit.shot.spans, orbit.z
+        event = prove_event(orbit.word, spans, z, orbit.values, (found.leg,), (free,), parameters)
         written = _written(event.tube, parameters, stable=False)
-        del written["parameters"][found.parameter]
+        del written["parameters"][free]
         values = {name: decimal(value) for name, value in event.values.items()}
         named = {"type": event.type, "line": event.line}
         return {
@@ -105,9 +108,18 @@ def certify_bifurcation(
         }, event
 
 
-def certificates(
-    found: Iterable[Orbit | Bifurcation],
-) -> tuple[list[dict[str, Any]], list[str]]:
+Certified = Orbit | Bifurcation | CurvePoint
+
+
+def _named(one: Certified) -> str:
+    if isinstance(one, Orbit):
+        return str(one.word)
+    if isinstance(one, CurvePoint):
+        return f"the point {', '.join(map(repr, one.values))} of a curve"
+    return f"{one.type} {one.value!r}"
+
+
+def certificates(found: Iterable[Certified]) -> tuple[list[dict[str, Any]], list[str]]:
     """Certificates of orbits and bifurcations, and why any of them is missing."""
     proved, failed = [], []
     for one in found:
@@ -117,6 +129,5 @@ def certificates(
             else:
                 proved.append(certify_bifurcation(one)[0])
         except Unproved as error:
-            name = str(one.word) if isinstance(one, Orbit) else f"{one.type} {one.value!r}"
-            failed.append(f"{name}: {error}")
+            failed.append(f"{_named(one)}: {error}")
     return proved, failed

@@ -31,8 +31,16 @@ if TYPE_CHECKING:
     show_default=True,
     help="With --region: how long.",
 )
+@click.option(
+    "--out",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Write certificates of all bifurcations, and of the orbits of Fig. 7, here.",
+)
 @json_option
-def enclose(thresholds: bool, region: Path | None, seconds: float, as_json: bool) -> None:
+def enclose(
+    thresholds: bool, region: Path | None, seconds: float, out: Path | None, as_json: bool
+) -> None:
     """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
 
     At both mass ratios, each bifurcation is enclosed with its type, line and order of contact, and
@@ -47,22 +55,32 @@ def enclose(thresholds: bool, region: Path | None, seconds: float, as_json: bool
         _region(region, seconds, as_json)
         return
     from capsule_sym.enclosures.section4 import GAMMAS
+    from capsule_sym.records import dumps, write
 
     begin = perf_counter()
     with undisturbed():
         pool = spawning(2)
-        proved = [pool.submit(_proved, gamma, not thresholds) for gamma in GAMMAS]
+        wanted = not thresholds, out is not None
+        proved = [pool.submit(_proved, gamma, *wanted) for gamma in GAMMAS]
     try:
         results = (one.result() for one in proved)
-        records = list(track(results, "Enclosing both mass ratios", len(GAMMAS)))
+        told = list(track(results, "Enclosing both mass ratios", len(GAMMAS)))
     finally:
         end(pool)
+    records = [section for section, _, _ in told]
     seconds = perf_counter() - begin
     if as_json:
         click.echo(json.dumps({"sections": records, "seconds": round(seconds, 1)}))
     else:
         _print(records, thresholds, seconds)
-    if any(one["failed"] for one in records):
+    missing = [reason for _, _, reasons in told for reason in reasons]
+    if out is not None:
+        held = [one for _, kept, _ in told for one in kept]
+        write({out.name: dumps({"certificates": held}) + "\n"}, out.parent)
+        click.echo(f"wrote {len(held)} certificates to {out}", err=True)
+        if missing:
+            click.echo(f"not proved: {'; '.join(missing)}", err=True)
+    if missing or any(one["failed"] for one in records):
         raise click.exceptions.Exit(1)
 
 
@@ -98,10 +116,14 @@ def _region(path: Path, seconds: float, as_json: bool) -> None:
     console.print(f"{plane.patches} patches, {plane.work:.0f} s of one core")
 
 
-def _proved(gamma: str, intervals: bool) -> dict[str, Any]:
-    from capsule_sym.enclosures.section4 import prove_section, record
+def _proved(
+    gamma: str, intervals: bool, certify: bool
+) -> tuple[dict[str, Any], list[dict[str, Any]], list[str]]:
+    """The record of a mass ratio, and if wanted its certificates and why any is missing."""
+    from capsule_sym.enclosures.section4 import certified, prove_section, record
 
-    return record(prove_section(gamma, intervals=intervals))
+    kept, missing = certified(gamma) if certify else ([], [])
+    return record(prove_section(gamma, intervals=intervals)), kept, missing
 
 
 def _print(records: Sequence[dict[str, Any]], thresholds: bool, seconds: float) -> None:

@@ -9,9 +9,13 @@ from typing import Any
 
 from capsule_sym.enclosures.balls import Unproved, ball, precision
 from capsule_sym.enclosures.branches import Box
-from capsule_sym.enclosures.certificates import decimal
+from capsule_sym.enclosures.certificates import certify_bifurcation, certify_orbit, decimal
 from capsule_sym.enclosures.events import Event
 from capsule_sym.enclosures.regimes import Regime, approximate, regimes, threshold
+from capsule_sym.orbits.bifurcations import Bifurcation
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.paper import panels, read
 from capsule_sym.parameters import Parameters
 
 GAMMAS = ("3.3", "3.0")
@@ -59,6 +63,31 @@ def prove_section(
     except Unproved as error:
         return Section(gamma, tuple(events), tuple(proved), str(error))
     return Section(gamma, tuple(events), tuple(proved), "")
+
+
+def certified(gamma: str) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates at a mass ratio: all bifurcations, and the orbits of Fig. 7's amplitudes.
+
+    Beside them is why any of them is missing.
+    """
+    exact = EXACT | {"gamma": gamma}
+    found, _ = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
+    orbits = [
+        find_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
+        for alpha in panels(read()).values()
+    ]
+    kept, missing = [], []
+    for one in (*found, *orbits):
+        try:
+            if isinstance(one, Bifurcation):
+                kept.append(certify_bifurcation(one, exact)[0])
+            elif isinstance(one, Orbit):
+                kept.append(certify_orbit(one, exact))
+            else:
+                missing.append(one.detail)
+        except Unproved as error:
+            missing.append(str(error))
+    return kept, missing
 
 
 def record(section: Section) -> dict[str, Any]:

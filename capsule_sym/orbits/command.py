@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from capsule_sym.orbits.bifurcations import Bifurcation
+    from capsule_sym.orbits.curves import CurvePoint
     from capsule_sym.orbits.orbit import NoOrbit, Orbit
     from capsule_sym.parameters import Parameters
 
@@ -95,7 +96,7 @@ def orbit(
         certify_found(certify, [settled])
 
 
-def certify_found(path: Path, found: Sequence[Orbit | Bifurcation]) -> None:
+def certify_found(path: Path, found: Sequence[Orbit | Bifurcation | CurvePoint]) -> None:
     """Write the certificates of orbits and bifurcations; exits with 4 where one is not proved."""
     from capsule_sym.enclosures.certificates import certificates
 

@@ -8,9 +8,15 @@ from typing import TYPE_CHECKING
 import click
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.options import chosen_parameters, json_option, make_console, parameter_options
+from capsule_sym.options import (
+    certify_option,
+    chosen_parameters,
+    json_option,
+    make_console,
+    parameter_options,
+)
 from capsule_sym.orbits.branch_command import followed, tell_early_end
-from capsule_sym.orbits.command import out_option, settling_option
+from capsule_sym.orbits.command import certify_found, out_option, settling_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,6 +51,7 @@ if TYPE_CHECKING:
 @click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
 @settling_option
 @out_option
+@certify_option("the points")
 @json_option
 def curve(
     file: str | None,
@@ -55,6 +62,7 @@ def curve(
     points: int,
     state: tuple[float, float, float],
     out: Path | None,
+    certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:
@@ -67,7 +75,9 @@ def curve(
     In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
     "endings" are. --out writes curves.json, points.csv and codimension_two.csv.
 
-    Exits with 3, and the reason, where there is no orbit to begin with or a curve has no points.
+    With --certify alpha is solved for at every point, the other parameters being those of the
+    point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
+    points, and with 4 where --certify does not prove all.
     """
     from capsule_sym.orbits.curves import check, trace
     from capsule_sym.orbits.records import codimension_two_rows, curve_record, curve_rows
@@ -107,6 +117,8 @@ def curve(
         ending, detail = curve.endings[0]
         at = f"{one.type} at {one.parameter} = {one.value:.12g}"
         click.echo(f"no curve of {at} ({ending.value}): {detail}", err=True)
+    if certify is not None:
+        certify_found(certify, [point for one in curves for point in one.points])
     if lost:
         raise click.exceptions.Exit(3)
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from capsule_sym.cli import group
-from capsule_sym.enclosures import checker
+from capsule_sym.enclosures import checker, section4
 from capsule_sym.enclosures.balls import Unproved
 from capsule_sym.enclosures.trajectories import enclose_run
 from capsule_sym.map import simulate
@@ -83,3 +84,33 @@ def test_without_python_flint_one_line_says_what_to_install() -> None:
     assert run.returncode == 2
     assert "capsule-sym[proof]" in run.stderr
     assert len(run.stderr.strip().splitlines()) == 1
+
+
+def test_points_of_a_curve_are_certified(tmp_path: Path) -> None:
+    file = tmp_path / "curve.json"
+    line = "--parameters alpha gamma --bifurcation adding --first 0.36 0.37 --second 3.29 3.3"
+    options = [*line.split(), "--points", "1", "--gamma", "3.3", "--certify", str(file)]
+    run = CliRunner().invoke(group, ["curve", *options])
+    assert run.exit_code == 0, run.output
+    held = certificates(file)
+    assert len(held) >= 2
+    assert {one["parameters"]["gamma"] for one in held} >= {"3.3", "3.29"}
+    for one in held:
+        checker.check(one)
+        assert float(one["free"]["alpha"]) == pytest.approx(0.3688, abs=1e-3)
+
+
+def test_certificates_of_section_4_are_accepted_and_a_changed_digit_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(section4, "LAST", Fraction(45, 100))
+    monkeypatch.setattr(section4, "panels", lambda paper: {"d": "0.4"})
+    held, missing = section4.certified("3.0")
+    assert missing == []
+    assert [one["kind"] for one in held] == ["bifurcation", "bifurcation", "orbit"]
+    for one in held:
+        assert one["parameters"]["gamma"] == "3.0"
+        checker.check(one)
+    angle = held[1]["angle"]
+    with pytest.raises(checker.Rejected):
+        checker.check({**held[1], "angle": angle[:-1] + str((int(angle[-1]) + 5) % 10)})
