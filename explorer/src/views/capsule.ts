@@ -1,6 +1,6 @@
 // The capsule itself: mass, springs, contact, friction and drift at one time of the motion.
 import { POINT } from "../core.ts";
-import { FONT, extent, maths } from "../draw/axes.ts";
+import { FONT, UNIT, extent, maths } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
 import { MODES } from "../itinerary.ts";
@@ -38,10 +38,10 @@ export function nowAt(motion: Motion, share: number, rounds: number): Now {
 export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, height: number, theme: Theme): void {
   const xs = extent(columnOf(motion, 2));
   const reach = Math.max(Math.abs(xs[0]), Math.abs(xs[1]), motion.parameters.delta * 1.5, 0.3);
-  const length = Math.min(width * 0.56, 520);
+  const length = Math.min(width * 0.56, 520 * UNIT);
   const scale = (length * 0.27) / reach;
-  const floor = height - 34;
-  const tall = Math.min(96, floor - 26);
+  const floor = height - 34 * UNIT;
+  const tall = Math.min(110 * UNIT, floor - 26 * UNIT);
   const centre = width / 2;
   const [left, right, top] = [centre - length / 2, centre + length / 2, floor - tall - 6];
   const colour = theme.fields[now.field - 1] ?? theme.ink;
@@ -51,7 +51,7 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
   // Capsule.
   pen.fillStyle = theme.dark ? "#1d2732" : "#f3f6f9";
   pen.strokeStyle = theme.ink;
-  pen.lineWidth = 2;
+  pen.lineWidth = 2 * UNIT;
   pill(pen, left, top, length, tall);
   pen.fill();
   pen.stroke();
@@ -63,18 +63,18 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
   }
 
   // Mass at x_r; the second spring stands a gap δ away from it at rest.
-  const half = Math.min(30, tall * 0.3);
+  const half = Math.min(30 * UNIT, tall * 0.3);
   const x = centre + now.x_r * scale;
   const y = top + tall / 2;
   const stop = centre + half + motion.parameters.delta * scale;
   const contact = now.field > 3;
   const plate = contact ? x + half : stop;
   pen.strokeStyle = theme.soft;
-  pen.lineWidth = 1.75;
+  pen.lineWidth = 1.75 * UNIT;
   spring(pen, left + 12, x - half, y, 9, 9);
   pen.strokeStyle = contact ? theme.mark : theme.soft;
   spring(pen, plate + 3, right - 12, y, 7, 9);
-  pen.lineWidth = 3.5;
+  pen.lineWidth = 3.5 * UNIT;
   pen.beginPath();
   pen.moveTo(plate + 2, y - half * 0.8);
   pen.lineTo(plate + 2, y + half * 0.8);
@@ -123,12 +123,12 @@ function friction(pen: Pen, now: Now, bound: number, centre: number, floor: numb
   const force = sliding ? -sliding * bound : -Math.max(-bound, Math.min(bound, now.force));
   const size = (force / bound) * length * 0.16;
   pen.strokeStyle = pen.fillStyle = theme.mark;
-  arrow(pen, centre, floor + 17, size);
+  arrow(pen, centre, floor + 17 * UNIT, size);
   pen.font = FONT;
   pen.fillStyle = theme.soft;
   pen.textBaseline = "middle";
   pen.textAlign = size > 0 ? "right" : "left";
-  pen.fillText("friction", centre + (size > 0 ? -8 : 8), floor + 18);
+  pen.fillText("friction", centre + (size > 0 ? -8 : 8), floor + 18 * UNIT);
   if (!sliding) return;
   pen.strokeStyle = pen.fillStyle = theme.accent;
   arrow(pen, centre + sliding * length * 0.52, floor - 34, Math.sign(now.v_c) * Math.min(46, 8 + Math.abs(now.v_c) * 46));
@@ -137,7 +137,7 @@ function friction(pen: Pen, now: Now, bound: number, centre: number, floor: numb
 function arrow(pen: Pen, x: number, y: number, size: number): void {
   if (Math.abs(size) < 2) return;
   const way = Math.sign(size);
-  pen.lineWidth = 2.5;
+  pen.lineWidth = 2.5 * UNIT;
   pen.beginPath();
   pen.moveTo(x, y);
   pen.lineTo(x + size, y);
@@ -162,7 +162,7 @@ function spring(pen: Pen, from: number, to: number, y: number, turns: number, hi
 
 /** A rectangle with half-round ends, by lines. */
 function pill(pen: Pen, x: number, y: number, w: number, h: number): void {
-  const r = Math.min(h / 2, 34);
+  const r = Math.min(h / 2, 34 * UNIT);
   const corner = (cx: number, cy: number, from: number): void => {
     for (let i = 0; i <= 8; i++) {
       const a = from + (i / 8) * (Math.PI / 2);

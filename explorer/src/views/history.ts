@@ -56,7 +56,7 @@ export class History {
         ],
         series: [
           {},
-          ...CURVES.map((one, i) => ({ label: one.name, stroke: strokes(theme)[i] ?? theme.ink, width: 2, dash: [...one.dash], points: { show: false } })),
+          ...CURVES.map((one, i) => ({ label: one.name, stroke: strokes(theme)[i] ?? theme.ink, width: 2 * UNIT, dash: one.dash.map((length) => length * UNIT), points: { show: false } })),
         ],
         hooks: { drawClear: [(plot: uPlot) => this.bands(plot)] },
       },

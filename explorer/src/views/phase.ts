@@ -1,6 +1,6 @@
 // The phase portrait of one motion, each segment in its field's colour, the impact surface, the switches.
 import { POINT } from "../core.ts";
-import { FONT, extent, frame, maths, padded } from "../draw/axes.ts";
+import { FONT, UNIT, extent, frame, maths, padded } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
@@ -35,7 +35,7 @@ export function drawPhase(motion: Motion, plane: number, pen: Pen, width: number
 }
 
 function drawSegments(motion: Motion, xs: readonly number[], ys: readonly number[], area: Frame, pen: Pen, theme: Theme): void {
-  pen.lineWidth = 2.25;
+  pen.lineWidth = 2.25 * UNIT;
   pen.lineCap = "round";
   eachSegment(motion, (field, from, to) => {
     pen.strokeStyle = theme.fields[field - 1] ?? theme.ink;
@@ -48,13 +48,13 @@ function drawSegments(motion: Motion, xs: readonly number[], ys: readonly number
     pen.stroke();
   });
   pen.lineCap = "butt";
-  pen.lineWidth = 1.25;
+  pen.lineWidth = 1.25 * UNIT;
   pen.strokeStyle = theme.ink;
   pen.fillStyle = theme.paper;
   eachSegment(motion, (_, from) => {
     if (from === 0) return;
     pen.beginPath();
-    pen.arc(area.x(xs[from] ?? 0), area.y(ys[from] ?? 0), 3, 0, 2 * Math.PI);
+    pen.arc(area.x(xs[from] ?? 0), area.y(ys[from] ?? 0), 3 * UNIT, 0, 2 * Math.PI);
     pen.fill();
     pen.stroke();
   });

@@ -76,7 +76,7 @@ export function drawSpace(motion: Motion, turn: Turn, pen: Pen, width: number, h
     pen.stroke();
   }
 
-  pen.lineWidth = 2.25;
+  pen.lineWidth = 2.25 * UNIT;
   pen.lineCap = "round";
   eachSegment(motion, (field, from, to) => {
     pen.strokeStyle = theme.fields[field - 1] ?? theme.ink;
