@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated clean
+.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -72,6 +72,25 @@ generate: $(READY)  ## derive and write generated/
 
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
+
+# The explorer's page needs Node.js, to be built, and Chromium, to be tested and measured.
+explorer/node_modules/.package-lock.json: explorer/package-lock.json
+	cd explorer && npm ci --no-audit --no-fund
+	@touch $@
+
+EXPLORER := $(READY) explorer/node_modules/.package-lock.json
+explorer: $(EXPLORER)  ## build the page of `capsule-sym explore`; needs Node.js
+	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
+	cd explorer && npx tsc --noEmit
+	$(BIN)/python explorer/build.py
+
+explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to be there
+	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
+	$(BIN)/python -m pytest -q -m "long or not long" tests/explorer
+
+explorer-measure: $(EXPLORER)  ## measure the page in headless Chromium
+	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
+	$(BIN)/python explorer/measure.py
 
 clean:  ## remove the environment, builds and caches; results/ stays
 	rm -rf .venv build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache

@@ -108,6 +108,7 @@ for _name, _module, _text in (
     ("figure", "capsule_sym.figures.command", "Draw a figure of the case study."),
     ("diagram", "capsule_sym.figures.command", "Draw branches of orbits, labelled."),
     ("report", "capsule_sym.figures.command", "Write the case study as one page of HTML."),
+    ("explore", "capsule_sym.explorer.command", "Open the exact map as a page in a browser."),
 ):
     group.add_command(_Elsewhere(_name, _module, _text))
 

@@ -1,0 +1,143 @@
+"""Builds the explorer's page, or checks that it was built from the sources as they are.
+
+    python explorer/build.py            builds capsule_sym/explorer/page.html
+    python explorer/build.py --check    exit status 1 where the page is stale
+
+Needs Node.js with `npm ci` run in explorer/, and `pip install 'capsule-sym[explorer]'`.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+import subprocess
+import sys
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+PAGE = ROOT / "capsule_sym" / "explorer" / "page.html"
+NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
+
+LIBRARY = ("tables.c", "pass.c", "wide.c", "run.c", "steady.c")
+"""What of the C library the page needs: no lanes, no fused multiply-adds."""
+FLAGS = (
+    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O3", "-ffp-contract=off"),
+    *("-Wall", "-Wextra", "-Werror", "-Wno-bitwise-instead-of-logical"),
+    *("-Wl,--strip-all", "-Wl,--gc-sections"),
+)
+_TEXTS = {".c", ".css", ".h", ".html", ".json", ".py", ".ts"}
+
+
+def sources() -> Iterator[Path]:
+    """All files that the page is made from, in a fixed order."""
+    own = (path for path in HERE.rglob("*") if "node_modules" not in path.parts)
+    yield from sorted(path for path in own if path.is_file() and path.suffix in _TEXTS)
+    yield from sorted([NATIVE / name for name in LIBRARY] + list(NATIVE.glob("*.h")))
+    yield from sorted(KERNELS.glob("*.[ch]"))
+
+
+def digest() -> str:
+    """Digest of the sources, by their names and texts; line endings do not count."""
+    found = hashlib.sha256()
+    for path in sources():
+        text = path.read_text(encoding="utf-8")
+        found.update(f"{path.relative_to(ROOT).as_posix()}\0{text}\0".encode())
+    return found.hexdigest()[:16]
+
+
+def stale() -> str:
+    """Why the page is not that of the sources; empty if it is."""
+    try:
+        page = PAGE.read_text(encoding="utf-8")
+    except OSError as error:
+        return f"{PAGE.name} cannot be read ({error.strerror})"
+    found = re.search(r'name="capsule-sym-digest" content="(\w+)"', page)
+    if found and found[1] == digest():
+        return ""
+    return f"{PAGE.name} was built from other sources; build it anew: make explorer"
+
+
+def build() -> None:
+    """Compile, bundle and write the page."""
+    with TemporaryDirectory() as folder:
+        library = _compile(Path(folder) / "library.wasm")
+        worker = _bundle("worker.ts", {})
+        packed = base64.b64encode(zlib.compress(library, 9)).decode()
+        defined = {"WORKER": json.dumps(worker), "LIBRARY": json.dumps(packed)}
+        script = _bundle("main.ts", defined)
+    plot = (HERE / "node_modules/uplot/dist/uPlot.min.css").read_text(encoding="utf-8")
+    style = _bundle_style(plot + (HERE / "style.css").read_text(encoding="utf-8"))
+    PAGE.parent.mkdir(exist_ok=True)
+    PAGE.write_text(_page(script, style), encoding="utf-8", newline="\n")
+    print(f"{PAGE.relative_to(ROOT)}: {PAGE.stat().st_size:,} bytes, {len(library):,} of library")
+
+
+def _page(script: str, style: str) -> str:
+    # Nothing is loaded from anywhere; only this very script and this very style may run.
+    policy = "; ".join(
+        (
+            "default-src 'none'",
+            f"script-src '{_hash(script)}' 'wasm-unsafe-eval'",
+            f"style-src '{_hash(style)}'",
+            "img-src data: blob:",
+            "worker-src blob:",
+            "base-uri 'none'",
+            "form-action 'none'",
+        )
+    )
+    parts = {"policy": policy, "digest": digest(), "style": style, "script": script}
+    frame = (HERE / "page.html").read_text(encoding="utf-8")
+    return re.sub(r"\{(policy|digest|style|script)\}", lambda found: parts[found[1]], frame)
+
+
+def _hash(text: str) -> str:
+    return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+
+
+def _compile(out: Path) -> bytes:
+    files = [*sorted((HERE / "core").glob("*.c")), *(NATIVE / name for name in LIBRARY)]
+    folders = [f"-I{folder}" for folder in (HERE / "core", NATIVE, KERNELS)]
+    command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *folders]
+    names = [str(path) for path in (*files, KERNELS / "capsule_kernels.c")]
+    subprocess.run([*command, *names, "-o", str(out)], check=True)
+    return out.read_bytes()
+
+
+def _bundle(name: str, defined: dict[str, str]) -> str:
+    given = [f"--define:{key}={value}" for key, value in defined.items() if len(value) < 10_000]
+    options = ["--bundle", "--minify", "--format=iife", "--target=es2022", "--charset=utf8"]
+    text = _esbuild([str(HERE / "src" / name), *options, *given])
+    # Longer than a command line may be: put in where the name stands.
+    for key, value in defined.items():
+        if len(value) >= 10_000:
+            text = re.sub(rf"\b{key}\b", lambda _, value=value: value, text)
+    return text.strip().replace("</script", "<\\/script")
+
+
+def _bundle_style(text: str) -> str:
+    return _esbuild(["--loader=css", "--minify", "--charset=utf8"], text).strip()
+
+
+def _esbuild(options: list[str], given: str | None = None) -> str:
+    tool = HERE / "node_modules" / ".bin" / "esbuild"
+    done = subprocess.run(
+        [str(tool), *options],
+        input=given,
+        check=True,
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+        cwd=HERE,
+    )
+    return done.stdout
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--check"]:
+        sys.exit(stale() or 0)
+    build()

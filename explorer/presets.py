@@ -1,0 +1,50 @@
+"""Writes presets.json, the case study as data of the page: panels of Fig. 7, and bifurcations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from capsule_sym.casestudy import GAMMAS, PANELS, printed_map
+from capsule_sym.orbits.continuation import follow
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.parameters import Parameters
+from capsule_sym.thresholds import FIRST, LAST, PRINTED
+
+
+def presets() -> dict[str, Any]:
+    """Panels by letter, and the exact bifurcations at each mass ratio with the printed values."""
+    return {
+        "gammas": list(GAMMAS),
+        "panels": [
+            {"panel": panel, "alpha": alpha, "printed": printed_map(alpha)}
+            for panel, alpha in PANELS.items()
+        ],
+        "bifurcations": [one for gamma in GAMMAS for one in _bifurcations(gamma)],
+    }
+
+
+def _bifurcations(gamma: float) -> list[dict[str, Any]]:
+    start = find_orbit(Parameters(alpha=FIRST, gamma=gamma))
+    if not isinstance(start, Orbit):
+        raise ArithmeticError(start.detail)
+    return [
+        {
+            "gamma": gamma,
+            "alpha": one.value,
+            "type": one.type,
+            "line": one.line,
+            "printed": next(
+                (p.alpha for p in PRINTED if p.type == one.type and one.line.startswith(p.line)),
+                None,
+            ),
+        }
+        for one in follow(start, "alpha", LAST).bifurcations
+    ]
+
+
+if __name__ == "__main__":
+    text = json.dumps(presets(), ensure_ascii=False, indent=1) + "\n"
+    Path(__file__).with_name("presets.json").write_text(text, encoding="utf-8")

@@ -1,0 +1,88 @@
+// The page's state, and who is told of its changes.
+import { themeOf } from "./draw/colours.ts";
+import type { Theme } from "./draw/colours.ts";
+import type { Core } from "./core.ts";
+import type { Pool } from "./pool.ts";
+import { conflict, format, parse } from "./state.ts";
+import type { State } from "./state.ts";
+
+type Listener = (state: State, before: State) => void;
+
+export class App {
+  state: State;
+  theme: Theme;
+  /** Why the address was refused, if it was. */
+  refused: string;
+  private readonly listeners: Listener[] = [];
+  private writing = 0;
+
+  constructor(
+    readonly core: Core,
+    private readonly makePool: () => Pool,
+  ) {
+    const { state, refused } = parse(location.hash);
+    this.state = state;
+    this.refused = refused;
+    this.theme = themeOf(matchMedia("(prefers-color-scheme: dark)").matches);
+  }
+
+  private made: Pool | undefined;
+  /** The workers, made when they are first needed. */
+  get pool(): Pool {
+    return (this.made ??= this.makePool());
+  }
+
+  listen(listener: Listener): void {
+    this.listeners.push(listener);
+  }
+
+  /** Changes the state if that is allowed; says what is wrong otherwise. */
+  change(change: Partial<State>): string {
+    const next = { ...this.state, ...change };
+    const why = conflict(next);
+    if (why) return why;
+    const before = this.state;
+    this.state = next;
+    this.tell(before);
+    this.write();
+    return "";
+  }
+
+  tell(before: State = this.state): void {
+    for (const listener of this.listeners) listener(this.state, before);
+  }
+
+  setTheme(dark: boolean): void {
+    this.theme = themeOf(dark);
+    document.documentElement.classList.toggle("dark", dark);
+    this.tell();
+  }
+
+  get address(): string {
+    const fragment = format(this.state);
+    return location.href.replace(/#.*$/, "") + (fragment ? `#${fragment}` : "");
+  }
+
+  /** Puts the state into the address, not more often than browsers like. */
+  private write(): void {
+    clearTimeout(this.writing);
+    this.writing = window.setTimeout(() => {
+      const fragment = `#${format(this.state)}`;
+      if (location.hash === fragment || (fragment === "#" && !location.hash)) return;
+      try {
+        history.replaceState(null, "", fragment);
+      } catch {
+        location.replace(fragment); // a page from a file may not have its history written
+      }
+    }, 200);
+  }
+
+  /** Takes a state from an address that was changed by hand. */
+  read(): void {
+    if (location.hash.replace(/^#/, "") === format(this.state)) return;
+    const { state, refused } = parse(location.hash);
+    const before = this.state;
+    [this.state, this.refused] = [state, refused];
+    this.tell(before);
+  }
+}

@@ -1,0 +1,37 @@
+// A device in SI units: its scales and its dimensionless parameters, as in Section 2 of the paper.
+import type { DeviceName, Parameter } from "./fields.ts";
+
+export type Device = Record<DeviceName, number>;
+
+export interface Scales {
+  /** N, s and m: the units of force, time and length. */
+  force: number;
+  time: number;
+  length: number;
+}
+
+export function scales(d: Device): Scales {
+  const force = d.mu * (d.M_m + d.M_c) * d.g;
+  return { force, time: 1 / Math.sqrt(d.k1 / d.M_m), length: force / d.k1 };
+}
+
+export function dimensionless(d: Device): Record<Parameter, number> {
+  const friction = d.mu * (d.M_m + d.M_c) * d.g;
+  const natural = Math.sqrt(d.k1 / d.M_m);
+  return {
+    alpha: d.P_d / friction,
+    omega: d.Omega / natural,
+    delta: (d.k1 * d.G) / friction,
+    zeta: d.c / (d.M_m * natural) / 2,
+    beta: d.k2 / d.k1,
+    gamma: d.M_c / d.M_m,
+    f_b: 1,
+  };
+}
+
+/** Whether the device's scales can be represented; "" or what is wrong. */
+export function problem(d: Device): string {
+  const { force, time, length } = scales(d);
+  const fine = [force, time, length].every((value) => Number.isFinite(value) && value > 0);
+  return fine ? "" : "the device's scales of force, time and length must be finite and > 0";
+}

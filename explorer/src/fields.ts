@@ -1,0 +1,134 @@
+// Every value of the page's state: its range as the package has it, its default, and what it means.
+
+export interface NumberField {
+  kind: "number";
+  low: number;
+  high: number;
+  whole?: boolean;
+  value: number;
+  symbol: string;
+  name: string;
+  about: string;
+  unit?: string;
+  /** Ends of the slider, if it has one: a part of the range. */
+  slider?: readonly [number, number, number];
+}
+
+export interface ChoiceField {
+  kind: "choice";
+  of: readonly string[];
+  value: string;
+  name: string;
+}
+
+const number = (
+  symbol: string,
+  name: string,
+  range: readonly [number, number],
+  value: number,
+  about: string,
+  more: Partial<NumberField> = {},
+): NumberField => ({ kind: "number", symbol, name, low: range[0], high: range[1], value, about, ...more });
+
+const choice = (name: string, of: readonly string[], value = of[0] ?? ""): ChoiceField => ({
+  kind: "choice",
+  name,
+  of,
+  value,
+});
+
+export const PARAMETERS = ["alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b"] as const;
+export const DEVICE = ["M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu", "g"] as const;
+export const STARTS = ["x_r", "v_r", "v_c"] as const;
+export type Parameter = (typeof PARAMETERS)[number];
+export type DeviceName = (typeof DEVICE)[number];
+
+const SIZE = 1e20;
+const start = (symbol: string, name: string, about: string) =>
+  number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-2, 2, 0.01] });
+
+export const NUMBERS = {
+  alpha: number("α", "excitation amplitude", [0, 1e10], 0.7,
+    "Amplitude of the force that drives the inner mass, over the friction force: P_d / P_f.",
+    { slider: [0, 2, 0.001] }),
+  omega: number("ω", "excitation frequency", [1e-6, 1e6], 0.8,
+    "Frequency of the driving force, over the natural frequency √(k₁/M_m) of the inner mass.",
+    { slider: [0.1, 3, 0.001] }),
+  delta: number("δ", "gap", [0, 1e10], 0.02,
+    "Distance at which the inner mass meets the second spring, over the length P_f / k₁.",
+    { slider: [0, 1, 0.001] }),
+  zeta: number("ζ", "damping ratio", [0, 1e4], 0.05,
+    "Damping between mass and capsule, over twice M_m √(k₁/M_m); 1 is critical.",
+    { slider: [0, 1, 0.001] }),
+  beta: number("β", "stiffness ratio", [0, 1e10], 1.5,
+    "Stiffness of the second spring over that of the first: k₂ / k₁.",
+    { slider: [0, 20, 0.01] }),
+  gamma: number("γ", "mass ratio", [1e-8, 1e8], 3.3,
+    "Mass of the capsule over the inner mass: M_c / M_m. The paper prints 3.3; its global maps come out at 3.0.",
+    { slider: [0.2, 8, 0.01] }),
+  f_b: number("f_b", "friction bound", [1e-10, 1e10], 1,
+    "Largest friction force over P_f: 1 for dry friction.", { slider: [0.1, 2, 0.01] }),
+  M_m: number("M_m", "inner mass", [1e-9, 1e9], 0.5, "Mass that moves inside the capsule.", { unit: "kg", slider: [0.01, 5, 0.01] }),
+  M_c: number("M_c", "mass of the capsule", [1e-9, 1e9], 1.65, "Mass of the capsule without the inner mass.", { unit: "kg", slider: [0.01, 10, 0.01] }),
+  k1: number("k₁", "spring", [1e-9, 1e12], 50, "Stiffness of the spring between mass and capsule.", { unit: "N/m", slider: [1, 500, 0.1] }),
+  k2: number("k₂", "second spring", [0, 1e12], 75, "Stiffness of the spring that the mass meets after the gap.", { unit: "N/m", slider: [0, 1000, 0.1] }),
+  c: number("c", "damper", [0, 1e9], 0.5, "Damping coefficient between mass and capsule.", { unit: "N s/m", slider: [0, 10, 0.01] }),
+  G: number("G", "gap", [0, 1e6], 0.0017, "Distance between the mass at rest and the second spring.", { unit: "m", slider: [0, 0.1, 0.0001] }),
+  P_d: number("P_d", "amplitude of the excitation", [0, 1e9], 3, "Amplitude of the force that drives the inner mass.", { unit: "N", slider: [0, 20, 0.01] }),
+  Omega: number("Ω", "frequency of the excitation", [1e-9, 1e9], 8, "Angular frequency of the driving force.", { unit: "rad/s", slider: [0.1, 50, 0.01] }),
+  mu: number("μ", "friction coefficient", [1e-9, 1e6], 0.2, "Coulomb friction between the capsule and what it lies on.", { slider: [0.01, 2, 0.001] }),
+  g: number("g", "gravity", [1e-9, 1e6], 9.81, "Gravitational acceleration.", { unit: "m/s²", slider: [0.1, 30, 0.01] }),
+  x_r: start("x_r", "relative displacement at the start", "Displacement of the mass from the capsule, x_m − x_c."),
+  v_r: start("v_r", "relative velocity at the start", "Velocity of the mass relative to the capsule, v_m − v_c."),
+  v_c: start("v_c", "capsule's velocity at the start", "Exactly 0 where the capsule is at rest."),
+  phase: number("τ₀", "phase at the start", [0, 2 * Math.PI * 1e6], 0,
+    "Time at the start within the excitation period, in [0, 2π/ω).", { slider: [0, 1, 0.001] }),
+  periods: number("N", "periods settled", [1, 100000], 100,
+    "Excitation periods that pass before the motion is drawn.", { whole: true, slider: [1, 1000, 1] }),
+  d_from: number("from", "from", [0, 1e10], 0.005, "Least value of the diagram's parameter."),
+  d_to: number("to", "to", [0, 1e10], 2, "Largest value of the diagram's parameter."),
+  d_count: number("values", "values", [2, 2000], 400, "Values of the parameter between the two.", { whole: true }),
+  d_periods: number("periods", "periods settled at each value", [1, 10000], 200, "Excitation periods at each value before points are drawn.", { whole: true }),
+  d_starts: number("starts", "further starts at each value", [0, 16], 0, "Further starts at each value, from which motions that coexist are found.", { whole: true }),
+  c_x0: number("from", "first axis from", [-SIZE, SIZE], 0.01, "Least value on the first axis."),
+  c_x1: number("to", "first axis to", [-SIZE, SIZE], 2, "Largest value on the first axis."),
+  c_y0: number("from", "second axis from", [-SIZE, SIZE], 1, "Least value on the second axis."),
+  c_y1: number("to", "second axis to", [-SIZE, SIZE], 5, "Largest value on the second axis."),
+  c_size: number("cells", "cells along an axis", [16, 512], 256, "Cells along each axis of the chart.", { whole: true }),
+  c_periods: number("periods", "periods settled in each cell", [1, 10000], 300, "Excitation periods in each cell, at most; fewer where the motion is steady before.", { whole: true }),
+} as const satisfies Record<string, NumberField>;
+
+export const QUANTITIES = {
+  x_r: "relative displacement x_r at phase 0",
+  v_r: "relative velocity v_r at phase 0",
+  v_c: "capsule velocity v_c at phase 0",
+  impact: "relative velocity at impacts",
+  progression: "progression per period",
+  velocity: "average velocity",
+  work: "work per period",
+  stick: "share of time at rest",
+  contact: "share of time in contact",
+  period: "period number",
+  multiplier: "largest Floquet multiplier |μ|",
+} as const;
+export type Quantity = keyof typeof QUANTITIES;
+
+export const AXES = [...PARAMETERS, ...STARTS] as const;
+export type Axis = (typeof AXES)[number];
+
+export const CHOICES = {
+  view: choice("view", ["motion", "diagram", "chart"]),
+  units: choice("units", ["dimensionless", "device"]),
+  d_x: choice("parameter", PARAMETERS),
+  d_y: choice("quantity", Object.keys(QUANTITIES)),
+  d_way: choice("directions", ["both", "up", "down"]),
+  c_x: choice("first axis", AXES),
+  c_y: choice("second axis", AXES, "gamma"),
+  c_by: choice("colour by", ["itinerary", "progression", "period", "attractor"]),
+} as const satisfies Record<string, ChoiceField>;
+
+export type NumberName = keyof typeof NUMBERS;
+export type ChoiceName = keyof typeof CHOICES;
+
+/** A number's field, by its name. */
+export const field = (name: NumberName): NumberField => NUMBERS[name];

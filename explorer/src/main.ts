@@ -1,0 +1,90 @@
+// The page: the library is unpacked and started, the state read from the address, the views put up.
+import { App } from "./app.ts";
+import { Core } from "./core.ts";
+import { byId } from "./dom.ts";
+import { measureType } from "./draw/axes.ts";
+import { ChartPage } from "./pages/chart.ts";
+import { DiagramPage } from "./pages/diagram.ts";
+import { MotionPage } from "./pages/motion.ts";
+import { Pool } from "./pool.ts";
+import { fill } from "./ui/presets.ts";
+import { sharing } from "./ui/sharing.ts";
+import { sidebar } from "./ui/sidebar.ts";
+import { tour } from "./ui/tour.ts";
+
+// Put in by the build: the worker's program, and the library, deflated.
+declare const WORKER: string;
+declare const LIBRARY: string;
+
+async function unpack(text: string): Promise<Uint8Array<ArrayBuffer>> {
+  const packed = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+const VIEWS = ["motion", "diagram", "chart"] as const;
+
+function tabs(app: App, enter: (view: string) => void): void {
+  const buttons = VIEWS.map((view) => byId<HTMLButtonElement>(`tab-${view}`));
+  buttons.forEach((button, i) => {
+    button.addEventListener("click", () => app.change({ view: VIEWS[i] ?? "motion" }));
+    button.addEventListener("keydown", (event) => {
+      const to = { ArrowRight: i + 1, ArrowLeft: i + VIEWS.length - 1, Home: 0, End: VIEWS.length - 1 }[event.key];
+      if (to === undefined) return;
+      event.preventDefault();
+      buttons[to % VIEWS.length]?.focus();
+      buttons[to % VIEWS.length]?.click();
+    });
+  });
+  const show = (): void => {
+    enter(app.state.view);
+    VIEWS.forEach((view, i) => {
+      const on = view === app.state.view;
+      byId(`view-${view}`).hidden = !on;
+      buttons[i]?.setAttribute("aria-selected", String(on));
+      buttons[i]?.setAttribute("tabindex", on ? "0" : "-1");
+    });
+    const refused = byId("refused");
+    refused.hidden = app.refused === "";
+    refused.textContent = app.refused && `The address was not understood: ${app.refused}. Shown is the case study.`;
+  };
+  app.listen(show);
+  show();
+}
+
+async function begin(): Promise<void> {
+  measureType();
+  const code = await unpack(LIBRARY);
+  const app = new App(await Core.load(code), () => new Pool(WORKER, code));
+  document.documentElement.classList.toggle("dark", app.theme.dark);
+  // Views with workers are made when they are first entered.
+  let diagram: DiagramPage | undefined;
+  let chart: ChartPage | undefined;
+  const enter = (view: string): void => {
+    if (view === "diagram") diagram ??= new DiagramPage(app);
+    if (view === "chart") chart ??= new ChartPage(app);
+  };
+  sidebar(app);
+  tabs(app, enter);
+  const motion = new MotionPage(app);
+  if (app.state.view === "motion") motion.update();
+  sharing(app, motion, () => ({ diagram: diagram?.panel, chart: chart?.panel }), () => diagram?.diagram);
+  fill(byId<HTMLSelectElement>("preset"), (state) => app.change(state));
+  const theme = byId("theme");
+  const press = (): void => theme.setAttribute("aria-pressed", String(app.theme.dark));
+  theme.addEventListener("click", () => {
+    app.setTheme(!app.theme.dark);
+    press();
+  });
+  press();
+  byId("take-tour").addEventListener("click", () => tour((at) => at.startsWith("view-motion") && app.change({ view: "motion" })));
+  addEventListener("hashchange", () => app.read());
+  addEventListener("resize", measureType);
+  performance.mark("ready");
+  document.documentElement.dataset["ready"] = "true";
+}
+
+begin().catch((error: unknown) => {
+  byId("refused").hidden = false;
+  byId("refused").textContent = `This browser cannot run the page: ${String(error)}`;
+});

@@ -1,0 +1,125 @@
+// The state of the page: a flat record, read from a URL as strictly as from a file, and written to one.
+import { CHOICES, DEVICE, NUMBERS, PARAMETERS, field } from "./fields.ts";
+import type { ChoiceName, NumberName, Parameter } from "./fields.ts";
+import { dimensionless, problem } from "./device.ts";
+
+export type State = { [K in NumberName]: number } & { [K in ChoiceName]: string };
+
+const numberNames = Object.keys(NUMBERS) as NumberName[];
+const choiceNames = Object.keys(CHOICES) as ChoiceName[];
+
+/** The case study at its printed parameters. */
+export function defaults(): State {
+  const state: Record<string, number | string> = {};
+  for (const name of numberNames) state[name] = NUMBERS[name].value;
+  for (const name of choiceNames) state[name] = CHOICES[name].value;
+  return state as State;
+}
+
+const show = (value: number): string =>
+  Math.abs(value) >= 1e5 || (value !== 0 && Math.abs(value) < 1e-3) ? value.toExponential() : String(value);
+
+/** What is wrong with a value of a field, or "" where it is allowed. */
+export function refusal(name: NumberName, value: number): string {
+  const { low, high, whole, symbol } = field(name);
+  if (Number.isFinite(value) && value >= low && value <= high && (!whole || Number.isInteger(value))) return "";
+  return `${symbol} must be ${whole ? "a whole number" : "a number"} from ${show(low)} to ${show(high)}`;
+}
+
+const PLAIN = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d{1,3})?$/i;
+
+/** A number written as a person writes it; NaN for anything else. */
+export function read(text: string): number {
+  const trimmed = text.trim().replace("−", "-");
+  return trimmed.length <= 40 && PLAIN.test(trimmed) ? Number(trimmed) : NaN;
+}
+
+/** The seven dimensionless parameters, of a device where the state has one. */
+export function parameters(state: State): Record<Parameter, number> {
+  if (state.units === "device") return dimensionless(state);
+  return Object.fromEntries(PARAMETERS.map((name) => [name, state[name]])) as Record<Parameter, number>;
+}
+
+/** What is wrong between the fields, or "". */
+export function conflict(state: State): string {
+  if (state.units === "device") {
+    const wrong = problem(state);
+    if (wrong) return wrong;
+  }
+  const p = parameters(state);
+  for (const name of PARAMETERS) {
+    const wrong = refusal(name, p[name]);
+    if (wrong) return state.units === "device" ? `of this device ${wrong}` : wrong;
+  }
+  const period = (2 * Math.PI) / p.omega;
+  if (!(state.phase < period)) return `τ₀ must be a time in [0, 2π/ω) = [0, ${period.toPrecision(6)})`;
+  if (!(state.d_from < state.d_to)) return "the diagram's first value must be below its last";
+  if (state.units === "dimensionless" || state.view !== "motion")
+    for (const end of [state.d_from, state.d_to]) {
+      const wrong = refusal(state.d_x as Parameter, end);
+      if (wrong) return `in the diagram ${wrong}`;
+    }
+  if (state.c_x === state.c_y) return "the chart's axes must be two";
+  for (const [axis, low, high] of [
+    [state.c_x, state.c_x0, state.c_x1],
+    [state.c_y, state.c_y0, state.c_y1],
+  ] as const) {
+    if (!(low < high)) return "each axis of the chart must begin below its end";
+    const wrong = refusal(axis as NumberName, low) || refusal(axis as NumberName, high);
+    if (wrong) return `in the chart ${wrong}`;
+  }
+  return "";
+}
+
+/** The part of a URL after "#": what differs from the defaults. */
+export function format(state: State): string {
+  const plain = defaults();
+  const device = state.units === "device";
+  const parts: string[] = [];
+  for (const name of choiceNames) if (state[name] !== plain[name]) parts.push(`${name}=${state[name]}`);
+  for (const name of numberNames) {
+    const idle = device ? includes(PARAMETERS, name) : includes(DEVICE, name);
+    if (!idle && (state[name] !== plain[name] || (device && includes(DEVICE, name))))
+      parts.push(`${name}=${String(state[name])}`);
+  }
+  return parts.join("&");
+}
+
+const includes = (names: readonly string[], name: string): boolean => names.includes(name);
+
+export interface Parsed {
+  state: State;
+  /** Why the text was refused; the state is then the default. */
+  refused: string;
+}
+
+/** The state that a URL's fragment describes. One wrong part, and all of it is refused. */
+export function parse(fragment: string): Parsed {
+  const state = defaults();
+  const text = fragment.replace(/^#/, "");
+  const refuse = (why: string): Parsed => ({ state: defaults(), refused: why });
+  if (text === "") return { state, refused: "" };
+  if (text.length > 4000) return refuse("the address is longer than 4000 characters");
+  const seen = new Set<string>();
+  for (const part of text.split("&")) {
+    const [name = "", value, more] = part.split("=");
+    if (value === undefined || more !== undefined) return refuse(`"${clip(part)}" is no name=value`);
+    if (seen.has(name)) return refuse(`"${clip(name)}" is given twice`);
+    seen.add(name);
+    if (Object.hasOwn(NUMBERS, name)) {
+      const wrong = refusal(name as NumberName, read(value));
+      if (wrong) return refuse(`${clip(name)}=${clip(value)}: ${wrong}`);
+      state[name as NumberName] = read(value);
+    } else if (Object.hasOwn(CHOICES, name)) {
+      const { of } = CHOICES[name as ChoiceName];
+      if (!includes(of, value)) return refuse(`${name}=${clip(value)}: must be one of ${of.join(", ")}`);
+      state[name as ChoiceName] = value;
+    } else return refuse(`there is no "${clip(name)}"`);
+  }
+  const mixed = [...seen].find((name) => includes(state.units === "device" ? PARAMETERS : DEVICE, name));
+  if (mixed) return refuse(`${mixed} does not go with units=${state.units}`);
+  const wrong = conflict(state);
+  return wrong ? refuse(wrong) : { state, refused: "" };
+}
+
+const clip = (text: string): string => (text.length > 40 ? `${text.slice(0, 40)}…` : text);

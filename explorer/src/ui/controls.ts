@@ -1,0 +1,85 @@
+// A number's control: name, explanation, field and slider; what is refused is said at the field.
+import { field } from "../fields.ts";
+import type { NumberName } from "../fields.ts";
+import { make, symbol } from "../dom.ts";
+import { read, refusal } from "../state.ts";
+import type { State } from "../state.ts";
+
+export type Change = (change: Partial<State>) => string;
+
+export interface Control {
+  element: HTMLElement;
+  show(state: State): void;
+}
+
+const plain = (value: number): string => String(value);
+
+/** `change` takes a new value and says what is wrong with it between the fields, or "". */
+export function numberControl(name: NumberName, change: Change): Control {
+  const { symbol: sign, name: label, about, unit, slider, whole } = field(name);
+  const id = `field-${name}`;
+  const error = make("p", { class: "error", id: `${id}-error`, role: "alert", hidden: true });
+  const help = make("p", { class: "about", id: `${id}-about`, hidden: true }, about);
+  const entry = make("input", { id, type: "text", inputmode: whole ? "numeric" : "decimal", autocomplete: "off", spellcheck: "false", "aria-describedby": `${id}-error` });
+  const query = make("button", { type: "button", class: "help", "aria-expanded": "false", "aria-controls": `${id}-about`, "aria-label": `What is ${label}?` }, "?");
+  query.addEventListener("click", () => {
+    help.hidden = !help.hidden;
+    query.setAttribute("aria-expanded", String(!help.hidden));
+  });
+  const refuse = (why: string): void => {
+    error.hidden = why === "";
+    error.textContent = why;
+    if (why) entry.setAttribute("aria-invalid", "true");
+    else entry.removeAttribute("aria-invalid");
+  };
+  const take = (value: number): void => refuse(refusal(name, value) || change({ [name]: value }));
+  entry.addEventListener("input", () => {
+    // While something is being typed it is not yet wrong; what is a value already counts.
+    const value = read(entry.value);
+    if (!refusal(name, value)) take(value);
+  });
+  entry.addEventListener("change", () => take(read(entry.value)));
+  const row = make("div", { class: "control" },
+    make("label", { for: id }, symbol(sign), make("span", { class: "name" }, label)),
+    query,
+    make("span", { class: "entry" }, entry, ...(unit ? [make("span", { class: "unit" }, unit)] : [])),
+  );
+  let bar: HTMLInputElement | null = null;
+  if (slider) {
+    const [low, high, step] = slider;
+    bar = make("input", { type: "range", min: low, max: high, step, "aria-label": `${label}, slider`, class: "slider" });
+    const moved = bar;
+    moved.addEventListener("input", () => take(Number(moved.value)));
+    row.append(moved);
+  }
+  row.append(error, help);
+  return {
+    element: row,
+    show(state) {
+      if (document.activeElement !== entry || read(entry.value) !== state[name]) {
+        entry.value = plain(state[name]);
+        refuse("");
+      }
+      if (!bar) return;
+      if (name === "phase") {
+        const period = (2 * Math.PI) / state.omega;
+        bar.max = String(period * 0.999);
+        bar.step = String(period / 1000);
+      }
+      if (document.activeElement !== bar || Number(bar.value) !== state[name]) bar.value = plain(state[name]);
+      bar.setAttribute("aria-valuetext", `${plain(state[name])}${unit ? ` ${unit}` : ""}`);
+    },
+  };
+}
+
+/** A choice as a labelled list. */
+export function choiceControl(id: string, label: string, options: readonly (readonly [string, string])[], chosen: (value: string) => string): { element: HTMLElement; select: HTMLSelectElement } {
+  const error = make("p", { class: "error", role: "alert", hidden: true });
+  const select = make("select", { id }, ...options.map(([value, text]) => make("option", { value }, text)));
+  select.addEventListener("change", () => {
+    const why = chosen(select.value);
+    error.hidden = why === "";
+    error.textContent = why;
+  });
+  return { element: make("div", { class: "control choice" }, make("label", { for: id }, make("span", { class: "name" }, label)), select, error), select };
+}

@@ -1,0 +1,67 @@
+// Presets: the panels of Fig. 7 at both mass ratios, the exact bifurcations, two charts, a device.
+import data from "../../presets.json" with { type: "json" };
+import { make } from "../dom.ts";
+import { globalMap, rotated } from "../itinerary.ts";
+import type { Motion } from "../motion.ts";
+import { defaults, parameters } from "../state.ts";
+import type { State } from "../state.ts";
+
+export interface Preset {
+  group: string;
+  name: string;
+  state: Partial<State>;
+}
+
+const panel = (one: (typeof data.panels)[number], gamma: number): Preset => ({
+  group: `Fig. 7, γ = ${gamma}`,
+  name: `${one.panel}  α = ${one.alpha}`,
+  state: { view: "motion", alpha: one.alpha, gamma, periods: 400 },
+});
+
+const event = (one: (typeof data.bifurcations)[number]): Preset => ({
+  group: `Bifurcations, γ = ${one.gamma}`,
+  name: `${one.type} ${one.line}, α = ${one.alpha.toFixed(6)}`,
+  state: {
+    view: "diagram", gamma: one.gamma, d_x: "alpha", d_y: "x_r", d_count: 160,
+    d_from: Math.max(0.001, Number((one.alpha - 0.04).toFixed(3))), d_to: Number((one.alpha + 0.04).toFixed(3)),
+  },
+});
+
+export const PRESETS: readonly Preset[] = [
+  ...data.gammas.flatMap((gamma) => data.panels.map((one) => panel(one, gamma))),
+  ...data.bifurcations.map(event),
+  { group: "Diagrams", name: "Case study, α from 0.005 to 2", state: { view: "diagram" } },
+  { group: "Diagrams", name: "Case study, progression by ω", state: { view: "diagram", d_x: "omega", d_y: "progression", d_from: 0.3, d_to: 1.6 } },
+  { group: "Charts", name: "Itineraries over α and γ", state: { view: "chart" } },
+  { group: "Charts", name: "Basins of three motions", state: { view: "chart", alpha: 2.8, omega: 0.4, zeta: 0.01, beta: 5, gamma: 5, c_x: "x_r", c_y: "v_r", c_x0: -2, c_x1: 2, c_y0: -2, c_y1: 2, c_by: "attractor" } },
+  { group: "Devices", name: "Half a kilogram on 50 N/m", state: { view: "motion", units: "device" } },
+];
+
+/** Fills a list with the presets, by group. */
+export function fill(select: HTMLSelectElement, choose: (state: State) => void): void {
+  const groups = new Map<string, HTMLOptGroupElement>();
+  PRESETS.forEach((preset, i) => {
+    const group = groups.get(preset.group) ?? make("optgroup", { label: preset.group });
+    groups.set(preset.group, group);
+    group.append(make("option", { value: i }, preset.name));
+  });
+  select.append(make("option", { value: "" }, "Presets…"), ...groups.values());
+  select.addEventListener("change", () => {
+    const preset = PRESETS[Number(select.value)];
+    if (select.value !== "" && preset) choose({ ...defaults(), ...preset.state });
+    select.value = "";
+  });
+}
+
+/** Whether the paper prints this case, and whether its global map is the exact one. */
+export function printedAt(state: State, motion: Motion): string {
+  const p = parameters(state);
+  const plain = defaults();
+  const others = (["omega", "delta", "zeta", "beta", "f_b"] as const).every((name) => p[name] === plain[name]);
+  const one = data.panels.find(({ alpha }) => alpha === p.alpha);
+  if (!others || !one || !data.gammas.includes(p.gamma)) return "";
+  const steps = motion.cycle;
+  const same = motion.globalMap === one.printed || steps.some((_, i) => globalMap(rotated(steps, i)) === one.printed);
+  const what = `Fig. 7${one.panel} prints ${one.printed.replace(/_\{([^}]*)\}/g, "($1)")}`;
+  return same ? `${what}: the same.` : `${what}: the exact map differs.`;
+}

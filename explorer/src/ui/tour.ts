@@ -1,0 +1,56 @@
+// A tour of two minutes: a few cards, each beside what it tells of.
+import { byId, make } from "../dom.ts";
+
+interface Stop {
+  at: string;
+  title: string;
+  text: string;
+}
+
+const STOPS: readonly Stop[] = [
+  { at: "view-motion", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a second spring. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
+  { at: "parameters", title: "Seven numbers", text: "The motion depends on seven numbers without units, or on a device in SI units. Move a slider: the motion is computed anew at once. The ? beside a name explains it." },
+  { at: "itinerary-box", title: "Exact, segment by segment", text: "Between switches the equations are linear, and their solutions are known in closed form. Six fields F1 to F6 follow each other; the list is the itinerary, and each switch is proved to be the first." },
+  { at: "map-box", title: "The global map", text: "The same in the paper's notation: local maps from one switching plane to the next, composed from right to left." },
+  { at: "phase-box", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The portrait on the right turns by dragging, or by the arrow keys." },
+  { at: "tab-diagram", title: "Diagram", text: "One parameter varies, up and down. Where the itinerary changes, the event's own equation is solved: the vertical lines are bifurcations, exact to rounding. Choose a place to see the motion there." },
+  { at: "tab-chart", title: "Chart and basin", text: "Two parameters, or two starts: each colour is an itinerary, or an attractor. The picture comes coarse and is refined where neighbours differ." },
+  { at: "share", title: "Take it along", text: "The address holds all you see. It can also be copied as Python, as a command line or as a file, and what is drawn saved as CSV, PNG or SVG." },
+];
+
+export function tour(before: (at: string) => void): void {
+  const dialog = byId<HTMLDialogElement>("tour");
+  let at = 0;
+  const title = make("h2", { id: "tour-title" });
+  const text = make("p");
+  const count = make("p", { class: "count" });
+  const back = make("button", { type: "button", click: () => go(at - 1) }, "Back");
+  const next = make("button", { type: "button", class: "primary", click: () => go(at + 1) }, "Next");
+  const end = make("button", { type: "button", click: () => dialog.close() }, "End the tour");
+  dialog.replaceChildren(title, text, count, make("div", { class: "row" }, end, back, next));
+  const mark = (on: boolean): void => {
+    const target = document.getElementById(STOPS[at]?.at ?? "");
+    target?.classList.toggle("toured", on);
+    if (on) target?.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+  };
+  function go(to: number): void {
+    mark(false);
+    const stop = STOPS[to];
+    if (!stop) {
+      dialog.close();
+      return;
+    }
+    at = to;
+    before(stop.at);
+    title.textContent = stop.title;
+    text.textContent = stop.text;
+    count.textContent = `${at + 1} of ${STOPS.length}`;
+    back.disabled = at === 0;
+    next.textContent = at === STOPS.length - 1 ? "Done" : "Next";
+    mark(true);
+  }
+  dialog.addEventListener("close", () => mark(false), { once: true });
+  dialog.show();
+  go(0);
+  next.focus();
+}

@@ -1,0 +1,85 @@
+"""The page's library beside the package's: the same itineraries, the same states but for rounding.
+
+Both run one source. What may differ are exp, sin and cos, musl's there and the system's here, and
+products that this processor fuses with sums: some roundings in each segment, carried on by the run.
+"""
+
+import json
+import math
+import random
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from capsule_sym import Parameters, simulate
+from capsule_sym._native import core
+from capsule_sym.orbits.stability import jacobian
+from explorer import build
+
+PERIODS = 5
+ROUNDINGS = 8  # of each segment, in units of rounding of the largest value there
+pytestmark = [
+    pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not there"),
+    pytest.mark.skipif(core is None, reason="the C core was not compiled"),
+]
+
+
+def _systems(count):
+    draw = random.Random(20)
+    for i in range(count):
+        parameters = Parameters(
+            alpha=draw.uniform(0, 3),
+            omega=math.exp(draw.uniform(-1, 1)),
+            delta=draw.uniform(0, 1) if i % 5 else 0.0,
+            zeta=draw.uniform(0, 1) if i % 3 else 0.0,
+            beta=math.exp(draw.uniform(-2, 3)),
+            gamma=math.exp(draw.uniform(-1.5, 1.5)),
+            f_b=draw.uniform(0.2, 2),
+        )
+        state = (draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1) if i % 2 else 0.0)
+        yield parameters, state, draw.uniform(0, 0.999) * parameters.period
+
+
+def _compare(count):
+    systems = list(_systems(count))
+    asked = [
+        {"parameters": [*p.to_dict().values()], "state": s, "phase": t, "periods": PERIODS}
+        for p, s, t in systems
+    ]
+    done = subprocess.run(
+        ["node", str(Path(__file__).with_name("core.mjs")), str(build.PAGE)],
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    equal, largest = 0, 0.0
+    for (p, s, t), there in zip(systems, json.loads(done.stdout), strict=True):
+        here = simulate(p, s, t, PERIODS, backend="c")
+        assert there["stop"] == 0
+        assert [tuple(map(int, one)) for one in there["word"]] == [
+            (one.field, int(one.source[1:] or 0), int(one.target[1:] or 0)) for one in here.segments
+        ]
+        final = here.final[1]
+        error = max(abs(a - b) for a, b in zip(final, there["final"], strict=True))
+        # Each segment adds some roundings, which the run carries to its end.
+        size = 1 + max(abs(v) for one in here.segments for v in one.start_state)
+        carried = max(1.0, float(abs(jacobian(here)).max())) * len(here.segments)
+        allowed = ROUNDINGS * 2.0**-53 * size * carried
+        largest = max(largest, error / allowed)
+        equal += error == 0
+        assert error <= allowed, (p, s, t, error, allowed)
+    return equal, largest
+
+
+def test_it_agrees_with_the_package():
+    equal, _ = _compare(20)
+    assert equal > 0
+
+
+@pytest.mark.long
+def test_it_agrees_with_the_package_on_a_thousand_systems():
+    equal, largest = _compare(1000)
+    print(f"{equal} of 1000 equal to the last bit; the others within {largest:.2g} of the bound")

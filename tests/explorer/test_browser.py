@@ -1,0 +1,243 @@
+"""The page driven in headless Chromium, its numbers beside the package's."""
+
+import json
+import random
+import re
+import tomllib
+
+import pytest
+
+from capsule_sym import Parameters, PhysicalParameters, simulate
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.stability import multipliers
+from capsule_sym.orbits.worth import worth
+
+from .conftest import AXE
+
+pytestmark = pytest.mark.long
+
+
+def _quantity(tab, name):
+    text = tab.locator(".quantity", has_text=name).first.locator("dd b").inner_text()
+    return [float(part.replace("−", "-")) for part in re.split(r",| \+ ", text)]
+
+
+def _word(tab):
+    return tuple(tab.locator("#itinerary b").all_inner_texts())
+
+
+def _settled(tab, change):
+    """Does something, and waits until the motion that it leads to is drawn."""
+    before = tab.evaluate("document.documentElement.dataset.motions ?? '0'")
+    change()
+    tab.wait_for_function("n => document.documentElement.dataset.motions !== n", arg=before)
+
+
+def _same_motion(tab, parameters):
+    motion = simulate(parameters, periods=400).steady()
+    orbit = find_orbit(parameters)
+    assert _word(tab) == motion.word
+    assert tab.locator("#map").inner_text().replace("_", "") == re.sub(
+        r"[_{}]", "", motion.global_map
+    )
+    assert _quantity(tab, "progression") == pytest.approx([motion.progression], abs=1e-9)
+    assert _quantity(tab, "work") == pytest.approx([worth(orbit).work.value], rel=1e-8)
+    known = [worth(orbit).damper_loss.value, worth(orbit).friction_loss.value]
+    assert _quantity(tab, "losses") == pytest.approx(known, rel=1e-4)
+    assert _quantity(tab, "multipliers") == pytest.approx(abs(multipliers(orbit)), abs=1e-4)
+
+
+def test_the_motion_is_the_package_s(open_page):
+    tab = open_page()
+    _same_motion(tab, Parameters())
+    _settled(tab, lambda: tab.fill("#field-alpha", "1.2"))
+    _same_motion(tab, Parameters(alpha=1.2))
+    slider = tab.get_by_label("excitation amplitude, slider")
+    slider.focus()
+    _settled(tab, lambda: slider.press("ArrowRight"))
+    assert tab.input_value("#field-alpha") == "1.201"
+    _same_motion(tab, Parameters(alpha=1.201))
+    _settled(tab, lambda: tab.get_by_role("button", name="Back to the case study").click())
+    assert tab.input_value("#field-alpha") == "0.7"
+
+
+def test_presets_say_what_the_paper_prints(open_page):
+    tab = open_page()
+    for name, says in (("f  α = 0.7", "the same"), ("l  α = 1.64", "the exact map differs")):
+        _settled(tab, lambda name=name: tab.select_option("#preset", label=name))
+        assert tab.locator("#printed").inner_text().endswith(f"{says}.")
+
+
+def test_a_device_is_that_of_the_package(open_page):
+    tab = open_page("#units=device&P_d=4.5")
+    device = PhysicalParameters(M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=4.5,
+                                Omega=8, mu=0.2)  # fmt: skip
+    motion = simulate(device.dimensionless(), periods=400).steady()
+    assert _word(tab) == motion.word
+    speed = device.velocity(motion.progression / device.dimensionless().period)
+    assert _quantity(tab, "speed") == pytest.approx([1000 * speed], rel=1e-5)
+
+
+def test_a_value_outside_its_range_is_refused_at_the_field(open_page):
+    tab = open_page()
+    for name, value, says in (
+        ("alpha", "-1", "from 0 to"),
+        ("omega", "0", "must be a number"),
+        ("periods", "2.5", "a whole number"),
+        ("alpha", "much", "must be a number"),
+        ("phase", "50", "[0, 7.85398)"),
+    ):
+        tab.fill(f"#field-{name}", value)
+        tab.locator(f"#field-{name}").press("Tab")
+        assert says in tab.locator(f"#field-{name}-error").inner_text()
+        assert tab.get_attribute(f"#field-{name}", "aria-invalid") == "true"
+        tab.reload()
+        tab.wait_for_selector("html[data-ready]")
+
+
+def test_the_diagram_finds_the_bifurcations_that_the_package_finds(open_page):
+    tab = open_page("#view=diagram&d_count=200")
+    tab.wait_for_function(
+        "/Points in/.test(document.getElementById('diagram-status').textContent)", timeout=120_000
+    )
+    rows = tab.locator("#marks tr").all_inner_texts()
+    presets = json.loads((AXE.parents[2] / "presets.json").read_text())
+    known = [one for one in presets["bifurcations"] if one["gamma"] == 3.3]
+    assert len(rows) == len(known)
+    for row, one in zip(rows, known, strict=True):
+        assert float(re.search(r"= ([\d.]+)", row)[1]) == pytest.approx(one["alpha"], abs=2e-12)
+        assert f"{one['type']} on {one['line'].partition('^')[0]}" in row
+    _settled(
+        tab, lambda: tab.get_by_role("button", name="Show the motion at bifurcation 6").click()
+    )
+    assert float(tab.input_value("#field-alpha")) == pytest.approx(known[5]["alpha"], abs=1e-12)
+
+
+def test_a_chart_is_cancelled_and_chosen_from_by_keys(open_page):
+    tab = open_page("#view=chart&c_size=128")
+    tab.wait_for_function("/cells run$/.test(document.getElementById('chart-status').textContent)")
+    tab.click("#chart-stop")
+    tab.wait_for_function("document.getElementById('chart-status').textContent === 'Stopped.'")
+    tab.fill("#field-c_size", "32")
+    tab.wait_for_function(
+        "/finished in/.test(document.getElementById('chart-status').textContent)", timeout=120_000
+    )
+    chart = tab.locator("#chart")
+    chart.focus()
+    chart.press("ArrowRight")
+    said = re.search(r"= ([\d.]+), ([\d.]+): ([F\d ]+)\.", tab.inner_text("#chart-status"))
+    chart.press("Enter")
+    tab.wait_for_function("location.hash.includes('gamma')")
+    tab.wait_for_selector("#itinerary b")
+    assert _word(tab) == tuple(said[3].split())
+
+
+def test_all_is_in_the_address(open_page):
+    tab = open_page()
+    tab.fill("#field-alpha", "1.3")
+    tab.fill("#field-v_r", "-0.25")
+    tab.get_by_role("tab", name="Diagram").click()
+    tab.select_option("#d-y", "progression")
+    tab.wait_for_function("location.hash.includes('d_y')")
+    fragment = tab.evaluate("location.hash")
+    assert set(fragment[1:].split("&")) == {
+        "view=diagram", "d_y=progression", "alpha=1.3", "v_r=-0.25"
+    }  # fmt: skip
+    again = open_page(fragment)
+    assert again.input_value("#field-v_r") == "-0.25"
+    assert again.input_value("#d-y") == "progression"
+
+
+def test_what_is_copied_runs(open_page):
+    tab = open_page("#alpha=1.2&x_r=0.5&periods=200")
+    tab.click("#share-open")
+    python = tab.inner_text("#share-python")
+    names: dict[str, object] = {}
+    exec(python, names)
+    assert names["motion"].word == _word(tab)
+    assert tomllib.loads(tab.inner_text("#share-file"))["alpha"] == 1.2
+    command = tab.inner_text("#share-command").strip()
+    assert command == "capsule-sym run --alpha 1.2 --state 0.5 0 0 --periods 200"
+
+
+def test_motions_and_pictures_are_saved(open_page, tmp_path):
+    tab = open_page()
+    tab.click("#share-open")
+    saved = {}
+    for name in ("points-csv", "segments-csv", "phase-svg", "history-svg", "space-png"):
+        with tab.expect_download() as got:
+            tab.click(f"#save-{name}")
+        saved[name] = tmp_path / name
+        got.value.save_as(saved[name])
+    header, first, *_ = saved["segments-csv"].read_text().splitlines()
+    assert (header.split(",")[0], first.split(",")[0]) == ("field", "F5")
+    assert len(saved["points-csv"].read_text().splitlines()) > 200
+    assert saved["phase-svg"].read_text().startswith("<svg")
+    assert saved["history-svg"].read_text().count("<path") > 3
+    assert saved["space-png"].read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_tour_ends_by_keys(open_page):
+    tab = open_page()
+    tab.get_by_role("button", name="Tour").press("Enter")
+    while tab.locator("#tour[open]").count():
+        tab.locator("#tour .primary").press("Enter")
+    assert tab.locator(".toured").count() == 0
+
+
+WORDS = ["alpha", "omega", "view", "units", "P_d", "d_from", "c_size", "x", "__proto__", "", "d_x"]
+VALUES = ["0", "1", "-1", "1e308", "1e-320", "NaN", "Infinity", "device", "chart", "<b>", "", "%00",
+          "diagram", "0x10", "1,5", "constructor", "9" * 60]  # fmt: skip
+
+
+def test_no_address_leaves_an_exception(open_page):
+    """Ten thousand of them; what is refused is refused whole, what is taken is within its range."""
+    tab = open_page()
+    draw = random.Random(7)
+    texts = []
+    for _ in range(10_000):
+        parts = [
+            draw.choice(WORDS) + draw.choice(["=", "=", "=", "", "=="]) + draw.choice(VALUES)
+            for _ in range(draw.randint(0, 5))
+        ]
+        texts.append("#" + draw.choice(["&", "&", "&", "&&", ";"]).join(parts))
+    texts[:40] = [f"#alpha={draw.uniform(0, 3)}&omega={draw.uniform(0.05, 3)}" for _ in range(40)]
+    refused = tab.evaluate(
+        """async (texts) => {
+            let refused = 0;
+            const box = document.getElementById('refused');
+            for (const [i, text] of texts.entries()) {
+                location.hash = text;
+                dispatchEvent(new HashChangeEvent('hashchange'));
+                refused += !box.hidden;
+                if (i % 50 === 0) await new Promise((go) => requestAnimationFrame(go));
+            }
+            return refused;
+        }""",
+        texts,
+    )
+    assert 5_000 < refused < 10_000
+    tab.evaluate("location.hash = ''")
+    tab.wait_for_function("document.getElementById('refused').hidden")
+
+
+@pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed: make explorer")
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("view", ["motion", "diagram", "chart", "share", "tour"])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_axe_finds_no_violation(open_page, view, theme, width):
+    fragment = f"#view={view}&d_count=20&c_size=16" if view in ("diagram", "chart") else ""
+    tab = open_page(fragment, color_scheme=theme, viewport={"width": width, "height": 900})
+    if view == "share":
+        tab.click("#share-open")
+    if view == "tour":
+        tab.click("#take-tour")
+    if view in ("diagram", "chart"):
+        tab.wait_for_function(
+            f"/Points in|finished/.test(document.getElementById('{view}-status').textContent)"
+        )
+    # The engine is evaluated by the driver, not loaded by the page, whose policy would refuse it.
+    tab.evaluate(AXE.read_text(encoding="utf-8"))
+    found = tab.evaluate("axe.run()")["violations"]
+    assert [(one["id"], one["nodes"][0]["html"]) for one in found] == []
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
