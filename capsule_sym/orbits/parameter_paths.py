@@ -51,11 +51,8 @@ class Slope:
             return Slope(self.value**0, 0 * self.slope)
         return Slope(self.value**power, power * self.value ** (power - 1) * self.slope)
 
-    def __radd__(self, other: Any) -> Slope:
-        return self.__add__(other)
-
-    def __rmul__(self, other: Any) -> Slope:
-        return self.__mul__(other)
+    __radd__ = __add__
+    __rmul__ = __mul__
 
     def __neg__(self) -> Slope:
         return self * -1
@@ -64,13 +61,13 @@ class Slope:
         return self + -_lifted(other)
 
     def __rsub__(self, other: Any) -> Slope:
-        return -self + other
+        return -self + _lifted(other)
 
     def __truediv__(self, other: Any) -> Slope:
         return self * _lifted(other) ** -1
 
     def __rtruediv__(self, other: Any) -> Slope:
-        return self**-1 * other
+        return self**-1 * _lifted(other)
 
 
 def _lifted(value: Any) -> Slope:

@@ -106,7 +106,7 @@ def test_help_imports_nothing_that_computes() -> None:
 
 def test_every_command_that_prints_results_takes_json(command) -> None:
     writing = {name for name in group.commands if "--json" not in command(name, "--help").stdout}
-    assert writing == {"figure", "report"}
+    assert writing == {"diagram", "explore", "figure", "report"}
 
 
 @pytest.mark.parametrize(

@@ -6,15 +6,12 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
-from pkgutil import walk_packages
 from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, Phase, find, given, settings
 
-import capsule_sym
 from capsule_sym.cli import group
 from tests.cli.fuzz import command_lines, commands, prepare, run_in_copy, words_of
 
@@ -30,11 +27,6 @@ _ONE = settings(max_examples=1, phases=[Phase.generate], **_ANYHOW)
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    # An import that the budget cuts in two leaves half a module behind for all lines to come.
-    for module in walk_packages(capsule_sym.__path__, "capsule_sym."):
-        import_module(module.name)
-    for name in ("backends.backend_pdf", "backends.backend_svg", "backends.backend_agg", "figure"):
-        import_module(f"matplotlib.{name}")
     path = tmp_path_factory.mktemp("fuzz") / "folder"
     path.mkdir()
     with pytest.MonkeyPatch.context() as patch:

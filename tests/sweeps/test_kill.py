@@ -82,6 +82,7 @@ def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
         least = len(before) + chance.randint(0, 40 // kills)
         while len(finished(store)) < least:
             assert program.poll() is None
+            time.sleep(0.002)
         if chance.random() < 0.5:
             os.killpg(program.pid, signal.SIGKILL)
         else:
