@@ -13,8 +13,10 @@ from capsule_sym.options import json_option, make_console, make_progress, make_t
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from capsule_sym.bench.goals import Goal
     from capsule_sym.bench.growth import Growth
     from capsule_sym.bench.ratios import Ratio
+    from capsule_sym.bench.roots import Root
     from capsule_sym.bench.study import Row
     from capsule_sym.bench.whole import Study
 
@@ -44,7 +46,9 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     after each part, so that an interrupted study leaves the parts that were done. `figure
     work-precision` draws bench.json, or part.json where there is no other. "trajectory"
     (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
-    rows of tool and setting; "ratios" are of their times by ours; and "growth" is ours alone.
+    rows of tool and setting; "ratios" are of their times by ours; "growth" is ours alone; "widths"
+    counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method beside Brent's; and
+    "goals" is what has to be reached.
     """
     from capsule_sym.bench.whole import Study
     from capsule_sym.records import dumps
@@ -79,6 +83,10 @@ def _print(study: Study) -> None:
     console.print(_ratios(study.ratios))
     console.print("\nGrowth of ours:")
     console.print(_growth(study.growth))
+    console.print("\nBrackets with one switch, solved in Python over the closed form:")
+    console.print(_roots(study.roots))
+    console.print("\nWhat has to be reached:")
+    console.print(_goals(study.goals))
 
 
 def _rows(rows: Sequence[Row]) -> Table:
@@ -126,6 +134,27 @@ def _growth(growth: Sequence[Growth]) -> Table:
             f"{g.us_per_period:.3g}",
             switches,
         )
+    return table
+
+
+def _roots(roots: Sequence[Root]) -> Table:
+    table = _table("method", "tolerance", "us/root", "evaluations", "max error")
+    for r in roots:
+        table.add_row(
+            r.method,
+            f"{r.tolerance:g}",
+            f"{r.us_per_root:.3g}",
+            f"{r.evaluations:.3g}",
+            f"{r.max_error:.1e}",
+        )
+    return table
+
+
+def _goals(goals: Sequence[Goal]) -> Table:
+    table = _table("what", "", "reached", "goal", "met")
+    for g in goals:
+        goal = f"{g.relation} {g.goal:g}"
+        table.add_row(g.what, g.unit, f"{g.value:.3g}", goal, "yes" if g.met else "no")
     return table
 
 

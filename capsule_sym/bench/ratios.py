@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from capsule_sym.bench.growth import Growth
 from capsule_sym.bench.study import Row
-from capsule_sym.bench.tools import LANES, OURS
+from capsule_sym.bench.tools import LANES, ONE_ROW, OURS
 
 LIMITS = (1e-6, 1e-12)
 """Errors up to which the fastest setting of each tool is compared."""
@@ -64,7 +64,9 @@ def _threads(growth: Sequence[Growth]) -> Iterator[Ratio]:
 def _fastest(parts: dict[str, Sequence[Row]]) -> Iterator[Ratio]:
     for part, rows in parts.items():
         ours = _ours(rows)
-        for tool in dict.fromkeys(row.tool for row in rows if ours and row.tool != OURS):
+        for tool in dict.fromkeys(
+            row.tool for row in rows if ours and row.tool not in (OURS, ONE_ROW)
+        ):
             for limit in LIMITS:
                 kept = [
                     row

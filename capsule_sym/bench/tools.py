@@ -12,6 +12,7 @@ from capsule_sym.bench.model import Run
 from capsule_sym.bench.peers import compiled, cvode, own, scipy_events, taylor
 
 OURS = "this map, C"
+ONE_ROW = "this map, final_states"
 MPMATH = "this map, mpmath"
 LANES = 8  # of heyoka's batch mode: faster here than the number it recommends, 4
 
@@ -34,6 +35,7 @@ def one_at_a_time() -> list[Tool]:
     """Tools for one trajectory."""
     tools = [
         Tool(OURS, "double", lambda: own.final, check=own.simulated("c")),
+        Tool(ONE_ROW, "double, one row", lambda: own.one_row, check=own.simulated("c")),
         Tool("this map, NumPy", "double", partial(own.simulated, "numpy"), slow=True),
         Tool(MPMATH, "50 digits", partial(own.simulated, "mpmath"), slow=True),
     ]
@@ -114,7 +116,7 @@ def skipped() -> list[str]:
 
 
 def _lacks(name: str) -> str | None:
-    if name == OURS and core is None:
+    if name in (OURS, ONE_ROW) and core is None:
         return "the C core was not compiled"
     for package, prefix in (("heyoka", "heyoka.py"), ("sksundae", "CVODE")):
         if name.startswith(prefix) and not _is_there(package):

@@ -10,11 +10,13 @@ from typing import Any
 import capsule_sym
 from capsule_sym._native import core
 from capsule_sym.bench import machine, truth
+from capsule_sym.bench.goals import Goal, Width, goals, widths
 from capsule_sym.bench.growth import Growth, growth, plan
 from capsule_sym.bench.peers import own
 from capsule_sym.bench.ratios import Ratio, ratios
+from capsule_sym.bench.roots import Root, roots
 from capsule_sym.bench.study import LONG, Row, compare, strided
-from capsule_sym.bench.tools import MPMATH, OURS, Tool, for_sweeps, one_at_a_time, skipped
+from capsule_sym.bench.tools import MPMATH, ONE_ROW, OURS, Tool, for_sweeps, one_at_a_time, skipped
 from capsule_sym.bench.truth import Case
 from capsule_sym.errors import InvalidInput
 from capsule_sym.records import dumps
@@ -31,7 +33,7 @@ class Study:
         """Chooses the peers with `only` in their name; raises InvalidInput if there are none."""
         self.repeats, self.quick = repeats, quick
         self.single, self.many = (
-            [tool for tool in tools if tool.name == OURS or only in tool.name]
+            [tool for tool in tools if tool.name in (OURS, ONE_ROW) or only in tool.name]
             for tools in (one_at_a_time(), for_sweeps())
         )
         if not any(only in tool.name for tool in (*self.single, *self.many)):
@@ -41,6 +43,13 @@ class Study:
         self.tangencies: list[Row] = []
         self.sweep: list[Row] = []
         self.growth: list[Growth] = []
+        self.widths: list[Width] = []
+        self.roots: list[Root] = []
+
+    @property
+    def goals(self) -> list[Goal]:
+        """What has to be reached, as far as the parts so far tell."""
+        return goals(self.trajectory, self.tangencies, self.sweep, self.widths)
 
     @property
     def ratios(self) -> list[Ratio]:
@@ -57,11 +66,14 @@ class Study:
             "repeats": self.repeats,
             "quick": self.quick,
             "skipped": skipped(),
+            "goals": [goal._asdict() | {"met": goal.met} for goal in self.goals],
             "trajectory": [row._asdict() for row in self.trajectory],
             "tangencies": [row._asdict() for row in self.tangencies],
             "sweep": [row._asdict() for row in self.sweep],
             "ratios": [ratio._asdict() for ratio in self.ratios],
             "growth": [row._asdict() for row in self.growth],
+            "widths": [row._asdict() for row in self.widths],
+            "roots": [row._asdict() for row in self.roots],
         }
 
     def turns(self) -> dict[str, int]:
@@ -72,6 +84,7 @@ class Study:
             "tangencies": len(self._near()) * 2,
             "sweep": len(self.many) * rounds,
             "growth": len(list(plan(_MOST[self.quick]))) if core else 0,
+            "switches": 2,
         }
 
     def run(self, part: str, advance: Callable[[], None]) -> None:
@@ -87,6 +100,14 @@ class Study:
             self.tangencies = compare(self._near(), chosen, 1, advance, long)
         elif part == "sweep":
             self.sweep = compare(self.many, self._sweep_cases(), self.repeats, advance, long)
+        elif part == "switches":
+            cases = [*truth.cases("case study"), *truth.cases("tangencies")]
+            cases = cases[::_QUICK] if self.quick else cases
+            self.widths = widths(cases) if core else []
+            advance()
+            starts = [case.start._replace(periods=1) for case in truth.cases("case study")]
+            self.roots = roots(starts[::_QUICK] if self.quick else starts)
+            advance()
         elif core:
             self.growth = growth(self.repeats, _MOST[self.quick], advance)
 

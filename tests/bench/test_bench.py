@@ -1,18 +1,19 @@
 """`capsule-sym bench` as a process: its JSON, its columns, its ratios, and bad input."""
 
 import json
+import math
 from importlib.util import find_spec
 from shutil import copytree
 
 import pytest
 
 from capsule_sym._native import core
-from capsule_sym.bench import tools, whole
+from capsule_sym.bench import goals, model, roots, tools, truth, whole
 from capsule_sym.bench.growth import Growth
-from capsule_sym.bench.peers import compiled
+from capsule_sym.bench.peers import compiled, own
 from capsule_sym.bench.ratios import Ratio
 from capsule_sym.bench.study import Row
-from capsule_sym.bench.tools import OURS
+from capsule_sym.bench.tools import ONE_ROW, OURS
 from capsule_sym.bench.whole import Study
 from capsule_sym.figures import catalogue
 
@@ -51,9 +52,12 @@ def test_json_is_the_file_and_has_the_documented_keys(done, record) -> None:
         "repeats",
         "quick",
         "skipped",
+        "goals",
         *PARTS,
         "ratios",
         "growth",
+        "widths",
+        "roots",
     ]
     assert record["quick"] is True
     assert record["repeats"] == 1
@@ -147,6 +151,48 @@ def test_ratios_follow_from_the_rows(record) -> None:
     assert (two["ratio"], two["wanted"]) == (threads[1] / threads[2], 1.8)
 
 
+@needs_core
+@needs_cc
+def test_goals_follow_from_the_rows(record) -> None:
+    by_what = {goal["what"]: goal for goal in record["goals"]}
+    sharp = rows(record, "trajectory", "DOP853 in C")["1e-13, inside steps"]["us_per_period"]
+    for tool, what, goal in (
+        (OURS, "20 periods from rest, one call a run", 20),
+        (ONE_ROW, "the same by final_states, one row a call", 12),
+    ):
+        (ours,) = rows(record, "trajectory", tool).values()
+        assert by_what[what]["value"] == sharp / ours["us_per_period"]
+        assert by_what[what]["goal"] == goal
+    (near,) = rows(record, "tangencies", OURS).values()
+    assert by_what["beside tangencies"]["value"] == near["us_per_period"]
+    for goal in record["goals"]:
+        more = goal["value"] - goal["goal"]
+        assert goal["met"] == (more >= 0 if goal["relation"] == ">=" else more <= 0)
+    assert {"wrong, double", "wrong, 106 bits"} <= by_what.keys()
+    assert all(goal["met"] for what, goal in by_what.items() if what.startswith("wrong"))
+
+
+@needs_core
+def test_a_width_that_misses_a_switch_is_counted(monkeypatch) -> None:
+    cases = truth.cases("case study")[:2]
+    assert all(width.wrong == 0 for width in goals.widths(cases))
+    monkeypatch.setattr(
+        own, "simulated_wide", lambda starts: [model.Result(c.truth.word[2:], None) for c in cases]
+    )
+    monkeypatch.setattr(own, "side_by_side", lambda starts, lanes: [(0.1, 0.0, math.nan)] * 2)
+    assert next(width.wrong for width in goals.widths(cases)) == 4
+    assert all(width.wrong == 2 for width in goals.widths(cases)[1:])
+
+
+def test_newton_and_brent_find_the_same_switches(record) -> None:
+    found = {(root["method"], root["tolerance"]): root for root in record["roots"]}
+    for tolerance in roots.TOLERANCES:
+        for method in ("Brent", "Newton"):
+            assert found[method, tolerance]["max_error"] < 4 * max(tolerance, 1e-15)
+        newton, brent = (found[name, tolerance]["evaluations"] for name in ("Newton", "Brent"))
+        assert 1 <= newton <= brent
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [(("--repeats", "0"), "--repeats"), (("--only", "nothing"), "nothing"), (("--bad",), "--bad")],
@@ -173,8 +219,8 @@ def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
     with pytest.raises(KeyboardInterrupt):
         study.run("tangencies", interrupt)
     kept = json.loads((tmp_path / "bench.json").read_text("utf-8"))
-    assert [row["tool"] for row in kept["trajectory"]] == [OURS]
-    assert kept["tangencies"] == kept["sweep"] == kept["growth"] == []
+    assert [row["tool"] for row in kept["trajectory"]] == [OURS, ONE_ROW]
+    assert kept["tangencies"] == kept["sweep"] == kept["growth"] == kept["roots"] == []
 
 
 @needs_cc
