@@ -4,6 +4,7 @@ import json
 import random
 import re
 import tomllib
+from time import monotonic
 
 import pytest
 
@@ -26,11 +27,19 @@ def _word(tab):
     return tuple(tab.locator("#itinerary b").all_inner_texts())
 
 
+def _until(tab, expression):
+    """Waits until an expression holds; the page's policy lets the driver wait for none in it."""
+    end = monotonic() + 240
+    while not tab.evaluate(expression):
+        assert monotonic() < end, expression
+        tab.wait_for_timeout(20)
+
+
 def _settled(tab, change):
     """Does something, and waits until the motion that it leads to is drawn."""
     before = tab.evaluate("document.documentElement.dataset.motions ?? '0'")
     change()
-    tab.wait_for_function("n => document.documentElement.dataset.motions !== n", arg=before)
+    _until(tab, f"(document.documentElement.dataset.motions ?? '0') !== '{before}'")
 
 
 def _same_motion(tab, parameters):
@@ -97,9 +106,7 @@ def test_a_value_outside_its_range_is_refused_at_the_field(open_page):
 
 def test_the_diagram_finds_the_bifurcations_that_the_package_finds(open_page):
     tab = open_page("#view=diagram&d_count=200")
-    tab.wait_for_function(
-        "/Points in/.test(document.getElementById('diagram-status').textContent)", timeout=120_000
-    )
+    _until(tab, "/Points in/.test(document.getElementById('diagram-status').textContent)")
     rows = tab.locator("#marks tr").all_inner_texts()
     presets = json.loads((AXE.parents[2] / "presets.json").read_text())
     known = [one for one in presets["bifurcations"] if one["gamma"] == 3.3]
@@ -115,19 +122,17 @@ def test_the_diagram_finds_the_bifurcations_that_the_package_finds(open_page):
 
 def test_a_chart_is_cancelled_and_chosen_from_by_keys(open_page):
     tab = open_page("#view=chart&c_size=128")
-    tab.wait_for_function("/cells run$/.test(document.getElementById('chart-status').textContent)")
+    _until(tab, "/cells run$/.test(document.getElementById('chart-status').textContent)")
     tab.click("#chart-stop")
-    tab.wait_for_function("document.getElementById('chart-status').textContent === 'Stopped.'")
+    _until(tab, "document.getElementById('chart-status').textContent === 'Stopped.'")
     tab.fill("#field-c_size", "32")
-    tab.wait_for_function(
-        "/finished in/.test(document.getElementById('chart-status').textContent)", timeout=120_000
-    )
+    _until(tab, "/finished in/.test(document.getElementById('chart-status').textContent)")
     chart = tab.locator("#chart")
     chart.focus()
     chart.press("ArrowRight")
     said = re.search(r"= ([\d.]+), ([\d.]+): ([F\d ]+)\.", tab.inner_text("#chart-status"))
     chart.press("Enter")
-    tab.wait_for_function("location.hash.includes('gamma')")
+    _until(tab, "location.hash.includes('gamma')")
     tab.wait_for_selector("#itinerary b")
     assert _word(tab) == tuple(said[3].split())
 
@@ -138,7 +143,7 @@ def test_all_is_in_the_address(open_page):
     tab.fill("#field-v_r", "-0.25")
     tab.get_by_role("tab", name="Diagram").click()
     tab.select_option("#d-y", "progression")
-    tab.wait_for_function("location.hash.includes('d_y')")
+    _until(tab, "location.hash.includes('d_y')")
     fragment = tab.evaluate("location.hash")
     assert set(fragment[1:].split("&")) == {
         "view=diagram", "d_y=progression", "alpha=1.3", "v_r=-0.25"
@@ -218,7 +223,7 @@ def test_no_address_leaves_an_exception(open_page):
     )
     assert 5_000 < refused < 10_000
     tab.evaluate("location.hash = ''")
-    tab.wait_for_function("document.getElementById('refused').hidden")
+    _until(tab, "document.getElementById('refused').hidden")
 
 
 @pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed: make explorer")
@@ -233,8 +238,8 @@ def test_axe_finds_no_violation(open_page, view, theme, width):
     if view == "tour":
         tab.click("#take-tour")
     if view in ("diagram", "chart"):
-        tab.wait_for_function(
-            f"/Points in|finished/.test(document.getElementById('{view}-status').textContent)"
+        _until(
+            tab, f"/Points in|finished/.test(document.getElementById('{view}-status').textContent)"
         )
     # The engine is evaluated by the driver, not loaded by the page, whose policy would refuse it.
     tab.evaluate(AXE.read_text(encoding="utf-8"))
