@@ -42,11 +42,15 @@ adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000
 	$(BIN)/capsule-sym adversarial --count $(N)
 
 mutations: $(READY)  ## change every value typed from the paper; each change has to be noticed
-	$(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
+	@mkdir -p results
+	CAPSULE_SYM_RECORD=results/mutations.json \
+	    $(BIN)/python -m pytest -q -s -m long tests/symbolic/test_mutations.py
 
 verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
+	@mkdir -p results
+	$(BIN)/capsule-sym enclose --json > results/enclose.json.part
+	@mv results/enclose.json.part results/enclose.json
 	$(BIN)/capsule-sym verify
-	$(BIN)/capsule-sym enclose
 
 certificates: $(READY)  ## write results/certificates.json, and check it with code of its own
 	$(BIN)/capsule-sym enclose --thresholds --out results/certificates.json

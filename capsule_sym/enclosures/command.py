@@ -70,7 +70,8 @@ def enclose(
     records = [section for section, _, _ in told]
     seconds = perf_counter() - begin
     if as_json:
-        click.echo(json.dumps({"sections": records, "seconds": round(seconds, 1)}))
+        record = {"sections": records, "seconds": round(seconds, 1)}
+        click.echo(json.dumps(record | {"orbit_seconds": round(_one_orbit(), 3)}))
     else:
         _print(records, thresholds, seconds)
     missing = [reason for _, _, reasons in told for reason in reasons]
@@ -124,6 +125,20 @@ def _proved(
 
     kept, missing = certified(gamma) if certify else ([], [])
     return record(prove_section(gamma, intervals=intervals)), kept, missing
+
+
+def _one_orbit() -> float:
+    """Seconds that it takes to certify one orbit of six legs."""
+    from capsule_sym.enclosures.certificates import certify_orbit
+    from capsule_sym.orbits.orbit import Orbit
+    from capsule_sym.orbits.search import find_orbit
+    from capsule_sym.parameters import Parameters
+
+    found = find_orbit(Parameters(alpha=1.2))
+    assert isinstance(found, Orbit)
+    begin = perf_counter()
+    certify_orbit(found)
+    return perf_counter() - begin
 
 
 def _print(records: Sequence[dict[str, Any]], thresholds: bool, seconds: float) -> None:

@@ -20,6 +20,7 @@ from capsule_sym.figures.data import Store
 from capsule_sym.figures.style import Colours, NotInstalled, styled
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.options import Track
+from capsule_sym.paper import read
 from capsule_sym.parameters import Parameters
 from capsule_sym.records import write as write_texts
 
@@ -74,6 +75,7 @@ def page(colours: Colours, track: Track) -> str:
         printed_thresholds=THRESHOLDS,
         titles={name: entry.title for name, entry in FIGURES.items()},
         errata=_errata(saved["proofs"]),
+        lines=_lines(saved["proofs"]),
         statuses=Counter(item["status"] for item in saved["proofs"]["items"])
         if saved["proofs"]
         else {},
@@ -101,6 +103,15 @@ def _errata(proofs: Mapping[str, Any] | None) -> list[Mapping[str, Any]]:
     """What was found about printed statements that do not hold as they stand."""
     items = proofs["items"] if proofs else []
     return [item for item in items if item.get("printed") and item["derived"] != "as printed"]
+
+
+def _lines(proofs: Mapping[str, Any] | None) -> list[tuple[str, list[Mapping[str, Any]]]]:
+    """The places of the paper in their order, each with the statements about what it prints."""
+    found: dict[str, list[Mapping[str, Any]]] = {entry.place: [] for entry in read()}
+    for item in proofs["items"] if proofs else []:
+        if item.get("printed"):
+            found.setdefault(item["equation"], []).append(item)
+    return list(found.items())
 
 
 def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[Picture]]:

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym.options import json_option, make_progress
+from capsule_sym.options import json_option, make_console, make_progress, make_table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from capsule_sym.symbolic.items import Result
 
 _REPORT = Path("results/verify.md")
@@ -67,6 +69,8 @@ def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
     unproved = [result.item.id for result in results if not result.settled]
     seconds = perf_counter() - start
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {seconds:.0f} s", err=True)
+    if only is None and not as_json:
+        _print_reached(results, seconds)
     if freeze and not unproved:
         try:
             frozen.freeze(results)
@@ -82,3 +86,13 @@ def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
         click.echo(f"not proved: {', '.join(unproved)}", err=True)
     if unproved or changed:
         raise click.exceptions.Exit(1)
+
+
+def _print_reached(results: Sequence[Result], seconds: float) -> None:
+    from capsule_sym.symbolic.reached import rows
+
+    table = make_table("", "reached", "", "goal", "from")
+    marks = {True: "yes", False: "no", None: "–"}
+    for row in rows(results, seconds):
+        table.add_row(row.what, row.reached, marks[row.met], row.goal, row.source)
+    make_console(stderr=True).print(table)

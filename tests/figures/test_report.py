@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym import paper
 from capsule_sym.figures import catalogue, report
 from tests.figures.conftest import untracked
 
@@ -101,6 +102,7 @@ def results(directory: Path) -> None:
         "status": "refuted",
         "printed": "a <b> c_{r} on L2^(1)",
         "derived": "another",
+        "proof": "by <it>",
         "consequence": "none",
         "witness": {"x_r": "1/2"},
     }
@@ -145,6 +147,19 @@ def results(directory: Path) -> None:
         file.write_text(json.dumps(content), encoding="utf-8")
 
 
+def test_places_of_the_paper_are_in_order_with_what_is_proved_of_them() -> None:
+    here = [entry.place for entry in paper.read()]
+    names = [f"printed.{number}" for number in range(len(here))]
+    items = [
+        {"id": name, "equation": place, "printed": "p"}
+        for name, place in zip(names, here, strict=True)
+    ]
+    told = report._lines({"items": [{"id": "inner", "equation": "Table 2"}, *items[::-1]]})
+    assert [place for place, _ in told] == list(dict.fromkeys(here))
+    assert sorted(one["id"] for _, held in told for one in held) == sorted(names)
+    assert all(one["equation"] == place for place, held in told for one in held)
+
+
 def test_a_page_without_results_says_how_to_make_them(plain: Path) -> None:
     page = read(report.page("safe", untracked))
     text = "".join(page.words)
@@ -186,7 +201,10 @@ def test_a_page_shows_what_the_results_say(plain: Path) -> None:
     assert "c 0.3* not steady the same" in text
     assert "a <b> cr on L2(1)" in text
     assert "erratum.x" in text
-    assert "confirmed.x" not in text
+    errata, lines = text.split("The paper line by line")
+    assert "confirmed.x" not in errata
+    assert "as printed proved by <it> confirmed.x" in lines
+    assert "Eq. (23): 2 statements, 1 refuted" in lines
     assert "1 refuted, 1 proved" in text
     assert "1 of 1 hard cases" in text
     assert "ours double 0.7 1.0e-15 0 0 " in text

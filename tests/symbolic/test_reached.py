@@ -1,0 +1,111 @@
+"""The table of what is reached, judged by the records."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from capsule_sym.symbolic import verify
+from capsule_sym.symbolic.items import Result
+from capsule_sym.symbolic.reached import ENCLOSED, MUTATIONS, REGIONS, rows
+
+SECTION = {
+    "thresholds": [{"radius": 1e-92}] * 8,
+    "unproved": 3e-12,
+    "failed": "",
+}
+GOOD: dict[Path, Any] = {
+    MUTATIONS: {"changes": 1562, "survive": 0},
+    ENCLOSED: {"sections": [SECTION, SECTION], "orbit_seconds": 0.1},
+    REGIONS: [{"cell": [1, 0, 0, 0], "word": "F2", "work": 3.0}]
+    + [{"cell": [k, 1, 0, 0], "word": "F2", "work": 3.0} for k in (2, 3, 4)],
+}
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(records: dict[Path, Any]) -> None:
+    for path, held in records.items():
+        path.parent.mkdir(exist_ok=True)
+        text = json.dumps(held)
+        if path.suffix == ".jsonl":
+            text = "\n".join(map(json.dumps, held))
+        path.write_text(text + "\n")
+
+
+def results() -> list[Result]:
+    item = verify.SECTIONS["Table 2 as derived"]()[0]
+    return [Result(item, item.verdict, {}, 0.0)]
+
+
+@pytest.mark.usefixtures("here")
+def test_without_records_nothing_is_said_to_be_reached() -> None:
+    own, *others = rows(results(), 100.0)
+    assert own.met
+    assert [row.met for row in others] == [None] * 5
+    assert all(row.source.startswith("make ") for row in others)
+
+
+@pytest.mark.usefixtures("here")
+def test_goals_are_met_by_good_records() -> None:
+    write(GOOD)
+    told = rows(results(), 100.0)
+    assert [row.met for row in told] == [True] * 6
+    assert told[4].reached.startswith("93.8%")
+
+
+BAD = {
+    "a change survives": (MUTATIONS, lambda held: held.update(survive=1), 1),
+    "too few changes": (MUTATIONS, lambda held: held.update(changes=149), 1),
+    "a bifurcation is missing": (
+        ENCLOSED,
+        lambda held: held["sections"][0]["thresholds"].pop(),
+        2,
+    ),
+    "one is wide": (
+        ENCLOSED,
+        lambda held: held["sections"][1].update(thresholds=[{"radius": 1e-29}] * 8),
+        2,
+    ),
+    "a gap is left": (ENCLOSED, lambda held: held["sections"][1].update(unproved=1e-10), 3),
+    "an interval failed": (ENCLOSED, lambda held: held["sections"][0].update(failed="gluing"), 3),
+    "a patch is missing": (REGIONS, lambda held: held.pop(0), 4),
+    "it took too long": (REGIONS, lambda held: held[0].update(work=7200.0), 4),
+    "slow": (ENCLOSED, lambda held: held.update(orbit_seconds=0.21), 5),
+}
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.parametrize("name", BAD)
+def test_each_goal_is_missed_by_a_worse_record(name: str) -> None:
+    path, spoil, place = BAD[name]
+    records = copy.deepcopy(GOOD)
+    spoil(records[path])
+    write(records)
+    told = rows(results(), 100.0)
+    assert told[place].met is False
+    assert sum(row.met is not True for row in told) == 1
+
+
+@pytest.mark.usefixtures("here")
+def test_statements_that_fail_or_take_long_miss_their_goal() -> None:
+    (good,) = results()
+    assert not rows([Result(good.item, "failed", {}, 0.0)], 100.0)[0].met
+    assert not rows([good], 301.0)[0].met
+
+
+@pytest.mark.usefixtures("here")
+def test_a_damaged_record_is_said_to_be_unreadable() -> None:
+    write(GOOD)
+    ENCLOSED.write_text("{")
+    told = rows(results(), 100.0)
+    assert [row.met for row in told] == [True, True, None, None, True, None]
+    assert told[2].reached == "unreadable record"
