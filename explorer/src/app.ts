@@ -78,9 +78,9 @@ export class App {
   }
 
   /** Takes a state from an address that was changed by hand. */
-  read(): void {
-    if (location.hash.replace(/^#/, "") === format(this.state)) return;
-    const { state, refused } = parse(location.hash);
+  read(fragment: string): void {
+    if (fragment.replace(/^#/, "") === format(this.state) && !this.refused) return;
+    const { state, refused } = parse(fragment);
     const before = this.state;
     [this.state, this.refused] = [state, refused];
     this.tell(before);

@@ -78,7 +78,7 @@ async function begin(): Promise<void> {
   });
   press();
   byId("take-tour").addEventListener("click", () => tour((at) => at.startsWith("view-motion") && app.change({ view: "motion" })));
-  addEventListener("hashchange", () => app.read());
+  addEventListener("hashchange", ({ newURL }) => app.read(newURL.replace(/^[^#]*/, "")));
   addEventListener("resize", measureType);
   performance.mark("ready");
   document.documentElement.dataset["ready"] = "true";
