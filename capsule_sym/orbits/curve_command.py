@@ -150,7 +150,7 @@ def _print_curves(curves: Sequence[Curve]) -> None:
         for ending, detail in one.endings:
             console.print(f"   {ending.value}: {detail}")
         for meeting in one.codimension_two:
-            named = zip(one.parameters, meeting.values, strict=True)
-            place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
+            named = zip(one.parameters, meeting.values, meeting.uncertainties, strict=True)
+            place = ", ".join(f"{name} = {value:.15g} ± {by:.0e}" for name, value, by in named)
             console.print(f"   meets {meeting.types[1]} {meeting.lines[1]} at {place}")
         console.print()

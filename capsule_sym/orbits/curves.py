@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, backend
 from capsule_sym.orbits.admissibility import Inequality
-from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, noise
+from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, moduli, noise
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
@@ -43,6 +44,11 @@ class CurvePoint:
     residual: float
     iterations: int
     status: Status
+
+    @cached_property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of the orbit, the largest modulus first."""
+        return moduli(self.orbit)
 
 
 @dataclass(frozen=True)

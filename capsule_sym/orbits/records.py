@@ -123,6 +123,7 @@ def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
         "line": point.line or None,
         "word": _names(point.orbit.word),
         **_convergence(point),
+        "multipliers": _complex(point.multipliers),
         "admissibility": _inequality(point.admissibility, point.orbit.word),
     }
 
@@ -193,6 +194,7 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             **dict(zip(curve.parameters, point.values, strict=True)),
             "word": str(point.orbit.word),
             **_convergence(point),
+            **{f"multiplier_{i}": abs(m) for i, m in enumerate(point.multipliers, 1)},
         }
         for number, curve in enumerate(curves, 1)
         for point in curve.points
@@ -207,6 +209,10 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             "first": " ".join(filter(None, (one.types[0], one.lines[0]))),
             "second": " ".join(filter(None, (one.types[1], one.lines[1]))),
             **dict(zip(curve.parameters, one.values, strict=True)),
+            **{
+                f"uncertainty_{name}": error
+                for name, error in zip(curve.parameters, one.uncertainties, strict=True)
+            },
             **_convergence(one),
             "word_before": str(one.word_before),
             "word_after": str(one.word_after) if one.word_after else "",

@@ -10,6 +10,7 @@ from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING, moduli
 from capsule_sym.orbits.continuation import follow
 from capsule_sym.orbits.curves import Curve, trace
 from capsule_sym.orbits.events import CROSSING, GRAZING, GRAZING_SLIDING, SWITCHING
+from capsule_sym.orbits.records import codimension_two_rows, curve_rows
 from capsule_sym.orbits.states import Ending
 from tests.orbits.branches import hysteretic, settled, upwards
 
@@ -98,3 +99,22 @@ def test_bad_input_is_refused(second: str, ranges, field: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         trace(upwards(3.3).bifurcations[0], second, ranges)
     assert caught.value.field == field
+
+
+def test_a_curve_holds_the_multipliers_along_it() -> None:
+    # Just before the touch the motion that settles from rest has the same multipliers.
+    curve = traced(GRAZING)
+    for point in (curve.points[0], curve.points[-1]):
+        alpha, gamma = point.values
+        below = settled(alpha=alpha - 1e-9, gamma=gamma)
+        assert point.multipliers == pytest.approx(moduli(below), abs=1e-6)
+    (row, *_) = curve_rows([curve])
+    assert row["multiplier_1"] == abs(curve.points[0].multipliers[0])
+
+
+def test_every_table_of_meetings_has_their_uncertainties() -> None:
+    curve = traced(SWITCHING)
+    rows = codimension_two_rows([curve])
+    assert len(rows) == len(curve.codimension_two) > 0
+    for row, one in zip(rows, curve.codimension_two, strict=True):
+        assert (row["uncertainty_alpha"], row["uncertainty_gamma"]) == one.uncertainties
