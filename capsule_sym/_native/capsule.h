@@ -105,7 +105,9 @@ int capsule_lanes(void);
 int capsule_widest(void);
 
 /* Goes on from `state` until the end of excitation period `periods` (forcing angle 0), and leaves
-   in `state` where it came to. `written` counts segments or events; `open` tells, where the run
+   in `state` where it came to, rounded to double precision: what 106 bits knew of a switch is kept
+   within a call only, and a run that pauses goes on from a start off by a rounding, as one in double
+   precision does after each switch. `written` counts segments or events; `open` tells, where the run
    stops at CAPSULE_OPEN, what stayed open; the state is then the start of that segment. */
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_wish *wish, size_t *written, capsule_outcome *open);
@@ -150,7 +152,8 @@ void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, c
    of the last `count` periods: the least multiple, of at most count/2 periods, after which the
    last of them repeat within `tolerance`, and the next switches exactly in field and plane.
    `events` holds those of one period of the motion, from the end of the run on; there must be
-   room for those of two. CAPSULE_FULL says that there is not, CAPSULE_OPEN that a switch stayed
+   room for those of two. No multiple is found of a motion that dies away through ever more switches,
+   as off rest at alpha = delta = 0. CAPSULE_FULL says that there is not, CAPSULE_OPEN that a switch stayed
    open on the way. `watch` may be null. */
 capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             double (*states)[3], int count, double tolerance,

@@ -137,11 +137,11 @@ static int refused(void)
     capsule_outcome open;
     size_t count;
     bad.omega = -1;
-    for (int i = 0; i < 7; i++) {
+    for (int i = 0; i < 8; i++) {
         capsule_map_make(i == 6 ? &bad : &good, &map);
-        capsule_state state = capsule_state_at(&map, 0, 0, 0, i >= 5 ? -1e308 : 0);
+        capsule_state state = capsule_state_at(&map, 0, 0, i == 7, i == 5 || i == 6 ? -1e308 : 0);
         state.plane = i == 0 ? 1000000 : state.plane;
-        state.bound = i == 1 ? -2 : 0;
+        state.bound = i == 1 ? -2 : i == 7; /* |P| = f_b is a fact of the capsule at rest */
         state.turn = i == 2 ? -1000000 : 0;
         state.v_r = i == 3 ? NAN : 0;
         if (capsule_run(&map, &state, 10, i == 4 ? &rows : &wish, &count, &open) !=
@@ -191,15 +191,23 @@ int main(void)
         const capsule_parameters p = any_parameters(i);
         capsule_map_remake(&p, &map);
         capsule_state one = capsule_state_at(&map, uniform(-1, 1), uniform(-1, 1), 0.1 * (i % 2), 0);
-        capsule_state other = one;
+        capsule_state other = one, paused = one;
         capsule_outcome open;
+        capsule_event event;
         size_t count;
         const capsule_wish plain = {.position = 1};
         const capsule_wish wide = {.position = 1, .precision = CAPSULE_DOUBLE_DOUBLE};
+        const capsule_wish pausing = {
+            .precision = CAPSULE_DOUBLE_DOUBLE, .events = &event, .room = 1};
         const capsule_stop stop = capsule_run(&map, &one, 1, &plain, &count, &open);
-        if (stop != capsule_run(&map, &other, 1, &wide, &count, &open) ||
-            fabs(one.x_r - other.x_r) + fabs(one.v_c - other.v_c) > 1e-9)
+        capsule_stop last = capsule_run(&map, &other, 1, &wide, &count, &open);
+        if (stop != last || fabs(one.x_r - other.x_r) + fabs(one.v_c - other.v_c) > 1e-9)
             return failed("106 bits lead elsewhere", &p);
+        do /* each switch is rounded to a state in double precision */
+            last = capsule_run(&map, &paused, 1, &pausing, &count, &open);
+        while (last == CAPSULE_FULL);
+        if (stop != last || fabs(one.x_r - paused.x_r) + fabs(one.v_c - paused.v_c) > 1e-9)
+            return failed("pauses of a run in 106 bits lead elsewhere", &p);
     }
     for (int i = 0; i < 4; i++)
         if (stopped_and_resumed(i))

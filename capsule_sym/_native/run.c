@@ -34,7 +34,8 @@ int capsule_allowed(const capsule_map *map, const capsule_state *s)
            isfinite(p->f_b) && p->f_b > 0.0 && isfinite(s->x_r) && isfinite(s->gap) &&
            isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) && s->angle >= 0.0 &&
            s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI && fabs(s->angle_rest) <= 1.0 &&
-           s->turn >= 0 && s->bound >= -1 && s->bound <= 1 && s->plane >= 0 && s->plane <= 10 &&
+           s->turn >= 0 && s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
+           s->plane >= 0 && s->plane <= 10 &&
            s->field >= 0 && s->field <= 6;
 }
 

@@ -1,4 +1,4 @@
-"""The C library by itself: a user's program, compilers, sanitizers, and weakened certificates."""
+"""The C library by itself: a user's program, compilers and sanitizers."""
 
 import re
 import shutil
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym import Parameters, simulate
-from tests.native import LIBRARY, built
+from tests.native import KERNELS, LIBRARY, built
 
 pytestmark = pytest.mark.skipif(
     shutil.which("make") is None or shutil.which("cc") is None, reason="no C compiler here"
@@ -24,8 +24,34 @@ def make(target: str, build: Path, *settings: str) -> str:
     return done.stdout
 
 
-def test_a_users_program_builds_and_runs(tmp_path: Path) -> None:
-    printed = re.search(r"progression per period (\S+)", make("example", tmp_path))
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library, compiled once."""
+    directory = tmp_path_factory.mktemp("library") / "c"
+    return built(directory, "int capsule_program;", "-shared", "-fPIC", change=None)
+
+
+def printed_by(library: Path, source: Path) -> str:
+    """What a program that links the library prints."""
+    program = source.with_suffix("")
+    command = ["cc", "-std=c99", f"-I{LIBRARY}", f"-I{KERNELS}", source, library, "-o", program]
+    subprocess.run([*command, "-lm", f"-Wl,-rpath,{library.parent}"], check=True)
+    ran = subprocess.run([program], capture_output=True, text=True, check=True, timeout=60)
+    return ran.stdout
+
+
+def test_a_users_program_builds_and_runs(tmp_path: Path, library: Path) -> None:
+    source = shutil.copy(LIBRARY / "example.c", tmp_path)
+    check_example(printed_by(library, Path(source)))
+
+
+@pytest.mark.long
+def test_make_builds_and_runs_a_users_program(tmp_path: Path) -> None:
+    check_example(make("example", tmp_path))
+
+
+def check_example(text: str) -> None:
+    printed = re.search(r"progression per period (\S+)", text)
     motion = simulate(Parameters(), periods=120, backend="numpy").steady()
     assert printed
     assert motion
@@ -97,16 +123,7 @@ int main(void)
 """
 
 
-def output(directory: Path) -> tuple[str, str]:
-    """What runs one by one and side by side print."""
-    program = built(directory, PROGRAM, change=None)
-    ran = subprocess.run([program], capture_output=True, text=True, check=False, timeout=60)
-    alone, _, beside = ran.stdout.partition("|")
-    return alone, beside
-
-
-def test_no_symbol_without_the_prefix(tmp_path: Path) -> None:
-    library = built(tmp_path / "c", "int capsule_program;", "-shared", "-fPIC", change=None)
+def test_no_symbol_without_the_prefix(library: Path) -> None:
     listed = subprocess.run(
         ["nm", "-gD", "--defined-only", library], capture_output=True, text=True
     )
@@ -115,13 +132,14 @@ def test_no_symbol_without_the_prefix(tmp_path: Path) -> None:
     assert [n for n in names if not n.startswith(("capsule_", "_init", "_fini"))] == []
 
 
-@pytest.fixture(scope="module")
-def sound(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
-    return output(tmp_path_factory.mktemp("sound") / "c")
-
-
-def test_the_sound_program_counts_the_switches_of_the_reference(sound: tuple[str, str]) -> None:
-    counts = [int(count) for count in sound[0].split()[::3]]
+def test_a_program_counts_the_switches_of_the_reference(tmp_path: Path, library: Path) -> None:
+    (tmp_path / "program.c").write_text(PROGRAM)
+    alone, _, beside = printed_by(library, tmp_path / "program.c").partition("|")
+    rows = alone.split()
+    counts = [int(count) for count in rows[::3]]
+    finals = [float(value) for value in beside.split()]
+    assert finals[1::3] == pytest.approx([float(x) for x in rows[1::3]], abs=1e-8)
+    assert finals[2::3] == pytest.approx([float(v) for v in rows[2::3]], abs=1e-8)
     for i in (20, 60, 90, 110):
         run = simulate(Parameters(alpha=0.016 * (i + 1)), periods=30, backend="numpy")
         assert counts[i] == sum(bool(s.target) for s in run.segments)

@@ -1,0 +1,271 @@
+"""Starts of expansions that show what each term of the certificate is for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from random import Random
+
+from capsule_sym import Parameters
+from tests.native.certificate import WIDTHS, Start, Truth, mp, mpf
+
+WAY = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}
+
+
+def _log(random: Random, low: float, high: float) -> float:
+    return math.exp(random.uniform(math.log(low), math.log(high)))
+
+
+def _parameters(random: Random) -> Parameters:
+    return Parameters(
+        alpha=_log(random, 1e-2, 1e1),
+        omega=_log(random, 1e-1, 1e1),
+        delta=_log(random, 1e-3, 3.0),
+        zeta=_log(random, 1e-3, 3.0),
+        beta=_log(random, 1e-1, 1e2),
+        gamma=_log(random, 1e-1, 3e1),
+    )
+
+
+def moving(random: Random) -> Start:
+    """Anywhere, on the impact surface, at the start of a slip, or where P is +-f_b."""
+    p, field = _parameters(random), random.randint(1, 6)
+    way, side = WAY[field], 1 if field > 3 else -1
+    on_gap = random.random() < 0.4
+    x_r = p.delta if on_gap else p.delta + side * abs(random.gauss(0, 1))
+    v_r = side * abs(random.gauss(0, 1)) if on_gap else random.gauss(0, 1)
+    v_c, second = way * abs(random.gauss(0, 1)), 0
+    if way and random.random() < 0.5:
+        v_c, second = 0.0, random.choice((1, 2))
+    elif not way and random.random() < 0.4:
+        second = random.choice((1, -1))
+    if second == 2 or (not way and second):
+        pull = way if way else second
+        spring = p.beta * (x_r - p.delta) if field > 3 else 0.0
+        v_r = (pull * p.f_b - x_r - spring) / (2 * p.zeta)
+        if abs(v_r) > 1e2 or (on_gap and v_r * side < 0):
+            return moving(random)
+    angle = random.uniform(0, 2 * math.pi)
+    return Start(p, field, (x_r, v_r, v_c), angle, zeros=(int(on_gap), second))
+
+
+def shorter(random: Random) -> Start:
+    """The same, on an expansion half as long or less, where no closed form gives its end."""
+    return replace(moving(random), level=random.choice((1, 2)))
+
+
+def still(random: Random) -> Start:
+    """Hardly a motion far from the impact surface: all that is rounded is the gap, or f_b -+ P."""
+    delta, tiny = random.uniform(1.0, 2.0), 1e-6
+    p = Parameters(tiny, 1.0, delta, 0.05, 1.5, 3.3)
+    return Start(p, 2, (tiny * random.random(), tiny * random.random(), 0.0), random.uniform(0, 6))
+
+
+def heavy(random: Random) -> Start:
+    """A heavy capsule begins to drift: its acceleration is all that is rounded."""
+    p = Parameters(1e-6, 1.0, 1e-9, 0.05, 1.5, random.uniform(1e3, 2e3))
+    x_r = -0.1 * random.random()
+    return Start(p, 1, (x_r, 0.0, 0.0), random.uniform(0, 6), zeros=(0, 1))
+
+
+def fast(random: Random) -> Start:
+    """A capsule that drifts fast."""
+    p = _parameters(random).replace(gamma=30.0)
+    return Start(
+        p, 1, (-1e-3 * random.random(), 0.0, random.uniform(1e4, 2e4)), random.uniform(0, 6)
+    )
+
+
+def overdamped(random: Random) -> Start:
+    """So damped that an expansion is short: the sum of x_r is all that is rounded."""
+    x_r = random.uniform(0.5, 0.9)
+    p = Parameters(0.0, 1.0, x_r + 1e-9, random.uniform(1e5, 1e6), 1.5, 3.3)
+    return Start(p, 2, (x_r, 0.0, 0.0), 0.0)
+
+
+def stopping(random: Random) -> Start:
+    """So damped that v_r nearly vanishes at the end: of its terms the roundings stay."""
+    p = Parameters(1e-12, 1.0, 1e-9, 1000.0, 1.5, 3.3)
+    v_r = -random.uniform(0.2, 2.0) * p.f_b / p.gamma / p.zeta / 2
+    return Start(p, 1, (0.0, v_r, 1.0), random.uniform(0, 6))
+
+
+def displaced(random: Random) -> Start:
+    """The true motion is off by as much as the errors that it stands at allow."""
+    start = moving(random)
+    if start.zeros != (0, 0):
+        return displaced(random)
+    truth, size = Truth(start), 1e-4
+    turn = random.uniform(0, 2 * math.pi)
+    x, v = size * math.cos(turn) / math.sqrt(float(truth.K)), size * math.sin(turn)
+    v_c = random.choice((-1, 1)) * size if truth.way else 0.0
+    shrunk = 1 - 1e-9
+    return replace(
+        start, errors=(size, size, 0.0), off=(x * shrunk, v * shrunk, v_c * shrunk, 0.0), steps=2
+    )
+
+
+def drift_displaced(random: Random) -> Start:
+    """v_c alone is off."""
+    start = displaced(random)
+    if not WAY[start.field]:
+        return drift_displaced(random)
+    return replace(start, errors=(0.0, 1e-4, 0.0), off=(0.0, 0.0, start.off[2], 0.0), steps=2)
+
+
+def energy_displaced(random: Random) -> Start:
+    """x_r and v_r alone are off, of a light capsule that drifts."""
+    start = displaced(random)
+    if not WAY[start.field]:
+        return energy_displaced(random)
+    p = start.parameters.replace(gamma=0.1, zeta=1e-3)
+    start = replace(start, parameters=p)
+    K = float(Truth(start).K)
+    x, v = random.choice(((1e-4 / math.sqrt(K), 0.0), (0.0, 1e-4), (0.0, -1e-4)))
+    v_c = 50.0 * WAY[start.field]
+    return replace(
+        start, state=(start.state[0], start.state[1], v_c), errors=(1e-4, 0.0, 0.0), steps=3,
+        off=(x * (1 - 1e-9), v * (1 - 1e-9), 0.0, 0.0),
+    )  # fmt: skip
+
+
+def out_of_phase(random: Random) -> Start:
+    """The forcing's angle is off, near resonance: its work adds up over the expansions."""
+    p = Parameters(0.3, 1.001, 50.0, 1e-3, 1.5, 3.3, 100.0)
+    angle, off = random.uniform(0, 6), 1e-6
+    start = Start(p, 2, (0.1, 0.0, 0.0), angle)
+    reach = 1.4
+    return replace(
+        start, errors=(off * p.alpha * reach, 0.0, off), off=(0, 0, 0, off * (1 - 1e-9)), steps=12
+    )
+
+
+def dipping(random: Random) -> Start:
+    """The gap turns within a remainder of zero on the way."""
+    return _turning(random, 3.0, -9.0, -4.0)
+
+
+def dipping_wide(random: Random) -> Start:
+    """So it does on the expansions of 106 bits, whose remainders are smaller."""
+    return _turning(random, 6.0, -13.0, -9.0)
+
+
+def _turning(random: Random, reach: float, least: float, most: float) -> Start:
+    p, field = _parameters(random), random.choice((1, 2, 4, 5))
+    if not 0.3 < p.omega < 3:
+        return _turning(random, reach, least, most)
+    size = random.choice((0.0, 10.0 ** random.uniform(least, most)))
+    gap, angle = random.choice((-1, 1)) * size, random.uniform(0, 2 * math.pi)
+    t = random.uniform(0.3, 0.9) * reach / _rate(p, field)
+    return _before(p, field, (p.delta + gap, 0.0, 5.0 * WAY[field]), angle, t)
+
+
+def ending(random: Random) -> Start:
+    """The gap is past zero at the expansion's end, by less than a remainder."""
+    return _passing(random, 3.0, -10.0, -6.0)
+
+
+def ending_wide(random: Random) -> Start:
+    """So it is on the expansions of 106 bits."""
+    return _passing(random, 6.0, -14.0, -10.0)
+
+
+def _passing(random: Random, reach: float, least: float, most: float) -> Start:
+    p, field = _parameters(random), random.choice((1, 2, 4, 5))
+    p = p.replace(zeta=0.05, omega=random.uniform(0.3, 1.0), beta=random.uniform(0.1, 3.0))
+    side, past = (1 if field > 3 else -1), 10.0 ** random.uniform(least, most)
+    target = (p.delta - side * past, -side * random.uniform(0.2, 1.0), 5.0 * WAY[field])
+    return _before(p, field, target, random.uniform(0, 2 * math.pi), reach / _growth(p, field))
+
+
+def late(random: Random) -> Start:
+    """P passes f_b, or x_r delta, late on a long expansion, where remainders are largest."""
+    p = _parameters(random).replace(zeta=0.02, omega=random.uniform(0.3, 1.0), alpha=1.0)
+    x_r, v_r, angle = random.gauss(0, 1), random.uniform(0.5, 2), random.uniform(0, 2 * math.pi)
+    t = 0.97 * 4.5 / _growth(p, 2)
+    if random.random() < 0.5:
+        p = p.replace(delta=x_r) if x_r > 0 else p.replace(delta=-x_r)
+        return _before(p.replace(f_b=50.0), 2, (p.delta, v_r, 0.0), angle, t)
+    pull = abs(x_r + 2 * p.zeta * v_r)
+    return _before(p.replace(delta=50.0, f_b=pull), 2, (x_r, v_r, 0.0), angle, t)
+
+
+def creeping(random: Random) -> Start:
+    """Slow forcing carries x_r past delta at the balance of forces far larger than its rate."""
+    p = Parameters(1.0, 0.02, random.uniform(0.3, 0.8), 0.05, 1.5, 3.3, 10.0)
+    angle = 2 * math.pi - math.acos(p.delta / p.alpha)
+    v_r = -p.omega * p.alpha * math.sin(angle)
+    return _before(p, 2, (p.delta, v_r, 0.0), angle, random.uniform(0.2, 0.9))
+
+
+def corner(random: Random) -> Start:
+    """x_r meets delta and v_c vanishes within an instant of each other."""
+    p, field = _parameters(random), random.choice((1, 3))
+    apart = random.choice((-1, 1)) * 10.0 ** random.uniform(-12, -8)
+    target = (p.delta, random.uniform(0.3, 1.0), apart * WAY[field])
+    return _before(p, field, target, random.uniform(0, 2 * math.pi), 0.3 / _growth(p, field))
+
+
+def stopped(random: Random) -> Start:
+    """A drift ends where P is -+f_b within rounding: whether another begins is the question."""
+    field = random.choice((1, 3))
+    p = Parameters(random.uniform(0.1, 0.5), 1.0, 3.0, 0.2, 1.5, random.uniform(1, 4))
+    x_r = random.uniform(-0.5, 0.5)
+    v_r = (-WAY[field] - x_r) / (2 * p.zeta)
+    target = (x_r, v_r, 0.0)
+    return _before(p, field, target, random.uniform(0, 2 * math.pi), random.uniform(0.02, 0.1))
+
+
+def _growth(p: Parameters, field: int) -> float:
+    """What the length of an expansion is measured by, of an underdamped flow."""
+    truth = Truth(Start(p, field, (0.0, 0.0, 0.0), 0.0))
+    return float(mp.sqrt(truth.K) - sum(truth.rates).real)
+
+
+def _rate(p: Parameters, field: int) -> float:
+    truth = Truth(Start(p, field, (0.0, 0.0, 0.0), 0.0))
+    return float(max(abs(truth.rates[0]), p.omega))
+
+
+def _before(
+    p: Parameters, field: int, state: tuple[float, float, float], angle: float, t: float
+) -> Start:
+    """The start a time t before a state."""
+    truth = Truth(Start(p, field, state, angle))
+    x, v, area = truth.moved(mpf(-t))
+    v_c = truth.v_c
+    if truth.way:
+        gain = (truth.pull - truth.way * truth.f_b) * -t
+        gain += truth.stiff * area + truth.damp * (x + truth.v * t)
+        v_c += gain / truth.gamma
+    began = (angle - p.omega * t) % (2 * math.pi)
+    return Start(p, field, (float(truth.x + x), float(v), float(v_c)), began, hints=(t,))
+
+
+DOUBLES = ("1", "4", "8")
+FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = {
+    "moving": (moving, 0.0, (*WIDTHS,)),
+    "shorter": (shorter, 0.0, DOUBLES),
+    "moving on long expansions": (moving, 3.0, (*WIDTHS,)),
+    "shorter on long expansions": (shorter, 8.0, DOUBLES),
+    "still": (still, 0.0, (*WIDTHS,)),
+    "heavy": (heavy, 0.0, (*WIDTHS,)),
+    "fast": (fast, 0.0, (*WIDTHS,)),
+    "overdamped": (overdamped, 0.0, (*WIDTHS,)),
+    "stopping": (stopping, 0.0, (*WIDTHS,)),
+    "displaced": (displaced, 0.0, (*WIDTHS,)),
+    "drift displaced": (drift_displaced, 0.0, (*WIDTHS,)),
+    "energy displaced": (energy_displaced, 0.0, (*WIDTHS,)),
+    "out of phase": (out_of_phase, 0.0, (*WIDTHS,)),
+    "dipping": (dipping, 3.0, DOUBLES),
+    "dipping wide": (dipping_wide, 12.0, ("106 bits",)),
+    "ending": (ending, 3.0, DOUBLES),
+    "ending wide": (ending_wide, 12.0, ("106 bits",)),
+    "late": (late, 4.5, (*WIDTHS,)),
+    "creeping": (creeping, 0.0, (*WIDTHS,)),
+    "corner": (corner, 0.0, (*WIDTHS,)),
+    "stopped": (stopped, 0.0, DOUBLES),
+}
+"""Families by name: how a start is drawn, the length of expansions (0: the library's own), and the
+widths at which they are judged."""

@@ -1,0 +1,105 @@
+"""The terms of the certificate, what the core is like without each, and which starts show it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from tests.native.certificate import WIDTHS, Mutant
+from tests.native.families import DOUBLES
+
+ALL = (*WIDTHS,)
+WIDE = ("106 bits",)
+EDGES = "edges"  # not a family here: test_edges.py shows these
+
+
+class Term(NamedTuple):
+    """A term or condition of the certificate: the text without it, and the starts that show it."""
+
+    mutant: Mutant
+    shown: dict[str, tuple[str, ...]]
+    """Widths at which it is noticed, by the family of starts (families.py)."""
+
+    def widths(self) -> list[str]:
+        """Widths at which its absence is noticed."""
+        return [width for width in WIDTHS if any(width in some for some in self.shown.values())]
+
+
+def _term(
+    name: str, old: str, new: str, shown: dict[str, tuple[str, ...]], file: str = "step.h"
+) -> Term:
+    return Term(Mutant(name, file, old, new), shown)
+
+
+TERMS: tuple[Term, ...] = (
+    _term("rounding of doubles", "#define UNIT 0x1p-53", "0x1p-80", {"moving": DOUBLES}, "number.h"),
+    _term("rounding of 106 bits", "#define UNIT 0x1p-102", "0x1p-160", {"moving": WIDE}, "number.h"),
+    _term("rounding of a response's coefficients", "(5 * n + 32) * UNIT", "0.0", {"moving": ALL}, "tables.h"),
+    _term("Taylor's remainder", "1.0001 * (hypot(last, before) + grown)", "0.0", {"late": WIDE}, "tables.h"),
+    _term("the remainder's rate", "((FULL + 1) * rest[k] + speed[k]) / t->reach", "0.0", {"late": WIDE}, "tables.h"),
+    _term("x_r's own error", "bound_dot(t->x_error, e.size)", "all(0.0)", {"moving": ALL}),
+    _term("P's or v_c's own error", "bound_dot(t->second_error, e.size)", "all(0.0)", {"moving": ALL}),
+    _term("v_r's own error", "bound_dot(t->v_error, e.size)", "all(0.0)", {"stopping": DOUBLES, "moving on long expansions": WIDE}),
+    _term("rounding of the gap", "2.0 * UNIT * gap", "0.0 * gap", {"still": ALL}),
+    _term("rounding of f_b -+ P", "pick(s->second_zeros == 0.0, margin_error, all(0.0))", "all(0.0)", {"still": ALL}),
+    _term("rounding of v_c'", "margin_error * t->reach_per_gamma", "0.0 * margin_error", {"heavy": ALL}),
+    _term("rounding of v_c", "UNIT * v_c", "all(0.0)", {"fast": ALL}),
+    _term("tail of the gap's form", "bound_dot(t->x_tail, e->size)", "all(0.0)", {"moving": DOUBLES}),
+    _term("tail of P's or v_c's form", "bound_dot(t->second_tail, e->size)", "all(0.0)", {"moving": DOUBLES}),
+    _term("error carried to the gap", "s->energy_error * t->x_per_energy", "all(0.0)", {"displaced": ALL}),
+    _term("error carried to P", "t->force_per_energy * s->energy_error", "all(0.0)", {"displaced": ALL}),
+    _term("error of v_c carried to it", "e.second_own + s->v_c_error", "e.second_own", {"displaced": ALL}),
+    _term("error of x_r and v_r carried to v_c", "s->energy_error * t->v_c_per_energy", "all(0.0)", {"energy displaced": ALL}),
+    _term("error carried on", "s->energy_error + bound_dot(t->v_error, e.size)", "bound_dot(t->v_error,e.size)", {"displaced": ALL}),
+    _term("x_r's own error carried on", "(e.x_own + 2.0 * UNIT * x_size)", "(2.0*UNIT*x_size)", {"still": ALL}),
+    _term("rounding of x_r carried on", "2.0 * UNIT * x_size", "0.0 * x_size", {"overdamped": ALL}),
+    _term("forcing out of phase", "angle_error * b->alpha * t->reach", "all(0.0)", {"out of phase": ALL}),
+    _term("error of the angle carried on", "s->angle_error + 4.0 * UNIT * TWO_PI", "4.0*UNIT*TWO_PI - (bound){0}", {"out of phase": ALL}),
+    _term("rounding of the angle", "4.0 * UNIT * TWO_PI", "0.0", {"moving": DOUBLES, "drift displaced": WIDE}),
+    _term("error of v_c carried on", "s->v_c_error + e.second_own", "e.second_own - (bound){0}", {"displaced": ALL}),
+    _term("error of x_r and v_r carried on to v_c", "(energy + 4.0 * UNIT * impulse)", "(4.0*UNIT*impulse)", {"energy displaced": ALL}),
+    _term("rounding of v_c carried on", "UNIT * size_of(near_to(to->v_c))", "all(0.0)", {"fast": ALL}),
+    _term("range of a form", "(range + rounding) + tail", "rounding+tail", {"moving": ALL}),
+    _term("every coefficient positive", "value[j] > error[j]", "value[j] > error[j] - (j > 1 && j < DEGREE - 2 ? 1e300 : 0.0)", {"dipping": DOUBLES, "late": WIDE}),
+    _term("each sign beyond its error", "(size_of(value[j]) > error[j])", "not(none)", {"ending": DOUBLES, "ending wide": WIDE}),
+    _term("one change of sign", "not(seen & not(below))", "not(none)", {EDGES: ALL}),
+    _term("tail where signs do not tell", "1.0001 * g->tail", "0.0", {"dipping": ("1",)}, "isolate.h"),
+    _term("Newton's end", "ROOT_UNIT * here", "1e-2 * here", {"moving": ALL}),
+    _term("Newton's end by curvature", "UNIT * size_of(near_to(fall))", "1e-6 * size_of(near_to(fall))", {"moving": ALL}),
+    _term("rounding over steepness", "(rounding + rounding) / steepness", "0.0*rounding", {"creeping": DOUBLES, "displaced": WIDE}),
+    _term("a rival guard", "value > near_zero", "value > -1e300", {"corner": ALL}),
+    _term("which way after a switch", "size_of(beyond) <= 16.0 * UNIT * (terms + b->f_b)", "none", {"stopped": DOUBLES}),
+)  # fmt: skip
+
+BEHIND: tuple[Term, ...] = (
+    # |v_r| at the end is no more than what v_error adds up, which counts 37 units of it or more.
+    _term("rounding of v_r carried on", "2.0 * UNIT * v_size", "0.0 * v_size", {}),
+    # x_error counts 32 units or more of each term n of x_r's or P's change, and the slope is at most
+    # n of them: rounding over steepness alone is at least 5 units of where the root is.
+    _term("rounding of a root", "4.0 * UNIT * here", "0.0 * here", {}),
+    # At the library's own reach, 1.4, it is 1e-17 of the responses, and their rounding 4e-15.
+    _term("remainder of the series of 14 terms", "rest[k] + change[k]", "rest[k]", {}, "tables.h"),
+)  # fmt: skip
+"""Terms that no start can show, because others stand before them."""
+
+UNSHOWN: tuple[Term, ...] = (
+    _term("a simple root", "(0.5 * steepness * straight > apart + apart)", "(straight > -1.0)", {}),
+    _term("the sign at the start of what vanishes there", "(not(begun) | (index > g->zeros - 1.0))", "not(none)", {}),
+    _term("the remainder in P or v_c", "t->second_error[k] += left", "t->second_error[k] += 0.0*left", {}, "tables.h"),
+    _term("a third guard", "near_to(at) + error <= found[i].to", "1", {}),
+    _term("rounding of the impulse", "4.0 * UNIT * impulse", "0.0*impulse", {}),
+    _term("rounding where signs do not tell", "g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest", "0.0", {}, "isolate.h"),
+)  # fmt: skip
+"""Terms that no family shows, and of which it is not proved that none could."""
+
+
+def table() -> str:
+    """The terms by the widths at which their absence is noticed, as a table for the README."""
+    rows: dict[str, list[str]] = {}
+    for term in TERMS:
+        key = ", ".join(term.widths()).replace("1, 4, 8", "1, 4, 8 lanes")
+        rows.setdefault("1 lane" if key == "1" else key, []).append(term.mutant.name)
+    rows["not shown: another stands before it"] = [term.mutant.name for term in BEHIND]
+    rows["not shown"] = [term.mutant.name for term in UNSHOWN]
+    lines = ["| noticed at | taken away |", "|---|---|"]
+    lines += [f"| {key} | {'; '.join(names)} |" for key, names in rows.items()]
+    return "\n".join(lines)

@@ -1,0 +1,125 @@
+/* What the certified step claims of one expansion after another, lane by lane, for a judge. Included
+   after the step, at each width. */
+#ifndef PROBED
+#define PROBED
+typedef struct {
+    double zeros, rounding, tail, value[30][2];
+} probed_guard;
+typedef struct {
+    probed_guard guard[3];
+    double reach, degree, open, crossing, unplain, at_gap, way, error;
+    double h[2], x_r[2], gap[2], v_r[2], v_c[2], angle[3];
+    double energy_error, v_c_error, angle_error;
+} probed;
+typedef struct {
+    double x_r, v_r, v_c, angle, gap_zeros, second_zeros, energy_error, v_c_error, angle_error;
+} probe_start;
+#endif
+
+#if WIDTH == 1
+#define LANE(a, l) (a)
+#else
+#define LANE(a, l) ((a)[l])
+#endif
+#ifdef WIDE
+#define BOTH(to, a, l) ((to)[0] = (a).hi, (to)[1] = (a).lo)
+#define PUT(a, l, number) ((a) = num(number))
+#else
+#define BOTH(to, a, l) ((to)[0] = LANE(a, l), (to)[1] = 0.0)
+#define PUT(a, l, number) (LANE(a, l) = (number))
+#endif
+
+/* Expansions from a start in each lane until one of them switches or stays open; how many. */
+int PROBE(const capsule_parameters *p, int field, int level, int steps, const probe_start *starts,
+          probed *out)
+{
+    static capsule_map map;
+    capsule_map_make(p, &map);
+    const capsule_constants *k = &map.field[field - 1];
+    const int drift = DRIFT_OF[field - 1] != 0;
+    const bound way = all(DRIFT_OF[field - 1]);
+#if WIDTH == 1
+    const segment c = segment_of(&map, field);
+#else
+    const segment c = {all(k->alpha), all(k->omega), all(k->delta), all(k->zeta), all(k->beta),
+                       all(k->gamma), all(k->f_b), all(k->contact), way, all(k->m), all(k->kappa),
+                       all(k->push), all(k->friction), all(k->sigma), all(k->K)};
+#endif
+    const segment_sizes b = sizes_of(&c);
+#ifdef WIDE
+    static bases base;
+    static table made;
+    const table *t = &made;
+    bases_make(&base);
+    table_make(&base, k, &c, &made);
+#else
+    const table *t = &map.table[2 * (k->contact != 0.0) + drift];
+#endif
+    stand s, to;
+    memset(&s, 0, sizeof s);
+    for (int l = 0; l < WIDTH; l++) {
+        const probe_start *a = &starts[l];
+        PUT(s.x_r, l, a->x_r);
+        PUT(s.v_r, l, a->v_r);
+        PUT(s.v_c, l, a->v_c);
+        PUT(s.angle, l, a->angle);
+        LANE(s.gap_zeros, l) = a->gap_zeros;
+        LANE(s.second_zeros, l) = a->second_zeros;
+        LANE(s.energy_error, l) = a->energy_error;
+        LANE(s.v_c_error, l) = a->v_c_error;
+        LANE(s.angle_error, l) = a->angle_error;
+    }
+    s.gap = choose(s.gap_zeros > 0.0, num(0.0), sub(s.x_r, c.delta));
+    sine_cosine(s.angle, s.angle_rest, &s.sine, &s.cosine);
+    const mask bounded = drift ? s.second_zeros == 2.0 : s.second_zeros != 0.0;
+    s.margin = choose(bounded, drift ? num(0.0) : mul(wide(s.second_zeros), c.f_b),
+                      margin_at(&c, s.x_r, s.gap, s.v_r));
+    for (int i = 0; i < steps; i++, s = to) {
+        const expansion e = expand(&c, &b, t, drift, &s);
+        const bound signs[3] = {all(t->contact ? 1.0 : -1.0), drift ? way : all(-1.0), all(1.0)};
+        outcome o;
+        for (int j = 0; j < (drift ? 2 : 3); j++) {
+            const guard g = guard_of(&c, t, &e, &s, j, level, drift, signs[j], NULL);
+            for (int l = 0; l < WIDTH; l++) {
+                probed_guard *seen = &out[i * WIDTH + l].guard[j];
+                seen->zeros = LANE(g.zeros, l);
+                seen->rounding = LANE(g.rounding, l);
+                seen->tail = LANE(g.tail, l);
+                const real base = choose(g.zeros > 0.0, num(0.0), g.first);
+                BOTH(seen->value[0], base, l);
+                for (int n = 1; n <= DEGREE; n++) {
+                    const real value = add(base, g.form[n - 1]);
+                    BOTH(seen->value[n], value, l);
+                }
+            }
+        }
+        step(&c, &b, t, level, drift, 0, 0, way, all(0.0), &s, &to, &o);
+        for (int l = 0; l < WIDTH; l++) {
+            probed *q = &out[i * WIDTH + l];
+            q->reach = t->reach;
+            q->degree = DEGREE;
+            q->open = LANE(o.open, l) != 0;
+            q->crossing = LANE(o.crossing, l) != 0;
+            q->unplain = LANE(o.unplain, l) != 0;
+            q->at_gap = LANE(o.at_gap, l) != 0;
+            q->way = LANE(o.way, l);
+            q->error = LANE(o.error, l);
+            BOTH(q->h, o.h, l);
+            BOTH(q->x_r, to.x_r, l);
+            BOTH(q->gap, to.gap, l);
+            BOTH(q->v_r, to.v_r, l);
+            BOTH(q->v_c, to.v_c, l);
+            BOTH(q->angle, to.angle, l);
+            q->angle[2] = LANE(to.angle_rest, l);
+            q->energy_error = LANE(to.energy_error, l);
+            q->v_c_error = LANE(to.v_c_error, l);
+            q->angle_error = LANE(to.angle_error, l);
+        }
+        if (some(o.open | o.crossing))
+            return i + 1;
+    }
+    return steps;
+}
+#undef LANE
+#undef BOTH
+#undef PUT
