@@ -8,6 +8,7 @@ from typing import ClassVar
 import sympy as sp
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.codeprinter import CodePrinter
+from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
 
@@ -23,7 +24,17 @@ class _Products:
         base, exponent = expr.as_base_exp()
         if exponent.is_Integer and 0 < abs(int(exponent)) <= 4:
             return _product(self.parenthesize(base, 100), int(exponent))  # type: ignore[attr-defined]
-        return super()._print_Pow(expr, rational=rational)  # type: ignore[misc, no-any-return]
+        given = {"rational": True} if rational else {}
+        return super()._print_Pow(expr, **given)  # type: ignore[misc, no-any-return]
+
+    def _print_Mul(self, expr: sp.Mul) -> str:
+        below = [f for f in expr.args if f.is_Pow and f.exp.is_Rational and f.exp.is_negative]
+        if len(below) == 1 and below[0].exp.is_Integer and below[0].exp < -1:
+            # SymPy takes a power for one name and writes a/b*b.
+            over = sp.Mul(*(factor for factor in expr.args if factor is not below[0]))
+            over = self.parenthesize(over, PRECEDENCE["Mul"])  # type: ignore[attr-defined]
+            return f"{over}/({self._print(1 / below[0])})"  # type: ignore[attr-defined]
+        return super()._print_Mul(expr)  # type: ignore[misc, no-any-return]
 
 
 class _Python(_Products, PythonCodePrinter):

@@ -1,0 +1,19 @@
+"""Expressions as they are printed mean what they meant."""
+
+import pytest
+import sympy as sp
+
+from capsule_sym.codegen.printers import LANGUAGES
+
+A, B, C = sp.symbols("a b c")
+
+
+@pytest.mark.parametrize("language", ["numpy", "c", "bound"])
+@pytest.mark.parametrize(
+    "expression",
+    [A / B**2, -A / B**2, (A + C) / B**3, A / (2 * B**2), A * C / B**4, A / (B**2 * C)],
+)
+def test_a_quotient_by_a_power_is_one(expression: sp.Expr, language: str) -> None:
+    printed = LANGUAGES[language].expression(expression)
+    value = eval(printed, {"a": 3.0, "b": 7.0, "c": 11.0})  # spelled alike in C
+    assert value == pytest.approx(float(expression.subs({A: 3, B: 7, C: 11})), rel=1e-15)
