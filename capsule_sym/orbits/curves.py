@@ -11,6 +11,7 @@ from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, backend
 from capsule_sym.orbits.admissibility import Inequality
 from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, moduli, noise
+from capsule_sym.orbits.changes import around
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
@@ -19,7 +20,7 @@ from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.symmetry import KEPT, halved_at, whole
-from capsule_sym.orbits.word import Word
+from capsule_sym.orbits.word import Word, drift
 from capsule_sym.parameters import Parameters
 
 _MOST_POINTS = 5_000
@@ -47,8 +48,12 @@ class CurvePoint:
 
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
-        """Multipliers of the orbit, the largest modulus first."""
-        return moduli(self.orbit)
+        """Multipliers of the orbit, the largest modulus first; before the touch at a grazing.
+
+        Empty where a segment of stick or drift begins, as the derivative divides by zero there.
+        """
+        regular = self.leg is None or len(set(map(drift, around(self.orbit.word, self.leg)))) == 1
+        return moduli(self.orbit) if regular else ()
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from itertools import zip_longest
 from typing import Any
 
 from capsule_sym.orbits.admissibility import Inequality, tightest
@@ -194,7 +195,10 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             **dict(zip(curve.parameters, point.values, strict=True)),
             "word": str(point.orbit.word),
             **_convergence(point),
-            **{f"multiplier_{i}": abs(m) for i, m in enumerate(point.multipliers, 1)},
+            **{
+                f"multiplier_{i}": abs(one) if one is not None else ""
+                for i, one in zip_longest((1, 2, 3), point.multipliers)
+            },
         }
         for number, curve in enumerate(curves, 1)
         for point in curve.points

@@ -25,6 +25,7 @@ from capsule_sym.cli import _status, group
 from capsule_sym.hardcases import adversarial, table
 
 _INTERRUPTED = 130
+_LOST_IN = ("gc_callback", "remove", "__del__")  # called by the interpreter, which drops exceptions
 _APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym.bench.peers")
 # Lines on stderr beside the one that says why a command failed.
 _BESIDE = ("wrote ", "drawing ")
@@ -183,7 +184,7 @@ def run(arguments: list[str], seconds: float) -> Ended:
     cut = threading.Event()
 
     def interrupt(_: int, frame: FrameType | None) -> None:
-        if frame and frame.f_code.co_name == "gc_callback":  # where an exception would be lost
+        if frame and frame.f_code.co_name in _LOST_IN:
             signal.setitimer(signal.ITIMER_REAL, 0.01)
             return
         cut.set()

@@ -118,3 +118,9 @@ def test_every_table_of_meetings_has_their_uncertainties() -> None:
     assert len(rows) == len(curve.codimension_two) > 0
     for row, one in zip(rows, curve.codimension_two, strict=True):
         assert (row["uncertainty_alpha"], row["uncertainty_gamma"]) == one.uncertainties
+
+
+def test_a_curve_on_which_a_slip_begins_has_no_multipliers() -> None:
+    curve = traced(SWITCHING)
+    assert {point.multipliers for point in curve.points} == {()}
+    assert {row["multiplier_1"] for row in curve_rows([curve])} == {""}
