@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from capsule_sym.errors import InvalidInput
 from capsule_sym.figures.catalogue import FIGURES, Study
 from capsule_sym.options import tracking
 
@@ -86,7 +87,12 @@ def diagram(file: Path, out: Path, quantity: str) -> None:
     check_ending(out)
     record = read(file)
     with _needs_plotting():
-        save(draw(record, quantity), out)
+        try:
+            drawn = draw(record, quantity)
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            whole = "a whole branch.json, which this is not"
+            raise InvalidInput("file", str(file), whole) from error
+        save(drawn, out)
     click.echo(f"wrote {out}", err=True)
 
 

@@ -112,6 +112,8 @@ def branch(
 
             tied = device_path(device, parameter)
         found = (followed(parameters, parameter, begin, end, points, state, tied),)
+    if certify is not None and found[0].axis.path.ties:
+        raise InvalidInput("certify", str(certify), "absent where several parameters vary")
     found += _cascade(found, cascade, points)
     first, *others = found
     if out is not None:
@@ -130,8 +132,6 @@ def branch(
     else:
         for one in found:
             _print_branch(one)
-    if certify is not None and first.axis.path.ties:
-        raise InvalidInput("certify", str(certify), "absent with --with: one parameter varies")
     if certify is not None:
         certify_found(certify, [one for branch in found for one in branch.bifurcations])
     tell_early_end(first)

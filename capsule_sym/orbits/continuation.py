@@ -159,6 +159,8 @@ class Run:
 
     def _add(self, state: State) -> None:
         tightest = self.follower.tightest(state)
+        if self.axis.path.ties:
+            _ = state.orbit.parameters  # refuses what lies between the values that were tried
         self.points.append(BranchPoint(self._value(state.orbit), whole(state.orbit), tightest))
 
     def _step(self, state: State, step: float) -> tuple[State, float]:

@@ -143,14 +143,15 @@ class Follower:
     def _tried(self, state: State, length: float) -> Step | None:
         """A step of this length; None where that is too long."""
         guess = state.u + length * state.tangent
-        solution = corrected(self.equations, guess, state.tangent)
+        try:
+            solution = corrected(self.equations, guess, state.tangent)
+            outside = None if solution is None else self._outside(solution.u)
+            if solution is not None and outside is not None:
+                solution = self._at_border(state, solution, *outside)
+        except (ArithmeticError, TypeError, ValueError):
+            return None  # a path of parameters has no numbers there, such as beyond its end
         if solution is None:
             return None
-        outside = self._outside(solution.u)
-        if outside is not None:
-            solution = self._at_border(state, solution, *outside)
-            if solution is None:
-                return None
         new = self.state(solution.u, state.tangent, solution)
         if new.tangent @ state.tangent < _TURN:
             return None

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from capsule_sym.parameters import PhysicalParameters
 
 Function = Callable[[Any], Any]
+_LONGEST = 200  # characters of a function
 _SAMPLES = 65  # places of a path at which its values are checked before it is followed
 _ON_PATH = 1e-12  # relative distance of an orbit's parameters from the path it is to lie on
 _OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -188,11 +189,11 @@ def device_path(device: PhysicalParameters, name: str) -> dict[str, str]:
 def _function(text: str, name: str) -> Function:
     """The function of a text."""
     try:
-        body = ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError):
+        body = ast.parse(text[: _LONGEST + 1].strip(), mode="eval").body
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
         body = None
-    if body is None or not _allowed(body, name):
-        allowed = f"numbers, {name}, + - * / ** and parentheses"
+    if body is None or len(text) > _LONGEST or not _allowed(body, name):
+        allowed = f"numbers, {name}, + - * / ** and parentheses, {_LONGEST} characters at most"
         raise InvalidInput("ties", text, allowed)
     return lambda value: _evaluated(body, value)
 
@@ -219,4 +220,5 @@ def _evaluated(node: ast.expr, value: Any) -> Any:
         return _OPERATIONS[type(node.op)](*sides)
     if isinstance(node, ast.UnaryOp):
         return -_evaluated(node.operand, value)
-    return node.value if isinstance(node, ast.Constant) else value
+    # Powers of whole numbers may have more digits than there is time for.
+    return float(node.value) if isinstance(node, ast.Constant) else value

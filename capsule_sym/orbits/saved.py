@@ -21,6 +21,7 @@ from capsule_sym.orbits.records import FORMAT
 from capsule_sym.orbits.word import Word
 
 Record = Mapping[str, Any]
+_CLOSED = 1e-6  # what the equations of a written orbit are off by is less
 
 
 def labelled_point(path: Path | str, label: str) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
@@ -38,7 +39,7 @@ def labelled_point(path: Path | str, label: str) -> tuple[ParameterPath, Bifurca
             raise InvalidInput("label", label, f"one of {', '.join(named)}")
         varying = parameter_path(record["parameter"], record["ties"])
         return varying, _point(varying, named[label])
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
@@ -66,6 +67,8 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         return BranchPoint(record["value"], orbit, tightest(orbit))
     orbit = orbit_of(record["orbit"])
     leg = record["segment"]
+    if leg is not None and not 0 < leg <= len(orbit.word):
+        raise ValueError(f"segment {leg} of {len(orbit.word)}")
     before, after = record["word_before"], record["word_after"]
     return Bifurcation(
         type=record["type"],
@@ -99,7 +102,10 @@ def orbit_of(record: Record) -> Orbit:
     z = np.array([*record["state"], angle, *record["durations"]])
     word = _word(record["word"], record["period_multiple"])
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        return Orbit(values, word, z, shoot(numbers, values, word, z), "numpy")
+        orbit = Orbit(values, word, z, shoot(numbers, values, word, z), "numpy")
+    if not abs(orbit.residual) < _CLOSED:
+        raise ValueError("no orbit")
+    return orbit
 
 
 def _word(names: list[str], multiple: int) -> Word:

@@ -356,6 +356,31 @@ def test_checker_rejects_other_itineraries_and_false_stability() -> None:
     assert rejected(other)
     assert rejected({**certificate, "still": [0]})
     assert rejected({k: v for k, v in certificate.items() if k != "angle"})
+    assert rejected({**certificate, "periods": 1.0})
+    assert rejected(
+        {**certificate, "parameters": {**certificate["parameters"], "gamma": "3 +/- 2"}}
+    )
+
+
+def test_checker_rejects_motions_that_are_not_periodic() -> None:
+    # Without a slip a stick has no switch: the forcing's phase is what makes it periodic.
+    certificate = certify_orbit(orbit_at(0.003))
+    assert not rejected(certificate)
+    for periods in (1.5, 2.5, True):
+        duration = str(float(certificate["durations"][0]) * periods)
+        assert rejected({**certificate, "periods": periods, "durations": [duration]})
+
+
+def test_checker_rejects_orbits_that_are_no_bifurcations(found) -> None:
+    certificate, _ = certify_bifurcation(found[0][0])
+    (still,) = certificate["still"]
+    assert not rejected(certificate)
+    for legs in ([], [still, still], [-1], [len(certificate["fields"])], [float(still)], [True]):
+        assert rejected({**certificate, "still": legs})
+    other = copy.deepcopy(certificate)
+    other["durations"][still] = "0.25"
+    assert rejected(other)
+    assert rejected({**certificate, "parameters": {**certificate["parameters"], "alpha": "1.0"}})
 
 
 def test_checker_runs_alone_and_is_short(tmp_path: Path) -> None:

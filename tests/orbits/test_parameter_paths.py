@@ -117,3 +117,26 @@ def test_only_what_scales_a_parameter_is_followed_of_a_device() -> None:
     with pytest.raises(InvalidInput, match="one of P_d, Omega, G, c, k2"):
         device_path(device, "mu")
     assert Parameters(*values)
+
+
+@pytest.mark.parametrize("text", ["9**9**9**9", "-" * 5000 + "1", "+".join(["1"] * 2000)])
+def test_a_function_that_asks_too_much_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInput):
+        path = parameter_path("omega", {"alpha": text})
+        path.check(Parameters(), 0.8, 0.9)
+
+
+def test_a_path_ends_where_its_function_does() -> None:
+    """The root of a has no real values beyond the end, where a step may come out."""
+    ties = {"alpha": "0.3+a", "delta": "0.05*a**0.5"}
+    start = settled(alpha=0.8, delta=0.05 * 0.5**0.5)
+    branch = follow(start, "a", 0.001, points=5, ties=ties)
+    assert all(isinstance(value, float) for value in branch.points[-1].orbit.values)
+    assert branch.points[-1].value < 0.1
+
+
+def test_values_between_those_tried_are_refused_where_a_branch_comes_to_them() -> None:
+    beta = "1e4*(omega-.8501)*(omega-.8515)"
+    start = settled(alpha=0.7, omega=0.84, beta=1e4 * (0.84 - 0.8501) * (0.84 - 0.8515))
+    with pytest.raises(InvalidInput, match="beta"):
+        follow(start, "omega", 0.86, points=100, ties={"beta": beta})

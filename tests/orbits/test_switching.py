@@ -1,8 +1,11 @@
 """From one branch to another: doubled orbits, folds, border collisions, labels, files."""
 
 import json
+import math
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -138,6 +141,18 @@ def damaged(file: Path, **changes: object) -> str:
     return json.dumps(json.loads(file.read_text()) | changes)
 
 
+def wrong_points(file: Path) -> Iterator[dict[str, Any]]:
+    """The doubling of a file with numbers that no orbit has."""
+    (one, *_) = json.loads(file.read_text())["bifurcations"]
+    yield one | {"segment": 99}
+    for changes in (
+        {"period_multiple": 10**9},
+        {"state": [math.nan, 0.0, 0.0]},
+        {"parameters": one["orbit"]["parameters"] | {"alpha": 10**400}},
+    ):
+        yield one | {"orbit": one["orbit"] | changes}
+
+
 def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp_path) -> None:
     other = tmp_path / "other.json"
     for text, words in (
@@ -145,6 +160,7 @@ def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp
         ("{}", "a branch.json that"),
         ("[1", "JSON that"),
         (damaged(file, bifurcations=[{"label": "PD1"}]), "a whole branch.json"),
+        *((damaged(file, bifurcations=[one]), "a whole branch.json") for one in wrong_points(file)),
     ):
         other.write_text(text)
         with pytest.raises(InvalidInput, match=words):
