@@ -221,4 +221,4 @@ def _evaluated(node: ast.expr, value: Any) -> Any:
     if isinstance(node, ast.UnaryOp):
         return -_evaluated(node.operand, value)
     # Powers of whole numbers may have more digits than there is time for.
-    return float(node.value) if isinstance(node, ast.Constant) else value
+    return float(ast.literal_eval(node)) if isinstance(node, ast.Constant) else value

@@ -122,8 +122,7 @@ def test_only_what_scales_a_parameter_is_followed_of_a_device() -> None:
 @pytest.mark.parametrize("text", ["9**9**9**9", "-" * 5000 + "1", "+".join(["1"] * 2000)])
 def test_a_function_that_asks_too_much_is_refused(text: str) -> None:
     with pytest.raises(InvalidInput):
-        path = parameter_path("omega", {"alpha": text})
-        path.check(Parameters(), 0.8, 0.9)
+        parameter_path("omega", {"alpha": text}).check(Parameters(), 0.8, 0.9)
 
 
 def test_a_path_ends_where_its_function_does() -> None:
