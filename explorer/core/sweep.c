@@ -77,8 +77,15 @@ EXPORT(column) int column(double periods, double tolerance)
         return stop;
     }
     const int first = m ? page_cycle() : 1, n = m ? page.motion.switches : (int)page.count - 1;
-    if (first < 0 || n < 1)
+    if (first < 0 || n < 1) {
+        /* Of a motion that never leaves its field there is no segment to measure. */
+        const int stick = page.motion.never && page.motion.field % 3 == 2;
+        numbers[4] = stick ? 0.0 : NAN;
+        numbers[5] = NAN;
+        numbers[6] = page.motion.never ? (double)stick : NAN;
+        numbers[7] = page.motion.never ? (double)(page.motion.field > 3) : NAN;
         return CAPSULE_DONE;
+    }
     double spent = 0.0, rest = 0.0, touch = 0.0, advance = 0.0;
     int hits = 0;
     for (int i = first; i < first + n; i++) {

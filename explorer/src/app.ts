@@ -42,7 +42,7 @@ export class App {
     const why = conflict(next);
     if (why) return why;
     const before = this.state;
-    this.state = next;
+    [this.state, this.refused] = [next, ""];
     this.tell(before);
     this.write();
     return "";

@@ -21,7 +21,7 @@ export class Chart {
   size = 0;
   regions: Region[] = [];
   /** By cell: the region's number, -1 unknown, -2 not periodic, -3 left open. */
-  of = new Int16Array(0);
+  of = new Int32Array(0);
   progressions = new Float64Array(0);
   x: Axis = "alpha";
   y: Axis = "gamma";
@@ -62,7 +62,7 @@ export class Chart {
     this.ys = [state.c_y0, state.c_y1];
     this.regions = [];
     this.numbers.clear();
-    this.of = new Int16Array(n * n).fill(-1);
+    this.of = new Int32Array(n * n).fill(-1);
     this.progressions = new Float64Array(n * n).fill(NaN);
     this.run_ = new Uint8Array(n * n);
     this.computed = this.coarse = this.took = 0;
@@ -107,7 +107,7 @@ export class Chart {
         if (same === null) wanted.push([i, j] as const);
         else {
           this.of[k] = this.of[same] ?? -1;
-          this.progressions[k] = this.progressions[same] ?? NaN;
+          this.progressions[k] = this.between(i, j, before);
           this.run_[k] = 1;
         }
       }
@@ -120,6 +120,16 @@ export class Chart {
     };
     if (wanted.length) this.give(wanted, after);
     else after();
+  }
+
+  /** The progression at a cell, linear in both directions between the corners of its square. */
+  private between(i: number, j: number, step: number): number {
+    const [i0, j0] = [Math.floor(i / step) * step, Math.floor(j / step) * step];
+    const [i1, j1] = [Math.min(i0 + step, this.size - 1), Math.min(j0 + step, this.size - 1)];
+    const at = (x: number, y: number): number => this.progressions[y * this.size + x] ?? NaN;
+    const [right, up] = [i1 > i0 ? (i - i0) / (i1 - i0) : 0, j1 > j0 ? (j - j0) / (j1 - j0) : 0];
+    const below = at(i0, j0) + right * (at(i1, j0) - at(i0, j0));
+    return below + up * (at(i0, j1) + right * (at(i1, j1) - at(i0, j1)) - below);
   }
 
   /** A corner of the cell's square on the grid before, if all four are alike; else null. */

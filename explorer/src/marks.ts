@@ -13,7 +13,21 @@ interface Side {
 const NARROW = 1e-9; // of the first interval: two events nearer than that are not told apart
 const MOST = 6; // events looked for between two columns
 
+/** A run that was not finished says nothing of the motion. */
+class Unfinished extends Error {}
+
 export function marksBetween(core: Core, job: MarkJob): Mark[] {
+  try {
+    return marksIn(core, job);
+  } catch (error) {
+    if (!(error instanceof Unfinished)) throw error;
+    const [low, high] = job.from < job.to ? [job.from, job.to] : [job.to, job.from];
+    const open = { name: "left open: a run was not finished", exact: false, before: "", after: "" };
+    return [{ ...open, value: (low + high) / 2, doubt: (high - low) / 2 }];
+  }
+}
+
+function marksIn(core: Core, job: MarkJob): Mark[] {
   const marks: Mark[] = [];
   // From where the pass came, so that a motion that coexists with another is followed as it was.
   const first = side(core, job, job.from, job.start, "");
@@ -33,7 +47,8 @@ function side(core: Core, job: MarkJob, value: number, start: Triple, expected: 
     core.start(column.end);
     column = core.column(4 * job.periods);
   }
-  const word = column.stop === "done" && column.multiple ? digits(column.fields) : expected;
+  if (column.stop !== "done") throw new Unfinished();
+  const word = column.multiple ? digits(column.fields) : expected;
   return { value, word, end: column.end };
 }
 

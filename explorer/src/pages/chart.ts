@@ -88,8 +88,8 @@ export class ChartPage {
     const n = chart.size * chart.size;
     const share = n ? Math.round((100 * chart.computed) / n) : 0;
     byId("chart-status").textContent = chart.running
-      ? `Every ${chart.step ? `${chart.step}th cell stands for its neighbours` : "16th cell is run first"}; ${chart.computed} of ${n} cells run`
-      : chart.took ? `First picture in ${(chart.coarse / 1000).toFixed(2)} s, finished in ${(chart.took / 1000).toFixed(1)} s on ${app.pool.size} workers: ${share} % of the cells were run, the others lie between equal ones.` : "Stopped.";
+      ? `${chart.step ? `Drawn in squares of ${chart.step} × ${chart.step} cells` : "One cell in 16 × 16 is run first"}; ${chart.computed} of ${n} cells run`
+      : chart.took ? `First picture in ${(chart.coarse / 1000).toFixed(2)} s, finished in ${(chart.took / 1000).toFixed(1)} s on ${app.pool.size} workers: ${share} % of the cells were run, the others lie between equal ones, and so do their progressions.` : "Stopped.";
     const counts = new Map<number, number>();
     for (const region of chart.of) counts.set(region, (counts.get(region) ?? 0) + 1);
     const listed = [...counts].sort((a, b) => b[1] - a[1]).filter(([region]) => region !== -1).slice(0, 40);
