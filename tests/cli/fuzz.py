@@ -25,7 +25,7 @@ from capsule_sym.cli import _status, group
 from capsule_sym.hardcases import adversarial, table
 
 _INTERRUPTED = 130
-_LOST_IN = ("gc_callback", "remove", "__del__")  # called by the interpreter, which drops exceptions
+_LOST_IN = ("gc_callback", "remove", "_remove", "__del__")  # whose exceptions nobody gets
 _APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym.bench.peers")
 # Lines on stderr beside the one that says why a command failed.
 _BESIDE = ("wrote ", "drawing ")
