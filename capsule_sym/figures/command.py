@@ -22,6 +22,14 @@ _colours_option = click.option(
     help="Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
 )
 
+_out_option = click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    metavar="FILE",
+    help="File to write; its ending .png, .svg or .pdf decides the format.",
+)
+
 
 def _list() -> str:
     width = max(map(len, FIGURES))
@@ -31,13 +39,7 @@ def _list() -> str:
 
 @click.command("figure", epilog=_list())
 @click.argument("name", type=click.Choice(list(FIGURES)), metavar="NAME")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    required=True,
-    metavar="FILE",
-    help="File to write; its ending .png, .svg or .pdf decides the format.",
-)
+@_out_option
 @click.option("--gamma", type=float, default=3.3, show_default=True, help="Mass ratio.")
 @_colours_option
 def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
@@ -59,13 +61,7 @@ def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
 
 @click.command("diagram")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    required=True,
-    metavar="FILE",
-    help="File to write; its ending .png, .svg or .pdf decides the format.",
-)
+@_out_option
 @click.option(
     "--of",
     "quantity",

@@ -14,7 +14,6 @@ from typing import Any, TypeVar
 
 import click
 
-from capsule_sym.errors import CapsuleError, InvalidInput
 from capsule_sym.options import (
     chosen_parameters,
     json_option,
@@ -182,7 +181,7 @@ def _summary(summary: Any, periods: int) -> dict[str, Any]:
 def _executor(
     executor: str, workers: int | None, dask: str | None, resume: bool, any_core: bool
 ) -> Iterator[dict[str, Any]]:
-    """The arguments of `run`, with a progress bar; what stops a run ends the command with 1."""
+    """The arguments of `run`, with a progress bar."""
     given: dict[str, Any] = {
         "executor": executor,
         "workers": workers,
@@ -193,11 +192,6 @@ def _executor(
     try:
         with _progress() as progress, _dask(dask, workers) as cluster:
             yield {**given, **cluster, "progress": progress}
-    except InvalidInput:
-        raise
-    except CapsuleError as error:
-        click.echo(f"error: {error}", err=True)
-        raise click.exceptions.Exit(1) from error
     except KeyboardInterrupt as interrupt:
         _let_go(interrupt)
         raise KeyboardInterrupt(*interrupt.args) from None
