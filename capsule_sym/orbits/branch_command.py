@@ -218,11 +218,12 @@ def _print_branch(found: Branch) -> None:
 
 def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
     """Bifurcations as a table for the console."""
-    table = make_table("", "type", "line", "value", "uncertainty", "word")
+    parameters = {one.parameter for one in found}
+    table = make_table("", "type", "line", " or ".join(sorted(parameters)), "uncertainty", "word")
     for one in found:
         words = [one.word_before, one.word_after]
         names = [str(word or "none") for word in words]
-        value = f"{one.parameter} = {one.value:.15g}"
+        value = f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}"
         error = f"{one.uncertainty:.0e}"
         table.add_row(one.label, one.type, one.line, value, error, " → ".join(names))
     return table

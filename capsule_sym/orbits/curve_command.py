@@ -142,15 +142,15 @@ def _print_curves(curves: Sequence[Curve]) -> None:
             console.print(f"{number}  {one.type}: no points\n")
             continue
         begin, end = one.points[0], one.points[-1]
-        ends = " to ".join(
-            ", ".join(f"{n} = {v:.12g}" for n, v in zip(one.parameters, point.values, strict=True))
-            for point in (begin, end)
-        )
-        console.print(f"{number}  {one.type}: {len(one.points)} points, {ends}")
+        console.print(f"{number}  {one.type}: {len(one.points)} points")
+        for word, point in (("from", begin), ("to", end)):
+            named = zip(one.parameters, point.values, strict=True)
+            place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
+            console.print(f"   {word} {place}")
         for ending, detail in one.endings:
             console.print(f"   {ending.value}: {detail}")
         for meeting in one.codimension_two:
-            named = zip(one.parameters, meeting.values, meeting.uncertainties, strict=True)
-            place = ", ".join(f"{name} = {value:.15g} ± {by:.0e}" for name, value, by in named)
+            balls = zip(one.parameters, meeting.values, meeting.uncertainties, strict=True)
+            place = ", ".join(f"{name} = {value:.15g} ± {by:.0e}" for name, value, by in balls)
             console.print(f"   meets {meeting.types[1]} {meeting.lines[1]} at {place}")
         console.print()

@@ -19,7 +19,7 @@ from capsule_sym.orbits.orbit import Orbit, Status
 from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
-from capsule_sym.orbits.symmetry import KEPT, halved_at, whole
+from capsule_sym.orbits.symmetry import KEPT, halved_at, springless, whole
 from capsule_sym.orbits.word import Word, drift
 from capsule_sym.parameters import Parameters
 
@@ -106,7 +106,8 @@ def trace(
     bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
     fails, the point is located exactly and the curve goes on in the word beyond. Raises
     InvalidInput for a second parameter that is none or is the first, and for ranges that are not
-    ascending, leave the parameters' own, or do not hold the bifurcation.
+    ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies from
+    a bifurcation at beta = 0 of a motion that passes the spring.
     """
     first = bifurcation.parameter
     orbit, axes = bifurcation.orbit, []
@@ -116,6 +117,11 @@ def trace(
         if not low <= value <= high:
             raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
         axes.append(Axis(ParameterPath(name), float(low), float(high)))
+    if "beta" in (first, second) and springless(orbit):
+        allowed = (
+            "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
+        )
+        raise InvalidInput("beta", 0.0, allowed)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         one, other = (
             _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)

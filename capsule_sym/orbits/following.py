@@ -148,8 +148,8 @@ class Follower:
             outside = None if solution is None else self._outside(solution.u)
             if solution is not None and outside is not None:
                 solution = self._at_border(state, solution, *outside)
-        except (ArithmeticError, TypeError, ValueError):
-            return None  # a path of parameters has no numbers there, such as beyond its end
+        except (ArithmeticError, ValueError):
+            return None  # the guess is where parameters, or a path of them, have no values
         if solution is None:
             return None
         new = self.state(solution.u, state.tangent, solution)

@@ -31,6 +31,10 @@ _OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 }
 
 
+class NoNumber(ArithmeticError):
+    """A function of a path has no number at a value."""
+
+
 class Slope:
     """A number with its derivative: arithmetic with it differentiates exactly."""
 
@@ -81,12 +85,12 @@ class ParameterPath:
 
     The name is a parameter, or another one that a tied parameter is an affine function of. The
     functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
-    as text.
+    as text, and None for those of Python.
     """
 
     name: str
     ties: tuple[tuple[str, Function], ...] = ()
-    texts: tuple[tuple[str, str], ...] = ()
+    texts: tuple[tuple[str, str | None], ...] = ()
 
     def value(self, values: Sequence[Number]) -> Number:
         """The value of what varies, at seven parameters on the path."""
@@ -102,7 +106,7 @@ class ParameterPath:
         if self.name in PARAMETERS:
             placed[PARAMETERS.index(self.name)] = value
         for name, function in self.ties:
-            placed[PARAMETERS.index(name)] = function(value)
+            placed[PARAMETERS.index(name)] = _number(function, value)
         return placed
 
     def along(self, by_p: Matrix, value: Number) -> Vector:
@@ -111,7 +115,7 @@ class ParameterPath:
         if self.name in PARAMETERS:
             result = result + by_p[:, PARAMETERS.index(self.name)]
         for name, function in self.ties:
-            slope = _lifted(function(Slope(value, 1))).slope
+            slope = _lifted(_number(function, Slope(value, 1))).slope
             result = result + by_p[:, PARAMETERS.index(name)] * slope
         return result
 
@@ -119,8 +123,9 @@ class ParameterPath:
         """A tied parameter that is an affine function of what varies."""
         for name, function in self.ties:
             try:
-                slopes = [_lifted(function(Slope(at, 1.0))).slope for at in (0.0, 0.7, 1.9)]
-            except (ArithmeticError, TypeError):
+                ends = (0.0, 0.7, 1.9)
+                slopes = [_lifted(_number(function, Slope(at, 1.0))).slope for at in ends]
+            except NoNumber:
                 continue
             if slopes[0] != 0 and slopes[0] == slopes[1] == slopes[2]:
                 return name, function
@@ -136,7 +141,7 @@ class ParameterPath:
             try:
                 self.along(np.ones((1, 7)), at)
                 placed = [float(value) for value in self.placed(values, at)]
-            except (ArithmeticError, TypeError, ValueError) as error:
+            except (NoNumber, TypeError, ValueError) as error:
                 where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
                 raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
             base.replace(**dict(zip(PARAMETERS, placed, strict=True)))
@@ -161,8 +166,7 @@ def parameter_path(name: str, ties: Mapping[str, Function | str] | None = None) 
             others = ", ".join(one for one in PARAMETERS if one != name)
             raise InvalidInput("ties", tied, f"of one of {others}")
         functions.append((tied, _function(given, name) if isinstance(given, str) else given))
-        if isinstance(given, str):
-            texts.append((tied, given))
+        texts.append((tied, given if isinstance(given, str) else None))
     if name not in PARAMETERS and not functions:
         raise InvalidInput("parameter", name, f"one of {', '.join(PARAMETERS)}")
     return ParameterPath(name, tuple(functions), tuple(texts))
@@ -184,6 +188,16 @@ def device_path(device: PhysicalParameters, name: str) -> dict[str, str]:
         "k2": 1 / device.k1,
     }
     return {tied[name]: f"{scales[name]!r}*{name}"}
+
+
+def _number(function: Function, value: Any) -> Any:
+    try:
+        result = function(value)
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise NoNumber(str(error)) from error
+    if isinstance(_lifted(result).value, complex) and not isinstance(_lifted(value).value, complex):
+        raise NoNumber("a complex number")
+    return result
 
 
 def _function(text: str, name: str) -> Function:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from capsule_sym.orbits.bifurcations import Bifurcation
 from capsule_sym.orbits.continuation import BranchPoint
 from capsule_sym.orbits.equations import PARAMETERS, shoot
 from capsule_sym.orbits.orbit import Orbit, Status
-from capsule_sym.orbits.parameter_paths import ParameterPath, parameter_path
+from capsule_sym.orbits.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym.orbits.records import FORMAT
 from capsule_sym.orbits.word import Word
 
@@ -24,25 +24,45 @@ Record = Mapping[str, Any]
 _CLOSED = 1e-6  # what the equations of a written orbit are off by is less
 
 
-def labelled_point(path: Path | str, label: str) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
+def labelled_point(
+    path: Path | str,
+    label: str,
+    parameter: str | None = None,
+    ties: Mapping[str, Function | str] | None = None,
+) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
     """What varies on a branch that `branch --out` wrote, and its point of this label.
 
-    Raises InvalidInput for a file that cannot be read, is no branch of this format, or has no such
-    label.
+    A point of a branch that leaves it has the label "PD1/AS2", of the origin and its own. What
+    varies is what is given, if anything is. Raises InvalidInput for a file that cannot be read, is
+    no branch of this format, or has no such label, and for a branch tied by functions of Python,
+    which no file holds, unless they are given again.
     """
     record = read(path)
     try:
-        named: dict[str, Record] = {one["label"]: one for one in record["bifurcations"]}
-        ends = record["points"][:: max(1, len(record["points"]) - 1)]
-        named |= dict(zip(("EP1", "EP2"), ends, strict=False))
+        named = dict(_named(record, ""))
+        for one in record["switched"]:
+            named |= _named(one, f"{one['origin']}/")
         if label not in named:
             raise InvalidInput("label", label, f"one of {', '.join(named)}")
-        varying = parameter_path(record["parameter"], record["ties"])
+        if parameter is None and ties is None:
+            ties = record["ties"]
+            lost = [name for name, text in record["ties"].items() if text is None]
+            if lost:
+                raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")
+        varying = parameter_path(parameter or record["parameter"], ties)
         return varying, _point(varying, named[label])
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
+
+
+def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
+    for one in record["bifurcations"]:
+        yield origin + one["label"], one
+    ends = record["points"][:: max(1, len(record["points"]) - 1)]
+    for label, one in zip(("EP1", "EP2"), ends, strict=False):
+        yield origin + label, one
 
 
 def read(path: Path | str) -> Record:

@@ -270,9 +270,7 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -
         change = np.array(run.final[1], dtype=float) - state
         size = 1 + abs(state).max()
         if abs(change).max() < _CLOSED * size:
-            guess = _one_turn(run, multiple)
-            orbit = close(parameters, *guess) if guess else None
-            return primitive(orbit) if isinstance(orbit, Orbit) and realised(orbit) else None
+            return _read_off(run, multiple)
         try:
             step = np.linalg.solve(jacobian(run) - np.eye(3), change)
         except np.linalg.LinAlgError:
@@ -280,6 +278,18 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -
         # A step beyond the size of the motion itself says that the guess was no good.
         state = state - step * min(1.0, size / abs(step).max())
     return None
+
+
+def orbit_at(parameters: Parameters, state: Sequence[float], multiple: int) -> Orbit | None:
+    """The orbit through a state at phase 0, in the word that the map goes through; None if none."""
+    return _read_off(simulate(parameters, state, periods=multiple), multiple)
+
+
+def _read_off(run: Trajectory, multiple: int) -> Orbit | None:
+    """The orbit next to a run over one turn of it."""
+    guess = _one_turn(run, multiple)
+    orbit = close(run.parameters, *guess) if guess else None
+    return primitive(orbit) if isinstance(orbit, Orbit) and realised(orbit) else None
 
 
 def _one_turn(run: Trajectory, multiple: int) -> tuple[Word, list[float]] | None:

@@ -65,8 +65,9 @@ class Axis(NamedTuple):
         return (self.value(values) - self.begin) / (self.end - self.begin)
 
     def placed(self, values: Sequence[float], q: float) -> list[float]:
-        """The seven parameters at q."""
-        return self.path.placed(values, self.begin + q * (self.end - self.begin))
+        """The seven parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
+        near, share = (self.end, q - 1) if q > 0.5 else (self.begin, q)
+        return self.path.placed(values, near + share * (self.end - self.begin))
 
     def along(self, by_p: Matrix, values: Sequence[float]) -> Vector:
         """The derivative by q, from those by the parameters, (many, 7)."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, backend
-from capsule_sym.orbits.admissibility import DURATION, Inequality
+from capsule_sym.orbits.admissibility import DURATION, Inequality, tightest
 from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation
 from capsule_sym.orbits.changes import Change
 from capsule_sym.orbits.continuation import Branch, BranchPoint, Run, axis_from, failure_of
@@ -22,8 +22,9 @@ from capsule_sym.orbits.identity import same
 from capsule_sym.orbits.orbit import Orbit
 from capsule_sym.orbits.parameter_paths import Function, parameter_path
 from capsule_sym.orbits.path import corrected
+from capsule_sym.orbits.search import orbit_at
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop
-from capsule_sym.orbits.symmetry import KEPT, halved_at
+from capsule_sym.orbits.symmetry import KEPT, halved_at, springless
 from capsule_sym.orbits.word import Word
 
 _DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its doubled one is sought
@@ -51,31 +52,53 @@ def continue_from(
     `parameter` and `ties`, as of `follow`, are those of the branch unless given. From a
     period doubling they are the branch itself and that of the doubled orbits, from a fold the two
     sides of it, from a border collision what lies on the side of the value: two branches, or none,
-    at a non-smooth fold. The `origin` of
-    each is the label. Raises InvalidInput for a label that does not exist, a file that is not one
-    of this version, a value that the parameter cannot have, and where no branch leaves that way.
+    at a non-smooth fold. The `origin` of each is the label, of several "PD1.1" and "PD1.2". Raises
+    InvalidInput for a label that does not exist, a file that is not one of this version, a value
+    that the parameter cannot have, and where no branch leaves that way.
     """
     if isinstance(source, Branch):
         path, point = source.axis.path, source.at(label)
+        if parameter is not None or ties is not None:
+            path = parameter_path(parameter or path.name, ties)
     else:
         from capsule_sym.orbits.saved import labelled_point
 
-        path, point = labelled_point(source, label)
-    if parameter is not None or ties is not None:
-        path = parameter_path(parameter or path.name, ties)
+        path, point = labelled_point(source, label, parameter, ties)
     if isinstance(points, bool) or not isinstance(points, int) or points < 1:
         raise InvalidInput("points", points, "a whole number >= 1")
     axis = axis_from(point.orbit, path, to)
+    if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
+        point = _with_contact(point, label)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
+        starts = list(_leaving(numbers, point, axis))
+        ahead = [start for start in starts if start.state.u[-1] > 0]
+        names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
         found = [
-            Run(start.follower, start.state.u, start.state.tangent, points, label).go()
-            for start in _leaving(numbers, point, axis)
-            if start.state.u[-1] > 0
+            Run(start.follower, start.state.u, start.state.tangent, points, name).go()
+            for start, name in zip(ahead, names, strict=True)
         ]
+    if not starts:
+        allowed = f"one that branches leave in {path.name}: none leaves this one, to either side"
+        raise InvalidInput("label", label, allowed)
     if not found:
         side = "below" if to > axis.begin else "above"
         raise InvalidInput("to", to, f"{side} {axis.begin}: no branch leaves {label} the other way")
     return tuple(found)
+
+
+def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
+    """The point where beta = 0, of the word that holds beyond: with contact."""
+    orbit = None
+    if isinstance(point, BranchPoint):
+        parameters, multiple = point.orbit.parameters, point.orbit.word.multiple
+        state = point.orbit.trajectory()(parameters.period * multiple)
+        orbit = orbit_at(parameters, state.tolist(), multiple)
+    if orbit is None:
+        allowed = (
+            "EP1 or EP2 where beta varies: at beta = 0 events come in pairs, beyond they do not"
+        )
+        raise InvalidInput("label", label, allowed)
+    return BranchPoint(point.value, orbit, tightest(orbit))
 
 
 def cascade(branch: Branch, depth: int, *, points: int = 100) -> tuple[Branch, ...]:
@@ -103,9 +126,11 @@ def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> It
         if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
             continue
         start = _doubled(numbers, one.orbit, axis)
-        if start is None:
-            continue
         origin = f"{branch.origin}/{one.label}".lstrip("/")
+        if start is None:
+            lost = f"no doubled orbit is found beside {one.label}"
+            yield Branch(axis, (), (), Ending.NOT_CONVERGED, lost, origin)
+            continue
         new = Run(start.follower, start.state.u, start.state.tangent, points, origin).go()
         if new.ending is Ending.PERIOD_HALVED:
             at = _arrival(new, branch)
@@ -130,8 +155,16 @@ def _leaving(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> 
         doubled = _doubled(numbers, point.orbit, axis)
         found += [doubled] if doubled else []
     for start in found:
-        if not failure_of(start.state):
+        if _lives(start.state):
             yield start._replace(state=start.follower.symmetric(start.state))
+
+
+def _lives(state: State) -> bool:
+    """Whether a state is a motion, of parameters that there are."""
+    try:
+        return not failure_of(state)
+    except InvalidInput:
+        return False
 
 
 def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:

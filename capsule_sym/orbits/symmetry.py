@@ -18,6 +18,7 @@ import numpy as np
 
 from capsule_sym.map.backend import backend
 from capsule_sym.map.expansion import Guard
+from capsule_sym.orbits.admissibility import inequalities
 from capsule_sym.orbits.changes import rotated
 from capsule_sym.orbits.equations import PARAMETERS, Vector, shoot
 from capsule_sym.orbits.orbit import Orbit, close
@@ -27,6 +28,15 @@ KEPT, BROKEN = "kept", "broken"
 _BETA = PARAMETERS.index("beta")
 _SAME = 1e-7  # states of one orbit, found twice, differ by less
 _SAMPLES = 16
+
+
+def springless(orbit: Orbit) -> bool:
+    """Whether a word without contact passes the second spring, which is so where beta = 0 only."""
+    if orbit.values[_BETA] != 0 or any(map(contact, orbit.word.fields)):
+        return False
+    with backend(orbit.backend) as numbers:
+        held = inequalities(numbers, orbit.word, orbit.shot)
+    return any(one.guard is Guard.GAP and one.value < 0 for one in held)
 
 
 def mirrored(orbit: Orbit) -> bool:

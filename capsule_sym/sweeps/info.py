@@ -90,6 +90,8 @@ def show(record: dict[str, Any], as_json: bool) -> None:
             f"multiplier {attractor['multiplier']:.6g}"
         )
     for name, value in record.get("provenance", {}).items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{part} {version}" for part, version in value.items())
         screen.print(f"{name:<17} {value}")
     if "damaged_parts" in record:
         screen.print(f"{'damaged':<17} {len(record['damaged_parts']):,}")

@@ -79,7 +79,8 @@ def test_a_branch_as_text(capsys) -> None:
     arguments = ("--parameter", "alpha", "--from", "0.9", "--to", "0.95", "--points", "5")
     status, out, _ = call(capsys, "branch", *arguments)
     assert status == 0
-    assert "alpha = 0.940998003446" in out
+    assert "alpha                uncertainty" in out
+    assert "0.940998003446" in out
     assert "minimum of lower in leg 4, F2" in out
 
 

@@ -124,3 +124,9 @@ def test_a_curve_on_which_a_slip_begins_has_no_multipliers() -> None:
     curve = traced(SWITCHING)
     assert {point.multipliers for point in curve.points} == {()}
     assert {row["multiplier_1"] for row in curve_rows([curve])} == {""}
+
+
+def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() -> None:
+    branch = follow(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
+    with pytest.raises(InvalidInput, match=r"beta = 0\.0: must be > 0 where it varies"):
+        trace(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))

@@ -39,7 +39,7 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     doubling = light().at("PD1")
     assert doubling.value == pytest.approx(0.04290361839719182, abs=1e-13)
     kept, doubled = continue_from(light(), "PD1", 0.045, points=10)
-    assert (kept.origin, doubled.origin) == ("PD1", "PD1")
+    assert (kept.origin, doubled.origin) == ("PD1.1", "PD1.2")
     assert kept.points[-1].orbit.word.multiple == 1
     assert abs(kept.points[-1].multipliers[0]) > 1
     # The map alone settles on the doubled orbit, from rest.
@@ -126,7 +126,8 @@ def test_a_file_goes_on_as_its_branch_does(file: Path, label: str) -> None:
     from_file = continue_from(file, label, 0.035, points=2)
     from_branch = continue_from(light(), label, 0.035, points=2)
     for one, other in zip(from_file, from_branch, strict=True):
-        assert one.origin == other.origin == label
+        assert one.origin == other.origin
+        assert one.origin.split(".")[0] == label
         assert one.points[-1].orbit.z == pytest.approx(other.points[-1].orbit.z, abs=1e-10)
 
 
@@ -135,6 +136,59 @@ def test_another_parameter_can_be_gone_on_in(file: Path) -> None:
         assert one.parameter == "zeta"
         assert one.points[-1].orbit.parameters.alpha == light().at("PD1").value
         assert one.points[-1].value == pytest.approx(0.02)
+
+
+def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> None:
+    (doubled,) = cascade(light(), 1, points=20)
+    path = tmp_path / "branch.json"
+    path.write_text(dumps(branch_record(light(), [doubled])))
+    known = doubled.bifurcations[0]
+    to = known.value - 1e-3
+    for one, other in zip(
+        continue_from(path, f"PD1/{known.label}", to, points=2),
+        continue_from(doubled, known.label, to, points=2),
+        strict=True,
+    ):
+        assert one.points[-1].orbit.word.multiple == 2
+        assert one.points[-1].orbit.z == pytest.approx(other.points[-1].orbit.z, abs=1e-10)
+    with pytest.raises(InvalidInput, match=r"PD1/EP2"):
+        continue_from(path, "PD7", to)
+
+
+def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("capsule_sym.orbits.switching._doubled", lambda *_: None)
+    (lost,) = cascade(light(), 1)
+    assert (lost.origin, lost.ending, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
+    assert lost.detail == "no doubled orbit is found beside PD1"
+    assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
+
+
+def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
+    without = follow(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
+    (found,) = continue_from(without, "EP2", 0.5, parameter="beta", points=4)
+    assert found.ending is Ending.REACHED
+    assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
+    slipping = follow(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
+    with pytest.raises(InvalidInput, match="label = 'AS1': must be EP1 or EP2 where beta varies"):
+        continue_from(slipping, "AS1", 0.5, parameter="beta")
+
+
+def test_what_does_not_change_with_the_parameter_is_told() -> None:
+    # Without contact the stiffness of the second spring is all the same.
+    branch = follow(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)
+    with pytest.raises(InvalidInput, match="none leaves this one, to either side"):
+        continue_from(branch, "AS1", 2.0, parameter="beta")
+
+
+def test_functions_that_no_file_holds_are_asked_for_again(tmp_path: Path) -> None:
+    ties = {"alpha": lambda omega: 1.25 * omega}
+    branch = follow(settled(alpha=0.625, omega=0.5), "omega", 0.52, points=2, ties=ties)
+    path = tmp_path / "branch.json"
+    path.write_text(dumps(branch_record(branch)))
+    with pytest.raises(InvalidInput, match=r"ties = \['alpha'\]: must be given again"):
+        continue_from(path, "EP2", 0.54)
+    (found,) = continue_from(path, "EP2", 0.54, ties=ties, points=2)
+    assert found.points[-1].orbit.parameters.alpha == pytest.approx(1.25 * 0.54)
 
 
 def damaged(file: Path, **changes: object) -> str:
