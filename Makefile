@@ -59,7 +59,10 @@ certificates: $(READY)  ## write results/certificates.json, and check it with co
 SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes
 	@mkdir -p results
-	$(BIN)/capsule-sym enclose --region results/regions.jsonl --seconds $(SECONDS)
+	$(BIN)/capsule-sym enclose --region results/regions.jsonl --seconds $(SECONDS) --json \
+	    > results/regions.json.part
+	@mv results/regions.json.part results/regions.json
+	@cat results/regions.json
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

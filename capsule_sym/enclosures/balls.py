@@ -108,5 +108,9 @@ def spread(value: Ball) -> float:
 
 def largest(found: Matrix) -> float:
     """A float that is not less than the largest row sum of absolute values."""
-    sums = ((sum((abs(x) for x in row), arb(0))) for row in found.tolist())
-    return max((upper(total) for total in sums), default=0.0)
+    return greatest(sum((abs(x) for x in row), arb(0)) for row in found.tolist())
+
+
+def greatest(values: Iterable[Ball]) -> float:
+    """A float that is not less than any |x| in any of the balls; NaN where one knows nothing."""
+    return float(np.max([0.0, *map(upper, values)]))

@@ -98,10 +98,10 @@ def certify_bifurcation(
         written = _written(event.tube, parameters, stable=False)
         del written["parameters"][free]
         values = {name: decimal(value) for name, value in event.values.items()}
-        named = {"type": event.type, "line": event.line}
         return {
             "kind": "bifurcation",
-            **named,
+            # Beside what the checker proves: these follow from the legs next to that of duration 0.
+            "about": {"type": event.type, "line": event.line},
             **written,
             "free": values,
             "still": [found.leg],

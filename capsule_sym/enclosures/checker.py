@@ -1,8 +1,8 @@
 """Check certificates of the capsule system: `python checker.py FILE...`; needs python-flint alone.
 
 It shares no code with what made them: the fields are those of Eqs. (7)-(12), their flow is flint's
-exponential of a matrix, and every accepted claim is a comparison of balls. A number in a
-certificate stands for all within 0.3 units of its last digit. Exit status 1 if one is rejected.
+exponential of a matrix, and every accepted claim is a comparison of balls. A number stands for all
+within 0.3 units of its last digit; "about" is no claim. Exit status 1 if one is rejected.
 """
 
 import json

@@ -18,7 +18,7 @@ from capsule_sym.enclosures.balls import (
     Unproved,
     arb,
     bits,
-    largest,
+    greatest,
     matrix,
     symmetric,
     upper,
@@ -164,7 +164,7 @@ class Line:
             ((k, j, x) for k, row in enumerate(found) for j, x in enumerate(row)),
         )
         bounds = [sum((abs(x) for x in row), arb(0)) for row in state.tolist()]
-        most = max((upper(x) for x in bounds), default=0.0)
+        most = greatest(bounds)
         reach = sum((abs(x) for x in self._last[guard]), arb(0)) * most
         # |y(t)| <= |y(0)| exp(norm t), and the next Taylor term takes y somewhere on the piece.
         # Of the remainder R of g, (R/t^order)' = R'/t^order - order R/t^(order + 1).
@@ -206,7 +206,7 @@ class Watch:
     def line(self, field: Field, sense: int) -> Line:
         """The guards of a field, forwards (+1) or backwards (-1)."""
         kept = self._lines.get((field.index, sense))
-        if kept is None or (kept[0] is not field and not _same(kept[0], field)):
+        if kept is None or kept[0] is not field:
             kept = field, Line(field, sense)
             self._lines[field.index, sense] = kept
         return kept[1]
@@ -295,10 +295,6 @@ def _dyadic(length: float) -> float:
     """A slightly longer length with few digits, so that what is computed for it serves again."""
     fraction, power = frexp(length)
     return ldexp(ceil(fraction * 64) / 64, power)
-
-
-def _same(one: Field, other: Field) -> bool:
-    return bool(largest(one.A - other.A) == 0)
 
 
 _NAMES = {

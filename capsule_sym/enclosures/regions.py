@@ -2,19 +2,22 @@
 
 A patch that is not proved is halved, and the largest ones come first, so that the share grows as
 fast as it can. What became of each stands in a file, a line for each, from which a later run goes
-on: `[level, place] in alpha and gamma`, and a word, or how it was halved.
+on: `[level, place] in alpha and gamma`, and a word, or how it was halved. Its first line is the
+digest of the code that proves: what other code has proved is not gone on from.
 """
 
 from __future__ import annotations
 
 import heapq
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
+from hashlib import sha256
+from operator import index
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 from capsule_sym.enclosures.balls import ball, precision
 from capsule_sym.enclosures.orbits import shooting_of
@@ -34,6 +37,19 @@ _FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
 _LAST = 30  # level beyond which nothing is halved any more
 _PERIODS = ((96, 1e-6), (2048, 1e-6), (2048, 1e-4))  # of a run, and its change over a period
 _AHEAD = 6  # patches under way
+_OVERLAP = 1e-14
+PROVING = [
+    "balls",
+    "equations",
+    "fields",
+    "forms",
+    "guards",
+    "krawczyk",
+    "patches",
+    "regions",
+    "stability",
+]
+"""The modules on which a proof rests; all others give guesses."""
 
 
 class Cell(NamedTuple):
@@ -59,10 +75,10 @@ class Cell(NamedTuple):
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Half of the sides, and a little more, so that neighbours overlap."""
+        """Half of the sides, and more than the roundings of the middles: neighbours overlap."""
         return (
-            (ALPHA[1] - ALPHA[0]) * 2.0 ** -(self.alpha_level + 1) * (1 + 1e-9),
-            (GAMMA[1] - GAMMA[0]) * 2.0 ** -(self.gamma_level + 1) * (1 + 1e-9),
+            (ALPHA[1] - ALPHA[0]) * 2.0 ** -(self.alpha_level + 1) + _OVERLAP,
+            (GAMMA[1] - GAMMA[0]) * 2.0 ** -(self.gamma_level + 1) + _OVERLAP,
         )
 
     def halves(self, along: int) -> tuple[Cell, Cell]:
@@ -161,15 +177,18 @@ def begun(path: Path) -> Plane:
     outcomes: dict[Cell, Outcome] = {}
     if path.exists():
         try:
-            for line in path.read_text(encoding="utf-8").splitlines():
+            begin, *lines = path.read_text(encoding="utf-8").splitlines(keepends=True) or [_begin()]
+            other = json.loads(begin)["code"] != code()
+            for line in lines:
+                if not line.endswith("\n"):
+                    break  # a kill cut it off; its patch is tried again
                 record = json.loads(line)
-                told = Outcome(
-                    record.get("word"), record.get("along", 0), rest, float(record["work"])
-                )
-                outcomes[Cell(*record["cell"])] = told
+                outcomes[Cell(*map(index, record["cell"]))] = _told(record)
                 plane.seconds = max(plane.seconds, float(record["seconds"]))
         except (ValueError, KeyError, TypeError) as error:
             raise InvalidInput("file", str(path), "one that `enclose --region` wrote") from error
+        if other:
+            raise InvalidInput("file", str(path), "a new one: this was proved by other code")
     a, g = _FIRST
     cells = [Cell(a, i, g, k) for i in range(2**a) for k in range(2**g)]
     while cells:
@@ -179,6 +198,26 @@ def begun(path: Path) -> Plane:
         else:
             plane.add(cell, rest)
     return plane
+
+
+def code() -> str:
+    """The digest of the code that proves."""
+    digest = sha256()
+    for name in PROVING:
+        digest.update(Path(__file__).with_name(f"{name}.py").read_bytes())
+    return digest.hexdigest()
+
+
+def _begin() -> str:
+    return json.dumps({"code": code()}) + "\n"
+
+
+def _told(record: dict[str, Any]) -> Outcome:
+    """What became of a patch, of a line of a file."""
+    word, along = record.get("word"), record.get("along", 0)
+    if ("word" in record) == ("along" in record) or along not in (0, 1) or word == "":
+        raise ValueError(f"neither proved nor halved: {record}")
+    return Outcome(word, along, (0.0, 0.0, 0.0), float(record["work"]))
 
 
 def prove(
@@ -191,7 +230,8 @@ def prove(
     with undisturbed():
         pool = spawning(workers)
     try:
-        with path.open("a", encoding="utf-8") as file:
+        with path.open("a+", encoding="utf-8") as file:
+            _mend(file)
             while True:
                 late = perf_counter() - start > seconds
                 while plane.open and not late and len(pending) < _AHEAD:
@@ -213,6 +253,15 @@ def prove(
         end(pool)
 
 
+def _mend(file: TextIO) -> None:
+    """Begin a file that is empty, and cut off a line that is not whole."""
+    file.seek(0)
+    whole = "".join(line for line in file if line.endswith("\n"))
+    file.seek(0)
+    file.truncate()
+    file.write(whole or _begin())
+
+
 def _record(cell: Cell, outcome: Outcome, seconds: float) -> dict[str, Any]:
     told: dict[str, Any] = {
         "cell": list(cell),
@@ -220,14 +269,3 @@ def _record(cell: Cell, outcome: Outcome, seconds: float) -> dict[str, Any]:
         "work": round(outcome.work, 4),
     }
     return told | ({"along": outcome.along} if outcome.word is None else {"word": outcome.word})
-
-
-def history(path: Path) -> Iterator[tuple[float, float]]:
-    """Seconds of one core and the share that was proved by then, line by line of a file."""
-    share = work = 0.0
-    for line in path.read_text(encoding="utf-8").splitlines():
-        record = json.loads(line)
-        work += float(record["work"])
-        if "word" in record:
-            share += Cell(*record["cell"]).area
-            yield work, share

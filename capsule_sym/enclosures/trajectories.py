@@ -20,6 +20,7 @@ from capsule_sym.enclosures.balls import (
     arb,
     ball,
     floats,
+    largest,
     matrix,
     precision,
     spread,
@@ -242,24 +243,29 @@ def contraction(
     system: System, state: Matrix, steps: Sequence[Step], period: Ball, radius: float
 ) -> Attraction:
     """A box about a state that holds it and that the map of `steps` contracts; raises Unproved."""
+    if steps[0].field != steps[-1].field:
+        raise Unproved("attraction", "the turn begins at a switch")
     size = 2 if system.field(steps[0].field).stick else 3
     middle = matrix(3, 1, ((i, 0, arb(state[i, 0].mid())) for i in range(3)))
     there = system.passage(middle, steps, period)
     derivative = floats(there.by)[:size, :size]
     values, vectors = np.linalg.eig(derivative)
     sides = np.where(values.imag >= 0, vectors.real, vectors.imag)
-    inverse = thin(np.linalg.inv(sides))
+    try:
+        inverse = thin(sides).inv()
+    except ZeroDivisionError:
+        raise Unproved("attraction", "the sides of the box are not seen to span it") from None
     wide = matrix(3, 1, ((i, 0, middle[i, 0]) for i in range(3)))
     for i in range(size):
         wide[i, 0] += symmetric(float(np.sum(abs(sides[i]))) * radius * (1 + 1e-12))
     passed = system.passage(wide, steps, period)
     turned = inverse * _corner(passed.by, size) * thin(sides)
-    factor = max(sum(upper(turned[i, j]) for j in range(size)) for i in range(size))
+    factor = largest(turned)
 
     def share(found: Matrix) -> float:
         offset = matrix(size, 1, ((i, 0, found[i, 0] - middle[i, 0]) for i in range(size)))
         along = inverse * offset
-        return max(upper(along[i, 0]) for i in range(size)) / radius * (1 + 1e-12)
+        return largest(along) / radius * (1 + 1e-12)
 
     if not (share(there.state) + factor * (1 + 1e-12) < 1 and share(state) < 1):
         detail = f"{share(there.state):.2g} + {factor:.2g} of a box of {radius}"

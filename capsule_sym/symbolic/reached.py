@@ -11,7 +11,7 @@ from capsule_sym.symbolic.items import Result
 
 MUTATIONS = Path("results/mutations.json")
 ENCLOSED = Path("results/enclose.json")
-REGIONS = Path("results/regions.jsonl")
+REGIONS = Path("results/regions.json")
 _NARROW = 1e-30  # radius of a bifurcation's alpha
 _LEFT = 1e-11  # length of alpha that may stay open
 
@@ -52,9 +52,8 @@ def _orbit(record: Any) -> tuple[str, bool]:
     return f"{seconds:.2f} s", seconds < 0.2
 
 
-def _region(lines: Any) -> tuple[str, bool]:
-    share = sum(2.0 ** -(one["cell"][0] + one["cell"][2]) for one in lines if "word" in one)
-    hours = sum(float(one["work"]) for one in lines) / 3600
+def _region(record: Any) -> tuple[str, bool]:
+    share, hours = float(record["share"]), float(record["work"]) / 3600
     return f"{share:.1%} in {hours:.2f} h of one core", share >= 0.9 and hours <= 2
 
 
@@ -67,13 +66,6 @@ _ROWS: tuple[tuple[str, str, Path, Callable[[Any], tuple[str, bool]], str], ...]
 )
 
 
-def _read(path: Path) -> Any:
-    text = path.read_text(encoding="utf-8")
-    if path.suffix == ".jsonl":
-        return [json.loads(line) for line in text.splitlines()]
-    return json.loads(text)
-
-
 def rows(results: Sequence[Result], seconds: float) -> tuple[Row, ...]:
     """The table, from the records under results/ and a whole run of `verify`."""
     unproved = sum(not result.settled for result in results)
@@ -82,7 +74,7 @@ def rows(results: Sequence[Result], seconds: float) -> tuple[Row, ...]:
     found = [own]
     for what, goal, path, judge, target in _ROWS:
         try:
-            reached, met = judge(_read(path))
+            reached, met = judge(json.loads(path.read_text(encoding="utf-8")))
         except FileNotFoundError:
             found.append(Row(what, "not run here", None, goal, f"make {target}"))
         except (OSError, ValueError, KeyError, TypeError):

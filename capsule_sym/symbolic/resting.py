@@ -59,8 +59,9 @@ def items() -> tuple[Item, ...]:
     closed = Item(
         id="grazing.L9.closed",
         equation="Section 4",
-        statement="for delta sqrt(1 + 4 zeta^2 omega^2) < f_b the resting orbit grazes on L9 at "
-        "alpha = delta sqrt((1 - omega^2)^2 + 4 zeta^2 omega^2), and is free of contact below",
+        statement="for delta > 0, delta sqrt(1 + 4 zeta^2 omega^2) < f_b, and zeta > 0 or omega "
+        "other than 1, the resting orbit grazes on L9 at alpha = delta sqrt((1 - omega^2)^2 + "
+        "4 zeta^2 omega^2), and is free of contact below",
         claim=(GRAZE, force),
         check=_grazes,
         mutant=(delta * sp.sqrt((1 + omega**2) ** 2 + _BEHIND**2), force),

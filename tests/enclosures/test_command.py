@@ -38,7 +38,7 @@ def test_branch_certifies_its_bifurcations(tmp_path: Path) -> None:
     options = ["--parameter", "alpha", "--from", "0.3", "--to", "0.6"]
     run = CliRunner().invoke(group, ["branch", *options, "--certify", str(file)])
     assert run.exit_code == 0, run.output
-    types = [one["type"] for one in certificates(file)]
+    types = [one["about"]["type"] for one in certificates(file)]
     assert types == ["adding-sliding", "boundary-intersection crossing"]
     for one in certificates(file):
         checker.check(one)

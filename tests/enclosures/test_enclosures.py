@@ -44,6 +44,7 @@ from capsule_sym.orbits.bifurcations import Bifurcation
 from capsule_sym.orbits.orbit import Orbit, close
 from capsule_sym.orbits.search import find_orbit
 from capsule_sym.orbits.stability import multipliers
+from capsule_sym.symbolic import resting
 from capsule_sym.symbolic.enclosure import EXTENDED
 from capsule_sym.symbolic.model import SEGMENTS
 from capsule_sym.symbolic.resting import GRAZE
@@ -283,6 +284,14 @@ def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> Non
     with precision(320):
         square = ball(Fraction(str((GRAZE**2).subs(values))))
         assert abs(events[0].values["alpha"] - square.sqrt()) < arb("1e-80")
+
+
+def test_the_force_of_the_graze_is_checked_too() -> None:
+    (closed,) = resting.items()
+    value, force = closed.claim
+    assert closed.check((value, force))
+    assert not closed.check((value, 2 * force))
+    assert not closed.check((value, force.subs(omega, 1)))
 
 
 def test_a_leg_that_is_not_still_makes_no_event(found) -> None:

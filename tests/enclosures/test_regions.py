@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from itertools import product
 from pathlib import Path
 
+import grimp
 import numpy as np
 import pytest
+from flint import arb_mat
 
 from capsule_sym import Parameters
 from capsule_sym.enclosures import forms
-from capsule_sym.enclosures.balls import Unproved, arb, ball, floats, precision
+from capsule_sym.enclosures.balls import Unproved, arb, ball, floats, largest, precision
 from capsule_sym.enclosures.fields import Field
 from capsule_sym.enclosures.forms import Form, exponential, polynomial
 from capsule_sym.enclosures.orbits import guess_of, shooting_of
 from capsule_sym.enclosures.patches import Patch
-from capsule_sym.enclosures.regions import EXACT, Cell, attempt, begun, history, prove
+from capsule_sym.enclosures.regions import (
+    ALPHA,
+    EXACT,
+    PROVING,
+    Cell,
+    attempt,
+    begun,
+    code,
+    prove,
+)
 from capsule_sym.errors import InvalidInput
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.orbit import Orbit, close
@@ -178,7 +190,10 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
         {"cell": second, "seconds": 2.0, "work": 0.5, "along": 1},
         {"cell": low, "seconds": 3.0, "work": 0.25, "word": "F2"},
     )
-    path.write_text("".join(json.dumps(one) + "\n" for one in records))
+    path.write_text("".join(json.dumps(one) + "\n" for one in ({"code": code()}, *records)))
+    # A kill in the middle of a line costs its patch.
+    with path.open("a") as file:
+        file.write('{"cell": [5, 0, 4, 0], "wo')
     again = begun(path)
     assert again.share == first.area + low.area
     assert (again.patches, again.seconds, again.work) == (2, 3.0, 1.25)
@@ -188,14 +203,58 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     total = again.share + sum(-area for area, *_ in again.open)
     assert total == pytest.approx(1.0)
     assert prove(path, 0.0).share == again.share
-    assert list(history(path))[-1] == (1.25, again.share)
+    assert [json.loads(line) for line in path.read_text().splitlines()[1:]] == [
+        {**one, "cell": list(one["cell"])} for one in records
+    ]
 
 
-def test_a_file_of_something_else_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ['{"certificates": []}'],
+        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0}'],
+        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "along": 2}'],
+        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "word": ""}'],
+        ['{"code": "CODE"}', '{"cell": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "word": "F2"}'],
+        ['{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "word": "F2"}'],
+    ],
+)
+def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -> None:
     path = tmp_path / "other.json"
-    path.write_text('{"certificates": []}\n')
-    with pytest.raises(InvalidInput, match="region"):
+    path.write_text("".join(line.replace("CODE", code()) + "\n" for line in lines))
+    with pytest.raises(InvalidInput, match="one that `enclose --region` wrote"):
         begun(path)
+
+
+def test_the_digest_covers_all_that_proves() -> None:
+    graph = grimp.build_graph("capsule_sym")
+    home = "capsule_sym.enclosures"
+    below = graph.find_upstream_modules(f"{home}.patches") | {f"{home}.patches", f"{home}.regions"}
+    assert {f"{home}.{name}" for name in PROVING} == {one for one in below if home in one}
+
+
+def test_what_other_code_proved_is_not_gone_on_from(tmp_path: Path) -> None:
+    path = tmp_path / "regions.jsonl"
+    path.write_text('{"code": "0"}\n')
+    with pytest.raises(InvalidInput, match="a new one: this was proved by other code"):
+        begun(path)
+
+
+def test_the_smallest_patches_overlap_too() -> None:
+    level = 30
+    for place in (1, 12345, 2**level - 3):
+        here, there = Cell(level, place, 0, 0), Cell(level, place + 1, 0, 0)
+        end = Fraction(here.middle[0]) + Fraction(here.radii[0])
+        exact = Fraction(ALPHA[0]) + Fraction(place + 1, 2**level) * (
+            Fraction(ALPHA[1]) - Fraction(ALPHA[0])
+        )
+        assert end > exact
+        assert Fraction(there.middle[0]) - Fraction(there.radii[0]) < exact
+
+
+def test_a_matrix_that_knows_nothing_is_not_small() -> None:
+    assert np.isnan(largest(arb_mat([[1, 2], [arb("nan"), 0]])))
+    assert np.isnan(largest(arb_mat([[arb("nan"), 0], [1, 2]])))
 
 
 def test_sizes_of_a_large_residual_prove_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

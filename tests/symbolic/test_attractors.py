@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
@@ -11,6 +13,8 @@ from capsule_sym.casestudy import printed_map
 from capsule_sym.enclosures import attraction
 from capsule_sym.enclosures.attraction import steps_of, tendency
 from capsule_sym.enclosures.balls import Matrix, Unproved, arb, ball, matrix, precision, symmetric
+from capsule_sym.enclosures.fields import Field
+from capsule_sym.enclosures.guards import Watch
 from capsule_sym.enclosures.trajectories import Step, System, contraction
 from capsule_sym.paper import events, read
 from capsule_sym.symbolic.case_study import (
@@ -65,6 +69,32 @@ def test_box_that_is_too_large_or_elsewhere_proves_nothing() -> None:
     elsewhere = state + matrix(3, 1, ((0, 0, ball("1e-4")),))
     with pytest.raises(Unproved):
         contraction(system, elsewhere, steps, period, 1e-6)
+
+
+def test_a_turn_that_begins_at_a_switch_is_no_map_of_a_box() -> None:
+    system, state, steps, period = turn(POINT)
+    other = replace(steps[-1], field=1 if steps[0].field != 1 else 2)
+    with pytest.raises(Unproved, match="begins at a switch"):
+        contraction(system, state, [*steps[:-1], other], period, 1e-6)
+
+
+def test_sides_that_do_not_span_a_box_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Floating point has an inverse of this matrix; its balls know that there may be none."""
+    system, state, steps, period = turn(POINT)
+    size = 2 if system.field(steps[0].field).stick else 3
+    sides = np.eye(size) + 1 - np.eye(size) * (1 - 1e-16)
+    monkeypatch.setattr(np.linalg, "eig", lambda _: (np.ones(size), sides))
+    with pytest.raises(Unproved, match="not seen to span it"):
+        contraction(system, state, steps, period, 1e-6)
+
+
+def test_guards_are_kept_for_one_field_only() -> None:
+    """F2 moves alike whatever the gap is; its guards do not."""
+    values = {name: ball(text) for name, text in POINT.numbers}
+    watch, here = Watch(), Field(2, values)
+    line = watch.line(here, 1)
+    assert watch.line(here, 1) is line
+    assert watch.line(Field(2, values | {"delta": ball("0.5")}), 1) is not line
 
 
 def test_box_across_a_change_of_the_order_of_switches_is_not_proved() -> None:
