@@ -28,7 +28,7 @@ test: $(READY)  ## run the tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal -q
 
 test-long: $(READY)  ## run the tests that take more than ten seconds each
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m long
+	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled"
 
 wheel: $(READY)  ## build a wheel, unpack it, and run what it holds
 	$(BIN)/python -m pytest -q -m long tests/test_packaging.py -k wheel

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from capsule_sym.parameters import Parameters
 from tests.judges import DRIFT, Run, dop853, taylor, taylor_events
+from tests.sampling import sampled, some
 
 TRUTH = {
     (gamma, entry["alpha"]): entry
@@ -54,7 +55,8 @@ def gap(run: Run, final: Any) -> float:
         return float(max(found) / max(1, *map(abs, wanted)))
 
 
-@CASES
+@sampled
+@pytest.mark.parametrize(("gamma", "alpha"), some(TRUTH, 5))
 def test_dop853_agrees_with_truth(gamma: str, alpha: str) -> None:
     run = dop853.run(parameters(gamma, alpha))
     assert run.fields == TRUTH[gamma, alpha]["fields"]

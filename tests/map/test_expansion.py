@@ -16,8 +16,10 @@ from capsule_sym.map import quasistatic
 from capsule_sym.map.backend import Backend, MpmathBackend, NumpyBackend
 from capsule_sym.map.expansion import Expansion, Guard, expand, watched
 from tests.map import CASES, DIGITS, FIELDS, Motion, constants, random_motion
+from tests.sampling import sampled, some
 
 UNIT = NumpyBackend.unit
+_QUICK = 60
 # With mpmath at fewer digits than the judge's, its rounding errors can be seen.
 SYSTEMS: list[Backend] = [NumpyBackend(), MpmathBackend(DIGITS - 6)]
 
@@ -93,9 +95,10 @@ def test_the_error_bounds_grow_with_the_forcing_angle(numbers: Backend) -> None:
                     assert abs(found - right) <= error
 
 
+@sampled
 def test_remainders_hold() -> None:
     numbers = NumpyBackend()
-    for number, (motion, h) in enumerate(CASES[1::4]):
+    for number, (motion, h) in enumerate(some(CASES[1::4], _QUICK)):
         about = expansions(numbers, motion, h)
         d = mpf(3 * Random(number).random() / constants(motion).rate)
         check_remainder(about, motion, h, d)
@@ -104,10 +107,11 @@ def test_remainders_hold() -> None:
 SLOW = [case for case in CASES if quasistatic.rate(constants(case[0])) is not None]
 
 
+@sampled
 def test_remainders_of_the_forced_response_hold() -> None:
     assert {motion.field for motion, _ in SLOW} == set(FIELDS)
     numbers = NumpyBackend()
-    for number, (motion, h) in enumerate(SLOW):
+    for number, (motion, h) in enumerate(some(SLOW, _QUICK)):
         about = expansions(numbers, motion, h, forced=True)
         d = mpf(3 * Random(number).random() / quasistatic.rate(constants(motion)))
         check_remainder(about, motion, h, d)
@@ -144,10 +148,11 @@ def check_remainder(about: Mapping[Guard, Expansion], motion: Motion, h: float, 
             assert off <= allowed, (label((motion, h)), guard, less)
 
 
+@sampled
 @pytest.mark.parametrize("weaker", ["rest", "errors"])
 def test_smaller_bounds_do_not_hold(weaker: str) -> None:
-    broken = 0
-    for number, (motion, h) in enumerate(CASES[1::2]):
+    broken, cases = 0, some(CASES[1::2], _QUICK)
+    for number, (motion, h) in enumerate(cases):
         d = mpf(3 * Random(number).random() / constants(motion).rate) * (weaker == "rest")
         whole = expansions(NumpyBackend(), motion, h)
         if weaker == "rest":
@@ -158,4 +163,4 @@ def test_smaller_bounds_do_not_hold(weaker: str) -> None:
             check_remainder(about, motion, h, d)
         except AssertionError:
             broken += 1
-    assert broken > len(CASES) / 40
+    assert broken > len(cases) / 20

@@ -18,6 +18,7 @@ from capsule_sym.map.expansion import Guard
 from capsule_sym.map.location import Departure, Flow, Start, Switch, locate
 from capsule_sym.map.transitions import State, depart
 from tests.map import CASES, DIGITS, Motion
+from tests.sampling import many, sampled
 
 NUMPY = NumpyBackend()
 UNIT = NUMPY.unit
@@ -144,7 +145,7 @@ def check_against_samples(parameters: Parameters, start: Departure, switch: Swit
     assert abs(root - end) <= allowed
 
 
-SEEDS = 150
+SEEDS = many(150, 40)
 
 
 def random_start(seed: int) -> tuple[Parameters, tuple[float, float, float], float]:
@@ -165,6 +166,7 @@ def random_start(seed: int) -> tuple[Parameters, tuple[float, float, float], flo
     return parameters, state, random.uniform(0, 2 * pi)
 
 
+@sampled
 @pytest.mark.parametrize("seed", range(SEEDS))
 def test_the_first_switch_is_what_dense_sampling_and_bisection_find(seed: int) -> None:
     parameters, state, angle = random_start(seed)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from capsule_sym import Parameters, Trajectory, simulate
 from capsule_sym.errors import Outcome
 from tests.judges import CONTACT, DRIFT, taylor
+from tests.sampling import many, sampled
 
 # A run is reported as it was found: making it smaller takes longer than it tells.
 FOUND = (Phase.explicit, Phase.reuse, Phase.generate)
@@ -83,15 +84,17 @@ def check(run: Trajectory) -> None:
     assert run.segments[-1].outcome in (Outcome.END, Outcome.NEVER)
 
 
+@sampled
 @given(starts())
-@settings(max_examples=120, phases=FOUND)
+@settings(max_examples=many(120, 40), phases=FOUND)
 def test_every_run_is_complete_and_stays_in_its_regions(start: Any) -> None:
     case, state, phase = start
     check(simulate(case, state, phase, 2))
 
 
+@sampled
 @given(starts())
-@settings(max_examples=12, phases=FOUND)
+@settings(max_examples=many(12, 6), phases=FOUND)
 def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
     case, state, phase = start
     double = simulate(case, state, phase, 2)
@@ -104,8 +107,9 @@ def test_double_agrees_with_50_digits_on_the_list_of_fields(start: Any) -> None:
         assert shortest < 1e-9, (fields, shortest)
 
 
+@sampled
 @given(starts())
-@settings(max_examples=10, phases=FOUND)
+@settings(max_examples=many(10, 5), phases=FOUND)
 def test_every_segment_is_the_motion_that_the_judge_integrates(start: Any) -> None:
     case, state, phase = start
     for segment in simulate(case, state, phase, 1).segments[:6]:

@@ -57,7 +57,7 @@ def _free(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("_free")
 def test_every_local_map_of_a_random_run_is_derived() -> None:
-    _, visited = _visited(3_000, seed=1)
+    _, visited = _visited(1_500, seed=1)
     assert visited <= LOCAL_MAPS
     assert len(visited) > 20
 

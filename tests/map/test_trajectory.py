@@ -15,6 +15,7 @@ from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
 from capsule_sym.errors import Outcome
 from capsule_sym.map.backend import MpmathBackend, NumpyBackend
 from tests.judges import dop853, taylor
+from tests.sampling import sampled, some
 
 # Two periods of motion, one of them with an impact every second period only.
 DOUBLED = [
@@ -36,17 +37,19 @@ def start_time(trajectory: Trajectory, index: int) -> float:
     return begin.period * trajectory.parameters.period + float(begin.phase)
 
 
+@sampled
 def test_states_in_between_are_those_of_the_motion(run: Trajectory) -> None:
     random, position = Random(0), run.segments[0].position
+    judged = some(range(len(run.segments)), 20)
     for index, segment in enumerate(run.segments):
-        share = random.random()
-        tau, h = start_time(run, index), share * segment.duration
-        truth = taylor.integrate(
-            run.parameters, segment.field, (*segment.start_state, 0.0), tau, h, digits=25
-        )
-        assert run(tau + h) == pytest.approx([float(a) for a in truth[:3]], abs=2e-13)
-        assert run.position(tau + h) == pytest.approx(float(position + truth[3]), abs=2e-13)
         assert segment.position == position
+        if index in judged:
+            tau, h = start_time(run, index), random.random() * segment.duration
+            truth = taylor.integrate(
+                run.parameters, segment.field, (*segment.start_state, 0.0), tau, h, digits=25
+            )
+            assert run(tau + h) == pytest.approx([float(a) for a in truth[:3]], abs=2e-13)
+            assert run.position(tau + h) == pytest.approx(float(position + truth[3]), abs=2e-13)
         position += segment.advance
     assert run.advance == position
 

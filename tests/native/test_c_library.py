@@ -28,7 +28,7 @@ def make(target: str, build: Path, *settings: str) -> str:
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The library, compiled once."""
     directory = tmp_path_factory.mktemp("library") / "c"
-    return built(directory, "int capsule_program;", "-shared", "-fPIC", change=None)
+    return built(directory, "int capsule_program;", "-O0", "-shared", "-fPIC", change=None)
 
 
 def printed_by(library: Path, source: Path) -> str:

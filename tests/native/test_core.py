@@ -24,6 +24,7 @@ from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.simulate import Run
 from capsule_sym.map.trajectory import Trajectory
 from capsule_sym.map.transitions import State, start_at
+from tests.sampling import many, sampled
 
 DATA = Path(__file__).parents[1] / "judges" / "data"
 PANELS = (0.0074, 0.3, 0.3687, 0.4, 0.5245, 0.7, 0.939, 1.2)
@@ -324,7 +325,8 @@ def test_a_chain_of_unknown_fields_is_refused(field: int) -> None:
         core.Map(parameter_rows(Parameters())[0]).chain(fields, np.zeros(3), 0.0, np.ones(1))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@sampled
+@pytest.mark.parametrize("seed", range(many(6, 2)))
 def test_runs_side_by_side_are_those_of_the_reference(seed: int) -> None:
     """Forty runs that share their flows, from hard starts: at rest, on the impact surface, moving.
 
