@@ -46,7 +46,8 @@ def enclose(
     At both mass ratios, each bifurcation is enclosed with its type, line and order of contact, and
     on each interval between them existence, uniqueness, itinerary and stability of the orbit are
     proved, box by box, but for 1e-12 on either side of a bifurcation. Takes some two minutes on two
-    cores. Exits with 1 where a step is left unproved.
+    cores. The two mass ratios between them at which two bifurcations coincide are enclosed too, and
+    the curves of both are proved to cross there. Exits with 1 where a step is left unproved.
 
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
     stable orbit with one itinerary all over each. It tells what share of the plane that is.
@@ -62,19 +63,21 @@ def enclose(
         pool = spawning(2)
         wanted = not thresholds, out is not None
         proved = [pool.submit(_proved, gamma, *wanted) for gamma in GAMMAS]
+        between = pool.submit(_met)
     try:
         results = (one.result() for one in proved)
         told = list(track(results, "Enclosing both mass ratios", len(GAMMAS)))
+        meetings, unmet = between.result()
     finally:
         end(pool)
     records = [section for section, _, _ in told]
     seconds = perf_counter() - begin
     if as_json:
-        record = {"sections": records, "seconds": round(seconds, 1)}
+        record = {"sections": records, "codimension_two": meetings, "seconds": round(seconds, 1)}
         click.echo(json.dumps(record | {"orbit_seconds": round(_one_orbit(), 3)}))
     else:
-        _print(records, thresholds, seconds)
-    missing = [reason for _, _, reasons in told for reason in reasons]
+        _print(records, meetings, thresholds, seconds)
+    missing = [*unmet, *(reason for _, _, reasons in told for reason in reasons)]
     if out is not None:
         held = [one for _, kept, _ in told for one in kept]
         write({out.name: dumps({"certificates": held}) + "\n"}, out.parent)
@@ -127,6 +130,18 @@ def _proved(
     return record(prove_section(gamma, intervals=intervals)), kept, missing
 
 
+def _met() -> tuple[list[dict[str, Any]], list[str]]:
+    """The records of the mass ratios at which two bifurcations coincide, and why any is missing."""
+    from capsule_sym.enclosures.balls import Unproved
+    from capsule_sym.enclosures.meetings import record, section4
+    from capsule_sym.enclosures.section4 import EXACT
+
+    try:
+        return [record(one) for one in section4(EXACT)], []
+    except Unproved as error:
+        return [], [str(error)]
+
+
 def _one_orbit() -> float:
     """Seconds that it takes to certify one orbit of six legs."""
     from capsule_sym.enclosures.certificates import certify_orbit
@@ -141,7 +156,12 @@ def _one_orbit() -> float:
     return perf_counter() - begin
 
 
-def _print(records: Sequence[dict[str, Any]], thresholds: bool, seconds: float) -> None:
+def _print(
+    records: Sequence[dict[str, Any]],
+    meetings: Sequence[dict[str, Any]],
+    thresholds: bool,
+    seconds: float,
+) -> None:
     console = make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
@@ -158,6 +178,12 @@ def _print(records: Sequence[dict[str, Any]], thresholds: bool, seconds: float) 
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")
         console.print()
+    table = make_table("two at once", "alpha, gamma", "dα/dγ of both curves")
+    for one in meetings:
+        slopes = " and ".join(f"{slope:.9f}" for slope in one["slopes"])
+        table.add_row(one["type"], f"{one['alpha']}\n{one['gamma']}", slopes)
+    console.print(table)
+    console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)
     table = make_table("", "proved", "goal")

@@ -28,7 +28,7 @@ from capsule_sym.orbits.events import (
 )
 from capsule_sym.orbits.word import Word, contact, drift
 
-_NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
+NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
 
 
 @dataclass(frozen=True)
@@ -145,11 +145,11 @@ def prove_event(
     )
 
 
-def _other(tube: Tube, leg: int) -> Tube:
-    """The equations of the word on the other side, proved regular around the event's orbit.
+def beyond(tube: Tube, leg: int) -> tuple[Shooting, list[Ball], list[int]]:
+    """The equations of the word on the other side, the event's columns for them, and its legs.
 
     That is the word without the leg; at a corner that in which contact and drift change in the
-    other order, the duration of its leg solved for.
+    other order. The legs are told by their places in the event's word.
     """
     shooting = tube.shooting
     word, hull = shooting.word, tube.hull()
@@ -173,8 +173,13 @@ def _other(tube: Tube, leg: int) -> Tube:
         [given[name] for name in PARAMETERS],
         shooting.varied,
     )
-    columns = restarted(shooting, hull, nodes, less, kept, durations)
-    radii = {at: _NEAR for at in range(less.unknowns, less.columns)}
+    return less, restarted(shooting, hull, nodes, less, kept, durations), kept
+
+
+def _other(tube: Tube, leg: int) -> Tube:
+    """The equations on the other side, proved regular around the event's orbit."""
+    less, columns, _ = beyond(tube, leg)
+    radii = {at: NEAR for at in range(less.unknowns, less.columns)}
     try:
         found = enclose(less, columns, {**held(less), **radii})
     except Unproved as error:
