@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.simulate import check_count
+from capsule_sym.processes import deferred
 from capsule_sym.sweeps.cells import Block
 from capsule_sym.sweeps.layout import Added
 from capsule_sym.sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
@@ -172,10 +173,11 @@ class _Run:
                 except Exception as error:
                     reason = " ".join(f"{type(error).__name__}: {error}".split())
                     raise Lost(f"chunk {index}: {reason}") from error
-                self.store.publish(index, block)
-                del under_way[future]
-                self.deaths = 0
-                self.done += sweep.cells_in(index)
+                with deferred():  # what is kept and what is counted agree at an interrupt
+                    self.store.publish(index, block)
+                    del under_way[future]
+                    self.deaths = 0
+                    self.done += sweep.cells_in(index)
                 self.progress(self.done, sweep.size)
 
     def _next(self) -> int | None:

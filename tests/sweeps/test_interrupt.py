@@ -18,8 +18,9 @@ import pytest
 from capsule_sym._native import Watch, core
 from capsule_sym.processes import undisturbed
 from capsule_sym.sweeps import Axis, Sweep, cells, run
-from capsule_sym.sweeps.cells import Abandoned, compute
+from capsule_sym.sweeps.cells import Abandoned, Block, compute
 from capsule_sym.sweeps.pools import Lost, pool_of
+from capsule_sym.sweeps.store import Store
 from tests.sweeps import chart
 
 DAYS = Sweep((Axis.linear("alpha", 0.5, 2.0, 16),), periods=10**10, chunk=(4,))
@@ -50,6 +51,27 @@ def test_threads_are_left_at_once_and_stop() -> None:
         raise KeyboardInterrupt
     with pytest.raises(Abandoned):
         future.result()
+
+
+@pytest.mark.parametrize("at", [1, 3])
+def test_a_chunk_that_is_written_is_counted_whenever_the_interrupt_comes(
+    at: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publish, written = Store.publish, []
+
+    def published(self: Store, index: int, block: Block) -> None:
+        publish(self, index, block)
+        written.append(index)
+        if len(written) == at:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Store, "publish", published)
+    sweep = chart()
+    with pytest.raises(KeyboardInterrupt) as told:
+        run(sweep, tmp_path / "store", workers=1)
+    cells = sum(map(sweep.cells_in, written))
+    assert cells > 0
+    assert str(told.value).startswith(f"{cells} of 120 cells are kept")
 
 
 def test_an_interrupt_says_what_is_kept(tmp_path: Path) -> None:
