@@ -184,7 +184,9 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ({"CC": "/bin/false"}, None, '"/bin/false"'),
         ({"CC": "/nowhere/cc"}, None, "/nowhere/cc"),
         # Older compilers only warn of it unless they are told otherwise.
-        ({}, ("tables.c", 'int wrong(void) { return "text"; }'), "wrong"),
+        pytest.param(
+            {}, ("tables.c", 'int wrong(void) { return "text"; }'), "wrong", marks=pytest.mark.long
+        ),
     ],
     ids=["fails", "absent", "stops"],
 )

@@ -15,6 +15,7 @@ from capsule_sym.generated.py import kernels as double
 from capsule_sym.parameters import Parameters
 from tests.crosscheck import DIGITS, UNIT, Case, flow_scale
 from tests.judges import DRIFT, taylor
+from tests.sampling import many, sampled
 
 AGREEMENT = mpf("1e-30")
 BOUND = 24.0  # the 16 of a kernel's own roundings and 8 for those of its start
@@ -93,10 +94,11 @@ def test_constant_wrong_in_the_twelfth_digit_is_seen(field: int) -> None:
                 assert differs(case, right, closed(case, **{name: 1 + mpf("1e-12")})), name
 
 
+@sampled
 @pytest.mark.parametrize("kind", DAMPING)
 @pytest.mark.parametrize("field", FIELDS)
 def test_double_is_the_solution_to_units_of_its_conditioning(field: int, kind: str) -> None:
-    for case in segments(field, kind, 8):
+    for case in segments(field, kind, many(8, 3)):
         c, start = case.constants(double, float), case.start(double, float)
         position, velocity, *rest = double.flow(c, start, case.duration, advance=True)
         with mp.workdps(DIGITS):
