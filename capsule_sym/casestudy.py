@@ -103,8 +103,8 @@ def _settle(panel: str, parameters: Parameters) -> Case:
     while True:
         trajectory = simulate(parameters, state, periods=_BLOCK)
         periods += _BLOCK
-        motion = None if trajectory.stopped else trajectory.steady()
-        if motion or trajectory.stopped or periods >= _MOST_PERIODS:
+        motion = trajectory.steady() if trajectory.success else None
+        if motion or not trajectory.success or periods >= _MOST_PERIODS:
             return Case(panel, parameters, periods, motion)
         # A run ends at phase 0, where the next one begins.
         _, state = trajectory.final

@@ -176,7 +176,7 @@ def run(
     except KeyboardInterrupt:
         kept = "nothing is kept, but a run that --max-seconds stops shows what it found"
         raise KeyboardInterrupt(kept) from None
-    motion = None if trajectory.stopped else trajectory.steady()
+    motion = trajectory.steady() if trajectory.success else None
     if as_json:
         record = run_record(trajectory, motion)
         if physical:
@@ -195,9 +195,9 @@ def _print_run(
     console.print()
     if motion is None:
         (periods, phase), _ = trajectory.final
-        if trajectory.stopped:
+        if not trajectory.success:
             console.print(f"Stopped at phase {float(phase):.5f} after {periods} periods,")
-            console.print(f"{trajectory.stopped}.")
+            console.print(f"{trajectory.message}.")
         else:
             console.print(f"Not steady within {periods} periods.")
         console.print("The segments of the last period:")

@@ -52,6 +52,28 @@ class Stopped(CapsuleError, RuntimeError):
         )
 
 
+class NotInstalled(CapsuleError, ImportError):
+    """An optional library is missing; the message says how to install it."""
+
+    def __init__(self, missing: ModuleNotFoundError, extra: str = "plot") -> None:
+        super().__init__(f"{missing.name} is missing: pip install 'capsule-sym[{extra}]'")
+
+
+class Status(StrEnum):
+    """How a run ended."""
+
+    #: Its periods are over.
+    FINISHED = "finished"
+    #: It has as many segments as it may have.
+    SEGMENT_LIMIT = "segment-limit"
+    #: Its time is up.
+    TIME_LIMIT = "time-limit"
+    #: Rounding lets no step advance in time.
+    STALLED = "stalled"
+    #: No switch is found or excluded, or no field leaves the last state with certainty.
+    UNDECIDED = "undecided"
+
+
 class Outcome(StrEnum):
     """How the search for the next switch of a segment ended."""
 

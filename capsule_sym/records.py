@@ -63,8 +63,8 @@ def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str,
         **motion_record(motion),
         "final": _point(*trajectory.final),
     }
-    if trajectory.stopped:
-        record["stopped"] = trajectory.stopped
+    if not trajectory.success:
+        record["stopped"] = trajectory.message
     return record
 
 

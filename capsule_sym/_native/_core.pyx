@@ -25,14 +25,17 @@ cdef extern from "capsule.h" nogil:
         double x_r, gap, v_r, v_c, margin, cos_theta, sin_theta
     ctypedef struct capsule_map:
         capsule_constants field[6]
-    void capsule_flow(const capsule_constants *, const capsule_start *, double, double *)
-    double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
-    void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
-    double capsule_margin_at(const capsule_constants *, double, double, double)
     ctypedef struct capsule_watch:
         int (*ask)(void *) noexcept nogil
         void *about
         int64_t work
+    void capsule_flow(const capsule_constants *, const capsule_start *, double, double *)
+    double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
+    void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
+    double capsule_margin_at(const capsule_constants *, double, double, double)
+    size_t capsule_evaluate(const capsule_map *, const capsule_segment *, size_t, int,
+                            const double *, const int64_t *, size_t, double (*)[4],
+                            capsule_watch *)
     int capsule_asked(capsule_watch *, int64_t)
     ctypedef struct capsule_wish:
         double (*strobe)[3]
@@ -310,6 +313,36 @@ cdef class Map:
         if stop == REFUSED:
             raise ValueError(f"no run from {state}")
         return stop, written, OUTCOMES[open_]
+
+
+    def evaluate(self, segments, const double[::1] times, double[:, ::1] states,
+                 const int64_t[::1] order=None, bint more=False):
+        """Writes the states (x_r, v_r, v_c, x_c) at absolute times, in the rows of the times.
+
+        `segments` are records of SEGMENT in their order. Times ascend in the `order` of rows given,
+        or as they are. Before the first segment and after the last the state is that of its start
+        or end; with `more` to follow, times from the last one's end on are left. Returns how many
+        have a state.
+        """
+        cdef size_t n = times.shape[0], done
+        if segments.dtype != SEGMENT:
+            raise TypeError("segments must be of dtype SEGMENT")
+        _need(<size_t> states.shape[0] == n and states.shape[1] == 4, "states", (n, 4))
+        _need(order is None or <size_t> order.shape[0] == n, "order", (n,))
+        if not n or not len(segments):
+            return 0
+        cdef attention a
+        cdef const char[::1] bytes_ = segments.view("i1")
+        cdef capsule_watch *watch = _attend(&a, None, None)
+        with nogil:
+            done = capsule_evaluate(self.map, <const capsule_segment *> &bytes_[0],
+                                    <size_t> bytes_.shape[0] // sizeof(capsule_segment), more,
+                                    &times[0], NULL if order is None else &order[0], n,
+                                    <double (*)[4]> &states[0, 0], watch)
+        _raised(&a)
+        if done < n and not more:
+            raise ValueError("a field or a row of the order that there is not")
+        return done
 
 
 cdef int _check_rows(const double[:, ::1] parameters, states) except -1:

@@ -19,7 +19,7 @@ from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.location import Departure, Flow, Switch, locate
-from capsule_sym.map.simulate import Run
+from capsule_sym.map.reference import Run
 from capsule_sym.map.transitions import State, start_at
 
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12, 1e-15)

@@ -208,8 +208,10 @@ def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) 
     Unproved with the leg that is not.
     """
     segments = trajectory.segments
-    if not segments or trajectory.stopped:
-        raise Unproved("first switch", trajectory.stopped or "the run has no segment")
+    if not segments or not trajectory.success:
+        raise Unproved(
+            "first switch", "the run has no segment" if trajectory.success else trajectory.message
+        )
     with precision(_BITS + _BITS_A_LEG * len(segments)):
         given = {**trajectory.parameters.to_dict(), **(exact or {})}
         values = {name: ball(value) for name, value in given.items()}

@@ -117,7 +117,7 @@ def report(out: Path, colours: Any) -> None:
 
 @contextmanager
 def _needs_plotting() -> Iterator[None]:
-    from capsule_sym.figures.style import NotInstalled
+    from capsule_sym.errors import NotInstalled
 
     try:
         yield

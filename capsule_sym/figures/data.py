@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 import capsule_sym
-from capsule_sym.errors import InvalidInput
-from capsule_sym.figures.style import NotInstalled
+from capsule_sym.errors import InvalidInput, NotInstalled
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import Trajectory, simulate
 from capsule_sym.options import Track
@@ -245,7 +244,7 @@ def _settled(parameters: Parameters) -> dict[str, Any]:
     state: Sequence[float] = (0.0, 0.0, 0.0)
     for _ in range(_MOST_PERIODS // _BLOCK):
         trajectory = simulate(parameters, state, periods=_BLOCK)
-        motion = None if trajectory.stopped else trajectory.steady()
+        motion = trajectory.steady() if trajectory.success else None
         # A run ends at phase 0, where the next one begins.
         _, state = trajectory.final
         if motion:

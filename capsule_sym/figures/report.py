@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from capsule_sym.casestudy import GAMMAS, THRESHOLDS
+from capsule_sym.errors import NotInstalled
 from capsule_sym.figures.catalogue import BENCH, FIGURES, Study, measured
 from capsule_sym.figures.data import Store
-from capsule_sym.figures.style import Colours, NotInstalled, styled
+from capsule_sym.figures.style import Colours, styled
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.options import Track
 from capsule_sym.paper import read

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym.errors import CapsuleError, InvalidInput
+from capsule_sym.errors import InvalidInput, NotInstalled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,13 +48,6 @@ LABELS = {
 
 SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
 """Options of areas side by side: as pixels without antialiasing no seam shows between them."""
-
-
-class NotInstalled(CapsuleError, ImportError):
-    """A library that figures need is missing; the message says how to install it."""
-
-    def __init__(self, missing: ModuleNotFoundError, extra: str = "plot") -> None:
-        super().__init__(f"{missing.name} is missing: pip install 'capsule-sym[{extra}]'")
 
 
 def field_colour(field: int, colours: Colours = "safe") -> str:

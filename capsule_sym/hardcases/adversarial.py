@@ -30,7 +30,7 @@ from capsule_sym.map.backend import Backend, default_backend
 from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.location import Departure, Switch
-from capsule_sym.map.simulate import Run
+from capsule_sym.map.reference import Run
 from capsule_sym.map.transitions import State
 
 CHUNK = 200
@@ -203,7 +203,9 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
         segment = None
         for name in dict.fromkeys(backends):
             found = start.run(name)
-            tally.settled = int(tally.settled or (found.settled > 0 and name != WIDE))
+            tally.settled = int(
+                tally.settled or (found.statistics.escalations > 0 and name != WIDE)
+            )
             segment = found.segments[0] if found.segments else None
             judge(name, _switch(segment) if segment else None)
         for width in widths:

@@ -15,7 +15,7 @@ from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Guard, expand
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.native import NativeRun
-from capsule_sym.map.simulate import Run
+from capsule_sym.map.reference import Run
 from capsule_sym.map.transitions import State, start_at
 from capsule_sym.parameters import Parameters
 

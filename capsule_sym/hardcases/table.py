@@ -72,7 +72,7 @@ def row(case: Case) -> Row:
         len(judged.true),
         *judged.error,
         _outcome(judged.run),
-        judged.run.settled,
+        judged.run.statistics.escalations,
         _verdict(judged),
         {
             "sampling": _plain(plain.sampling, start, judged.true),

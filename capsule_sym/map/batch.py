@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from operator import attrgetter
-from threading import local
 from typing import NamedTuple
 
 import numpy as np
@@ -14,8 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._native import Watch
 from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.map.backend import NumpyBackend
+from capsule_sym.map.checks import LARGEST_STATE, RANGES, check_count, check_start
+from capsule_sym.map.evaluation import borrowed, give_back
 from capsule_sym.map.native import core, step, write
-from capsule_sym.map.simulate import LARGEST_STATE, RANGES, Run, check_count, check_start
+from capsule_sym.map.reference import Run
+from capsule_sym.map.simulate import simulate
 from capsule_sym.parameters import Parameters
 
 _NAMES = tuple(Parameters().to_dict())
@@ -23,8 +25,6 @@ _SIDE_BY_SIDE = 8
 _row = attrgetter(*_NAMES)
 _LOW, _HIGH = np.array(list(map(RANGES.__getitem__, _NAMES))).T.copy()
 _STATES = np.full(3, -LARGEST_STATE), np.full(3, LARGEST_STATE)
-_kept = local()
-_EVENTS = 4096  # room for so many switches at a time
 
 
 class Finals(NamedTuple):
@@ -133,14 +133,10 @@ def _alone(
     parameters: Iterable[float], state: Iterable[float], phase: float, periods: int
 ) -> tuple[float, float, float] | None:
     """Where one run comes to, by a map whose tables this thread keeps for runs like it."""
-    # Not in its place while it is used: a handler of signals may come here anew.
-    native = _kept.__dict__.pop("map", None)
-    if native is None:
-        native = core().Map(np.array([*parameters]))
-    else:
-        native.remake(*parameters)
+    core()
+    native = borrowed(parameters)
     found = native.final(*state, phase, periods)
-    _kept.map = native
+    give_back(native)
     return found  # type: ignore[no-any-return]
 
 
@@ -179,27 +175,10 @@ def switches(
 
     Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.
     """
-    x_r, v_r, v_c = check_start(parameters, state, phase, periods)
-    native = core().Map(np.array(list(parameters.to_dict().values())))
-    record = native.state_at(x_r, v_r, v_c, phase)
-    found: list[NDArray[np.void]] = []
-    while record["turn"] < periods:
-        room = np.empty(_EVENTS, core().EVENT)
-        stop, count, _ = native.run(record, periods, events=room)
-        found.append(room[:count].copy())
-        if stop == core().OPEN:
-            run = Run(NumpyBackend(), parameters, settle=True)
-            journey = step(run, record, periods)
-            if journey.departure is None and journey.turns < periods:
-                raise Stopped(journey.turns, periods)
-            write(record, journey)
-            events = [
-                (s.end.period, s.end.phase * parameters.omega, s.field, int(s.target[1:]))
-                for s in run.segments
-                if s.target
-            ]
-            found.append(np.array(events, core().EVENT))
-    return np.concatenate(found)
+    found = simulate(parameters, state, phase, periods, keep="switches", max_segments=10**12)
+    if not found.success:
+        raise Stopped(found.final[0].period, periods)
+    return found.switches
 
 
 def _finish(

@@ -12,15 +12,18 @@ from numpy.typing import NDArray
 
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
-from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.errors import InvalidInput, Status
 from capsule_sym.generated.interface import Precision
+from capsule_sym.map import evaluation
 from capsule_sym.map.backend import NumpyBackend
-from capsule_sym.map.simulate import TIME_IS_UP, Journey, Run
-from capsule_sym.map.trajectory import Segment, Trajectory, Triple, instant
+from capsule_sym.map.keep import Keeper
+from capsule_sym.map.reference import TIME_IS_UP, Journey, Run, after
+from capsule_sym.map.segments import instant, plane_name, plane_number, records_of
+from capsule_sym.map.trajectory import FINISHED, Trajectory
 from capsule_sym.map.transitions import State
 from capsule_sym.parameters import Parameters
 
-_ROOM = 256  # segments taken from the core at a time
+_ROOM = 256  # segments of the reference map at a time
 
 
 def core() -> Any:
@@ -43,104 +46,101 @@ class NativeRun:
         self.parameters, self.settle, self.deadline = parameters, settle, deadline
         self.progress = progress
         self.precision = Precision.AS_NEEDED if settle else Precision.DOUBLE
-        self.map = core().Map(np.array(list(parameters.to_dict().values())))
-        self.closed = NumpyBackend().kernels.Start
-        self.segments: list[Segment] = []
-        self.stroboscopic: list[Triple] = []
-        self.settled = 0
+        core()
 
     def go(
-        self, values: tuple[float, float, float], phase: float, periods: int, most: int
+        self,
+        values: tuple[float, float, float],
+        phase: float,
+        periods: int,
+        most: int,
+        keep: str | NDArray[np.float64] = "segments",
     ) -> Trajectory:
-        """The trajectory, as the reference map gives it."""
-        angle = phase * self.parameters.omega
-        record = self.map.state_at(*values, phase)
-        strobe = np.empty((min(periods + 1, core().ROWS), 3))
-        buffer = np.empty(min(_ROOM, most), core().SEGMENT)
-        watch = Watch()
-        watch.deadline = self.deadline
-        if phase == 0.0:
-            self.stroboscopic.append(values)
-        stopped = ""
-        while record["turn"] < periods and not stopped:
-            room = buffer[: most - len(self.segments)]
-            stop = self._piece(record, periods, room, strobe, watch)
-            if stop == core().OPEN and len(self.segments) < most:
-                run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
-                journey = step(run, record, periods, most - len(self.segments))
-                self.segments += run.segments
-                self.settled += run.settled
-                self.stroboscopic += run.stroboscopic
-                if journey.departure is None:
-                    stopped = run.stopped(journey, periods, most)
-                write(record, journey)
-            if self.progress is not None:
-                self.progress(int(record["turn"]))
-            if not stopped and len(self.segments) == most:
-                stopped = f"after {most} segments"
-            if not stopped and perf_counter() > self.deadline:
-                stopped = TIME_IS_UP
+        """The trajectory, as the reference map gives it, and what `keep` names of it."""
+        omega = self.parameters.omega
+        keeper = Keeper(self.parameters, keep, phase, periods)
+        native = evaluation.borrowed(self.parameters.to_dict().values())
+        record = native.state_at(*values, phase)
+        if keeper.strobes is not None and phase == 0.0:
+            keeper.strobes.append(np.array([values]))
+        status, message = self._run(native, record, periods, most, keeper)
+        x_r, v_r, v_c, angle, position, turn = record[_FINAL].item()
+        end = instant(turn, angle, omega)
+        kept = keeper.kept(native, turn * self.parameters.period + end.phase)
+        evaluation.give_back(native)
         return Trajectory(
             self.parameters,
             "c",
-            (instant(0, angle, self.parameters.omega), values),
-            tuple(self.segments),
-            tuple(self.stroboscopic),
-            self.settled,
-            stopped if record["turn"] < periods else "",
+            (instant(0, phase * omega, omega), values),
+            (end, (x_r, v_r, v_c)),
+            position,
+            status,
+            message,
+            keeper.statistics,
+            kept,
         )
+
+    def _run(
+        self, native: Any, record: NDArray[np.void], periods: int, most: int, keeper: Keeper
+    ) -> tuple[Status, str]:
+        """Goes on to the end of the periods, or as far as it comes; and how it ended."""
+        watch = Watch()
+        watch.deadline = self.deadline
+        strobe = None
+        if keeper.strobes is not None:
+            strobe = np.empty((min(periods + 1, core().ROWS), 3))
+        while record["turn"] < periods:
+            stop = self._piece(native, record, periods, most - keeper.count, strobe, watch, keeper)
+            found = None
+            if stop == core().OPEN and keeper.count < most:
+                run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
+                journey = step(run, record, periods, most - keeper.count)
+                tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
+                keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)
+                keeper.escalations += run.settled
+                if keeper.strobes is not None:
+                    keeper.strobes.append(np.array(run.stroboscopic).reshape(-1, 3))
+                if journey.departure is None:
+                    found = run.ended(journey, periods, most)
+                write(record, journey)
+            if self.progress is not None:
+                self.progress(int(record["turn"]))
+            if record["turn"] < periods:
+                if found is None and keeper.count == most:
+                    found = Status.SEGMENT_LIMIT, after(most)
+                if found is None and perf_counter() > self.deadline:
+                    found = Status.TIME_LIMIT, TIME_IS_UP
+                if found is not None:
+                    return found
+        return Status.FINISHED, FINISHED
 
     def _piece(
         self,
+        native: Any,
         record: NDArray[np.void],
         periods: int,
-        room: NDArray[np.void],
-        strobe: NDArray[np.float64],
+        most: int,
+        strobe: NDArray[np.float64] | None,
         watch: Watch,
+        keeper: Keeper,
     ) -> int:
         """As many segments as there is room for, and why there are no more."""
-        before = record.copy()
-        stop, count, _ = self.map.run(
+        room, before = keeper.room(most), record.copy()
+        stop, count, _ = native.run(
             record, periods, room, strobe=strobe, watch=watch, precision=self.precision
         )
-        first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
-        if last - first >= rows and count > 1:
-            # The last segment rests for ever, and its states took the places of those before it.
-            record[...] = before
-            return self._piece(record, periods, room[: count - 1], strobe, watch)
-        self.segments += [self._segment(s) for s in room[:count].tolist()]
-        marks = strobe[np.arange(max(first, last + 1 - rows), last + 1) % rows]
-        self.stroboscopic += map(tuple, marks.tolist())
+        if strobe is not None and keeper.strobes is not None:
+            first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
+            if last - first >= rows and count > 1:
+                # The last segment rests for ever, and its states took the places of those before.
+                record[...] = before
+                return self._piece(native, record, periods, count - 1, strobe, watch, keeper)
+            keeper.strobes.append(strobe[np.arange(max(first, last + 1 - rows), last + 1) % rows])
+        keeper.wrote(native, count)
         return int(stop)
 
-    def _segment(self, s: tuple[Any, ...]) -> Segment:
-        (turn, end_turn, angle, end_angle, start, end, duration, position, advance, *closed) = s[
-            :13
-        ]
-        field, source, target, outcome, evaluations, wide = s[13:]
-        self.settled += wide
-        omega = self.parameters.omega
-        start, end = start.tolist(), end.tolist()
-        gap, margin, cosine, sine = closed
-        return Segment(
-            field=field,
-            source=f"Σ{source}" if source else "",
-            target=f"Σ{target}" if target else "",
-            start=instant(turn, angle, omega),
-            end=instant(end_turn, end_angle, omega),
-            start_state=tuple(start),
-            end_state=tuple(end),
-            duration=duration,
-            outcome=_OUTCOMES[outcome],
-            tangencies=(),
-            evaluations=evaluations,
-            position=position,
-            advance=advance,
-            closed=self.closed(start[0], gap, start[1], start[2], margin, cosine, sine),
-        )
 
-
-_OUTCOMES = [Outcome(name) for name in _core.OUTCOMES] if _core is not None else []
+_FINAL = ["x_r", "v_r", "v_c", "angle", "position", "turn"]
 
 
 def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> Journey:
@@ -150,7 +150,7 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     has no digits, nor a count of such segments, to go on from.
     """
     x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane, _ = record.tolist()
-    source = f"Σ{plane}" if plane else ""
+    source = plane_name(plane)
     state = State(x_r, gap, v_r, v_c, angle, bound, rest)
     journey = run.depart(state, source, turn, position)
     if journey.departure is not None and not source and v_c == 0:
@@ -167,7 +167,7 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
 def write(record: NDArray[np.void], journey: Journey) -> None:
     """Puts where a run of the reference map stands into a state record of the core."""
     state, source = journey.state, journey.source
-    plane = int(source[1:]) if source else 0
+    plane = plane_number(source)
     field = journey.departure.field if journey.departure else 0
     rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane, field)
     record[...] = (*state[:5], rest, *place)

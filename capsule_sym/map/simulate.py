@@ -1,23 +1,21 @@
-"""Running the map: first switch, exact advance, next segment, until the periods are over."""
+"""Running the map: one run, or many at once, and what is kept of them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
-from operator import attrgetter
 from time import perf_counter
-from typing import NamedTuple
 
-from capsule_sym.errors import InvalidInput, Outcome
-from capsule_sym.map.arrival import plane, reached, tells
-from capsule_sym.map.backend import Backend, Number, backend, default_backend
-from capsule_sym.map.digits import fifty_digits
-from capsule_sym.map.expansion import Point
-from capsule_sym.map.location import Departure, Flow, Switch, locate
-from capsule_sym.map.trajectory import LONGEST, Segment, Trajectory, Triple, instant
-from capsule_sym.map.transitions import State, Undetermined, depart, start_at
+from numpy.typing import ArrayLike
+
+from capsule_sym.map.backend import backend as backend_of
+from capsule_sym.map.backend import default_backend
+from capsule_sym.map.checks import check_count, check_start, checked_seconds
+from capsule_sym.map.keep import checked, most_segments, reduced
+from capsule_sym.map.native import NativeRun
+from capsule_sym.map.reference import Run
+from capsule_sym.map.trajectory import Trajectory
 from capsule_sym.parameters import Parameters
 
 
@@ -27,9 +25,10 @@ def simulate(
     phase: float = 0.0,
     periods: int = 100,
     *,
+    keep: str | ArrayLike = "segments",
     backend: str | None = None,
     settle: bool = True,
-    max_segments: int = 1_000_000,
+    max_segments: int | None = None,
     max_seconds: float = math.inf,
     progress: Callable[[int], object] | None = None,
 ) -> Trajectory:
@@ -38,324 +37,34 @@ def simulate(
     All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
     phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
     is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits).
-    With `settle`, 50 digits decide what double precision cannot; the trajectory's `settled`
-    counts how often. What stays open is typed in the segments' outcomes, and taken as the exact
+    With `settle`, 50 digits decide what double precision cannot; the trajectory's `statistics`
+    count how often. What stays open is typed in the segments' outcomes, and taken as the exact
     tangency or corner that it is within the error bound.
 
-    The run stops early after `max_segments` segments, after `max_seconds` of the clock, or at a
-    point that no field leaves with certainty; the trajectory has what was found until then, and
-    its `stopped` says why. `progress` is called now and then with the whole periods passed. Raises
-    InvalidInput for a value that is not allowed.
+    `keep` names what the trajectory keeps: all its "segments", with which it can be evaluated at
+    any time, and the states at the ends of periods; only these ("stroboscopic"); its "switches";
+    only the "final" state; or, as an array, the states at absolute times. Memory does not grow
+    with what is not kept.
+
+    The run stops early after `max_segments` segments (10^6 if nothing else is given and something
+    of each is kept), after `max_seconds` of the clock, or at a point that no field leaves with
+    certainty; the trajectory has what was found until then, its `status` and `message` say how it
+    ended. `progress` is called now and then with the whole periods passed. Raises InvalidInput for
+    a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
-    check_count("max_segments", max_segments)
-    deadline = perf_counter() + _checked_seconds(max_seconds)
+    kept = checked(keep)
+    if max_segments is not None:
+        check_count("max_segments", max_segments)
+    most = most_segments(kept, max_segments)
+    deadline = perf_counter() + checked_seconds(max_seconds)
     chosen = backend or default_backend()
     if chosen == "c":
-        from capsule_sym.map.native import NativeRun
-
-        native = NativeRun(parameters, settle, deadline, progress)
-        return native.go(values, phase, periods, max_segments)
-    with _backend(chosen) as numbers:
-        run = Run(numbers, parameters, settle, deadline, progress)
-        return run.go(values, phase, periods, max_segments)
-
-
-TIME_IS_UP = "at its time limit"
-_LARGEST_COUNT = 10**12
-LARGEST_STATE = 1e20
-# Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
-_NOTHING = 1e-200
-# After a start on several surfaces at once a few segments that hardly last may follow each other.
-_MOST_STILL = 16
-RANGES = {
-    "alpha": (0.0, 1e10),
-    "omega": (1e-6, 1e6),
-    "delta": (0.0, 1e10),
-    "zeta": (0.0, 1e4),
-    "beta": (0.0, 1e10),
-    "gamma": (1e-8, 1e8),
-    "f_b": (1e-10, 1e10),
-}
-_scales = attrgetter(*RANGES)
-_backend = backend  # the parameter of `simulate` has the same name
-
-
-def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
-    try:
-        x_r, v_r, v_c = state
-        if not type(x_r) is type(v_r) is type(v_c) is float:
-            if any(isinstance(value, str | bytes | bool) for value in (x_r, v_r, v_c)):
-                raise TypeError
-            x_r, v_r, v_c = float(x_r), float(v_r), float(v_c)
-        # NaN fails the comparisons, so it is refused here as well.
-        if abs(x_r) <= LARGEST_STATE and abs(v_r) <= LARGEST_STATE and abs(v_c) <= LARGEST_STATE:
-            return x_r, v_r, v_c
-    except (TypeError, ValueError, OverflowError):
-        pass
-    allowed = f"three numbers (x_r, v_r, v_c) of size at most {LARGEST_STATE:g}"
-    raise InvalidInput("state", state, allowed)
-
-
-def _checked_seconds(value: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
-        raise InvalidInput("max_seconds", value, "a number > 0")
-    return value
-
-
-@lru_cache
-def _check_scales(parameters: Parameters) -> None:
-    """Refuse parameters whose powers and quotients double precision cannot carry."""
-    for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
-        if not low <= value <= high:
-            raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
-
-
-def check_start(
-    parameters: Parameters, state: Sequence[float], phase: float, periods: int
-) -> tuple[float, float, float]:
-    """The state as three floats; raises InvalidInput for any argument that is not allowed."""
-    if not isinstance(parameters, Parameters):
-        raise InvalidInput("parameters", parameters, "Parameters")
-    values = _checked_state(state)
-    _check_scales(parameters)
-    _check_phase(phase, parameters)
-    check_count("periods", periods)
-    return values
-
-
-def check_count(field: str, value: int) -> None:
-    """Raises InvalidInput unless the value is a whole number from 1 to 10^12."""
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _LARGEST_COUNT:
-        raise InvalidInput(field, value, f"a whole number from 1 to {_LARGEST_COUNT}")
-
-
-def _check_phase(phase: float, parameters: Parameters) -> None:
-    real = isinstance(phase, int | float) and not isinstance(phase, bool)
-    if not (real and 0.0 <= phase < parameters.period):
-        allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
-        raise InvalidInput("phase", phase, allowed)
-
-
-class Journey(NamedTuple):
-    """Where a run stands: state, what follows, switching plane, whole periods passed, and x_c."""
-
-    state: State
-    departure: Departure | None
-    source: str
-    turns: int
-    position: Number
-
-
-class Run:
-    """One run: the constants of all segments, and what has been passed so far."""
-
-    def __init__(
-        self,
-        numbers: Backend,
-        parameters: Parameters,
-        settle: bool,
-        deadline: float = math.inf,
-        progress: Callable[[int], object] | None = None,
-    ) -> None:
-        self.numbers, self.parameters = numbers, parameters
-        self.deadline, self.progress = deadline, progress
-        self.settle = settle and numbers.name != "mpmath"
-        self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
-        self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
-        self.segments: list[Segment] = []
-        self.stroboscopic: list[Triple] = []
-        self.marks = 2 * LONGEST
-        """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
-        self.settled = 0
-        self.exact: State | None = None
-        """The present state in 50 digits, where these settled the switch that led to it."""
-        self.still = 0
-        """How many segments up to here did not advance in time."""
-
-    def go(
-        self, values: tuple[float, float, float], phase: float, periods: int, most: int
-    ) -> Trajectory:
-        """The trajectory from a state at a phase."""
-        number = self.numbers.number
-        x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
-        angle, rest = self.numbers.angle(number(phase), self.omega)
-        state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
-        if phase == 0.0:
-            self.stroboscopic.append((x_r, v_r, v_c))
-        state, departure = self._begin(state)
-        source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
-        journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
-        return Trajectory(
-            self.parameters,
-            self.numbers.name,
-            (instant(0, angle, self.omega), origin),
-            tuple(self.segments),
-            tuple(self.stroboscopic),
-            self.settled,
-            self.stopped(journey, periods, most),
-        )
-
-    def stopped(self, journey: Journey, periods: int, most: int) -> str:
-        """Why the run came to no end, empty if it did."""
-        if journey.turns >= periods:
-            return ""
-        if perf_counter() > self.deadline:
-            return TIME_IS_UP
-        if journey.departure is not None:
-            return f"after {most} segments"
-        last = self.segments[-1].outcome if self.segments else None
-        if last is Outcome.STALLED:
-            return "stalled: rounding lets no step advance in time"
-        if last is Outcome.UNDECIDED:
-            return "undecided: no switch found or excluded within the limit of evaluations"
-        return "undecided: no field leaves the last state with certainty"
-
-    def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
-        """A run that goes on from a state it came to otherwise."""
-        state, departure = self._begin(state)
-        return Journey(state, departure, source, turns, position)
-
-    def follow(self, journey: Journey, periods: int, most: int) -> Journey:
-        """Goes on until the periods are over, for at most so many segments in all."""
-        state, departure, source, turns, position = journey
-        while departure and turns < periods and len(self.segments) < most:
-            if perf_counter() > self.deadline:
-                break
-            limit = self._remaining(periods - turns, state.angle + state.angle_rest)
-            flow, switch = self.first_switch(state, departure, limit)
-            passed, angle = self.numbers.turns(
-                state.angle + (self.omega * switch.duration + state.angle_rest)
-            )
-            if switch.duration * max(flow.c.rate, self.omega) > self.numbers.unit:
-                self.still = 0
-            elif self.still < _MOST_STILL:
-                self.still += 1
-            else:
-                switch = replace(switch, outcome=Outcome.STALLED, guards=())
-            if switch.outcome in (Outcome.END, Outcome.NEVER):
-                passed, angle = periods - turns, angle * 0
-                switch = replace(switch, point=flow.at_mark(switch.duration))
-            self._strobe(flow, state.angle, passed, switch)
-            end_state, departure, target = self._arrive(flow, switch, angle)
-            advance = self._advance(flow, switch.duration)
-            self.segments.append(
-                Segment(
-                    field=flow.field,
-                    source=source,
-                    target=target,
-                    start=instant(turns, state.angle, self.omega),
-                    end=instant(turns + passed, angle, self.omega),
-                    start_state=(state.x_r, state.v_r, state.v_c),
-                    end_state=(end_state.x_r, end_state.v_r, end_state.v_c),
-                    duration=switch.duration,
-                    outcome=switch.outcome,
-                    tangencies=tuple((t.outcome, t.duration) for t in switch.tangencies),
-                    evaluations=switch.evaluations,
-                    position=position,
-                    advance=advance,
-                    closed=flow.closed,
-                )
-            )
-            turns += passed
-            state, source, position = end_state, target, position + advance
-            if self.progress is not None:
-                self.progress(turns)
-        return Journey(state, departure, source, turns, position)
-
-    def _remaining(self, periods: int, angle: Number) -> Number:
-        return (periods * self.numbers.full_turn - angle) / self.omega
-
-    def _begin(self, state: State, source: int | None = None) -> tuple[State, Departure | None]:
-        """A state that a segment begins at, rest if it is next to that, and the field to come."""
-        size = max(abs(state.x_r), abs(state.v_r))
-        if self.parameters.alpha == 0 and state.v_c == 0 and 0 < size < _NOTHING:
-            self.exact, zero = None, size * 0
-            state = state._replace(x_r=zero, gap=zero - self.delta, v_r=zero, bound=0)
-            return state, self.take_over(state)
-        if self.exact is None:
-            return state, self.take_over(state, source)
-        return state, self._settle_departure(state, source)
-
-    def take_over(self, state: State, source: int | None = None) -> Departure | None:
-        """The field that takes over, after a segment of F`source`; None where that stays open."""
-        try:
-            return depart(self.numbers, self.constants, state, source)
-        except Undetermined:
-            if self.settle:
-                return self._settle_departure(state, source)
-        try:
-            return depart(self.numbers, self.constants, state, source, vanish=True)
-        except Undetermined:
-            return None
-
-    def first_switch(
-        self, state: State, departure: Departure, limit: Number
-    ) -> tuple[Flow, Switch]:
-        """The closed form of the segment from a state, and its first switch up to a duration."""
-        flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
-        switch = locate(flow, limit, self.deadline)
-        decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
-        if self.settle and not decided:
-            switch = self._settle_switch(state, departure, limit)
-        else:
-            self.exact = None
-        return flow, switch
-
-    # Fifty digits look at the same doubles, or go on from where they came to themselves; what
-    # they decide comes back rounded once.
-    def exactly(self, numbers: Backend, state: State) -> State:
-        """The present state in a wider number system."""
-        if self.exact is not None:
-            return self.exact
-        return state.exactly(numbers.number, self.parameters.delta)
-
-    def _settle_departure(self, state: State, source: int | None) -> Departure | None:
-        self.settled += self.exact is None
-        with fifty_digits() as numbers:
-            exact = self.exactly(numbers, state)
-            settled = Run(numbers, self.parameters, False).take_over(exact, source)
-            if settled is None:
-                return None
-            start = start_at(self.constants[settled.field - 1], state)
-            return replace(settled, start=start._replace(zeros=settled.start.zeros))
-
-    def _settle_switch(self, state: State, departure: Departure, limit: Number) -> Switch:
-        self.settled += 1
-        with fifty_digits() as numbers:
-            c = numbers.constants(departure.field, self.parameters)
-            given = self.exactly(numbers, state)
-            start = start_at(c, given)._replace(zeros=departure.start.zeros)
-            flow = Flow(numbers, c, replace(departure, start=start))
-            switch = locate(flow, numbers.number(limit), self.deadline)
-            _, angle = numbers.turns(given.angle + c.omega * switch.duration)
-            self.exact = reached(flow, switch, angle)
-            return replace(
-                switch,
-                duration=float(switch.duration),
-                point=Point(*map(float, switch.point)),
-                tangencies=tuple(replace(t, duration=float(t.duration)) for t in switch.tangencies),
-            )
-
-    def _arrive(
-        self, flow: Flow, switch: Switch, angle: Number
-    ) -> tuple[State, Departure | None, str]:
-        """State at a switch with what is known exactly there, what follows, and its plane."""
-        state = reached(flow, switch, angle)
-        if not switch.guards:
-            return state, None, ""
-        state, following = self._begin(state, flow.field)
-        return state, following, plane(state, following)
-
-    def _advance(self, flow: Flow, duration: Number) -> Number:
-        if not flow.c.drift:
-            return duration * 0
-        advance = self.numbers.kernels.flow(flow.c, flow.closed, duration, True)[3]
-        return self.numbers.number(advance)
-
-    def _strobe(self, flow: Flow, angle: Number, passed: int, switch: Switch) -> None:
-        """Record the states at the ends of the excitation periods that a segment passes."""
-        for turn in range(max(1, passed + 1 - self.marks), passed + 1):
-            h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
-            point = flow.at_mark(h) if h > 0 else flow.origin
-            self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
+        run = NativeRun(parameters, settle, deadline, progress)
+        return run.go(values, phase, periods, most, kept)
+    with backend_of(chosen) as numbers:
+        whole = Run(numbers, parameters, settle, deadline, progress)
+        found = whole.go(values, phase, periods, most)
+    if isinstance(kept, str) and kept == "segments":
+        return found
+    return replace(found, kept=reduced(found, kept))

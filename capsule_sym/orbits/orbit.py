@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
-from capsule_sym.map.trajectory import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym.orbits.equations import PARAMETERS, ROUNDINGS, Matrix, Shot, Vector, shoot, solve
 from capsule_sym.orbits.word import Word, contact, drift
 from capsule_sym.parameters import Parameters
@@ -141,7 +141,7 @@ class Orbit:
         """One period of the orbit as a trajectory, to be evaluated at times."""
         segments = self.motion.segments
         origin = segments[0].start, segments[0].start_state
-        return Trajectory(self.parameters, self.backend, origin, segments, (), 0, "")
+        return Trajectory.of_segments(self.parameters, self.backend, origin, segments)
 
     def refined(self) -> Orbit | NoOrbit:
         """The same orbit in 50 digits."""

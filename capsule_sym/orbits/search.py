@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map import Segment, Trajectory, simulate
-from capsule_sym.map.trajectory import LONGEST
+from capsule_sym.map.steady import LONGEST
 from capsule_sym.orbits.admissibility import realised, rerun, tightest
 from capsule_sym.orbits.identity import primitive, same
 from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
@@ -49,9 +49,9 @@ def find_orbit(
         length = min(length, periods)
         # Always from the start: a chaotic transient would go elsewhere from a rounded state.
         trajectory = simulate(parameters, state, phase, length)
-        if trajectory.stopped:
+        if not trajectory.success:
             return NoOrbit(
-                Reason.NOT_PERIODIC, trajectory.stopped, None, _values(parameters), float("inf")
+                Reason.NOT_PERIODIC, trajectory.message, None, _values(parameters), float("inf")
             )
         refused = []
         for ending in endings(trajectory):
@@ -265,7 +265,7 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -
     """The orbit that Newton's method on the map over some periods leads to; None if to none."""
     for _ in range(_NEWTON_STEPS):
         run = simulate(parameters, state.tolist(), periods=multiple)
-        if run.stopped:
+        if not run.success:
             return None
         change = np.array(run.final[1], dtype=float) - state
         size = 1 + abs(state).max()

@@ -9,7 +9,7 @@ capsule comes to rest, n = (0, 0, 1). If it then sticks, S projects out v_c, and
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.generated import formulas
+from capsule_sym.map import Segment, Trajectory
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
-from capsule_sym.map.trajectory import Segment, Trajectory
 from capsule_sym.orbits.closed import ClosedForms
 from capsule_sym.orbits.equations import Matrix, Vector
 from capsule_sym.orbits.orbit import Orbit
@@ -125,9 +125,7 @@ def lyapunov(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
     return np.sort(sums / sum(float(s.duration) for s in segments))[::-1]
 
 
-def _matrices(
-    trajectory: Trajectory, segments: tuple[Segment, ...]
-) -> Iterator[NDArray[np.float64]]:
+def _matrices(trajectory: Trajectory, segments: Sequence[Segment]) -> Iterator[NDArray[np.float64]]:
     """What carries a deviation along: Jacobians of the flow, and saltation matrices."""
     with backend("numpy") as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))

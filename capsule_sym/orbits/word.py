@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.expansion import Guard
 from capsule_sym.map.itinerary import cyclic_start
-from capsule_sym.map.trajectory import SteadyMotion, shortened
+from capsule_sym.map.steady import SteadyMotion, shortened
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}

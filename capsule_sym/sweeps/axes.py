@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.map.simulate import RANGES
+from capsule_sym.map.checks import RANGES
 from capsule_sym.sweeps.quantities import TAKEN
 
 PARAMETERS = tuple(RANGES)

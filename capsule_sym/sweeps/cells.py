@@ -12,7 +12,7 @@ from capsule_sym._native import Watch, core, live
 from capsule_sym.errors import CapsuleError, Outcome
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import SteadyMotion, simulate
-from capsule_sym.map.trajectory import LONGEST
+from capsule_sym.map.steady import LONGEST
 from capsule_sym.orbits.stability import lyapunov, multipliers
 from capsule_sym.orbits.worth import worth
 from capsule_sym.parameters import Parameters
@@ -169,9 +169,9 @@ class _Cells:
             # The last run is long enough to tell the longest motion.
             ahead = min(_BLOCK, left - 2 * LONGEST - 1)
             trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
-            settled += trajectory.settled
-            if trajectory.stopped:
-                return self.fail(i, trajectory.stopped)
+            settled += trajectory.statistics.escalations
+            if not trajectory.success:
+                return self.fail(i, trajectory.message)
             _, state = trajectory.final
             if ahead <= 0:
                 break

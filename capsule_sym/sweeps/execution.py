@@ -19,7 +19,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.map.simulate import check_count
+from capsule_sym.map.checks import check_count
 from capsule_sym.processes import deferred
 from capsule_sym.sweeps.cells import Block
 from capsule_sym.sweeps.layout import Added

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
-from capsule_sym.map.simulate import check_start
+from capsule_sym.map.checks import check_start
 from capsule_sym.parameters import Parameters
 from capsule_sym.sweeps.axes import PARAMETERS, START, Axis, is_real
 from capsule_sym.sweeps.quantities import QUANTITIES

@@ -82,7 +82,8 @@ def test_double_agrees_with_truth(gamma: str, alpha: str) -> None:
     check_final(trajectory, TRUTH[gamma, alpha], 1e-12)
     assert {segment.outcome for segment in trajectory.segments[:-1]} == {Outcome.REGULAR}
     assert trajectory.segments[-1].outcome is Outcome.END
-    assert (trajectory.settled, trajectory.stopped) == (0, "")
+    assert trajectory.success
+    assert trajectory.statistics.escalations == 0
 
 
 def check_precise(gamma: str, alpha: str) -> None:

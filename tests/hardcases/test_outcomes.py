@@ -11,9 +11,9 @@ from mpmath import mp, mpf
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._native import core
-from capsule_sym.errors import InvalidInput, Outcome
+from capsule_sym.errors import InvalidInput, Outcome, Status
 from capsule_sym.hardcases.cases import cases, flow_from
-from capsule_sym.map import location, native
+from capsule_sym.map import location, native, reference
 from capsule_sym.map.digits import fifty_digits
 
 FREE = Parameters(alpha=0.0, zeta=0.0, omega=1.0)
@@ -24,7 +24,7 @@ def test_regular_and_end() -> None:
     run = simulate(Parameters(), periods=2)
     assert {s.outcome for s in run.segments[:-1]} == {Outcome.REGULAR}
     assert run.segments[-1].outcome is Outcome.END
-    assert not run.stopped
+    assert run.success
 
 
 def test_an_exact_graze_is_a_graze() -> None:
@@ -33,7 +33,7 @@ def test_an_exact_graze_is_a_graze() -> None:
     first = run.segments[0]
     assert [outcome for outcome, _ in first.tangencies[:1]] == [Outcome.GRAZE]
     assert abs(first.tangencies[0][1] - pi) < 1e-7
-    assert run.settled > 0
+    assert run.statistics.escalations > 0
 
 
 def test_an_exact_sliding_tangency_is_one() -> None:
@@ -51,7 +51,7 @@ def test_a_corner_is_left_open_by_double_precision_alone(settle: bool) -> None:
         start.parameters, start.state, start.phase, settle=settle, periods=1, max_segments=1
     )
     assert run.segments[0].outcome is (Outcome.REGULAR if settle else Outcome.CORNER)
-    assert run.settled == int(settle)
+    assert run.statistics.escalations == int(settle)
     assert abs(run.segments[0].duration - 0.25) < 1e-14
 
 
@@ -70,18 +70,20 @@ def test_a_search_that_goes_on_for_too_long_is_given_up(monkeypatch: pytest.Monk
     monkeypatch.setattr(location, "_MOST_EVALUATIONS", 1)
     run = simulate(Parameters(omega=1e-3, zeta=1e-3, alpha=0.03), (0.0, 0.005, 0.0))
     assert run.segments[-1].outcome is Outcome.UNDECIDED
-    assert "undecided" in run.stopped
+    assert run.status is Status.UNDECIDED
+    assert "undecided" in run.message
 
 
 def test_a_run_that_is_cut_off_says_so() -> None:
     run = simulate(Parameters(), max_segments=3)
     assert len(run.segments) == 3
-    assert "3 segments" in run.stopped
+    assert run.status is Status.SEGMENT_LIMIT
+    assert "3 segments" in run.message
 
 
 def test_a_state_at_1e12_is_run() -> None:
     run = simulate(Parameters(), (1e12, -1e12, 1e12), periods=3)
-    assert not run.stopped
+    assert run.success
     assert {s.outcome for s in run.segments[:-1]} == {Outcome.REGULAR}
 
 
@@ -208,14 +210,14 @@ def test_a_slip_shorter_than_rounding_is_passed(
     assert tuple(segment.field for segment in run.segments) == fields
     # v_c / (f_b - P) gamma for the last two, and what 50 digits alone find for the first.
     assert run.segments[0].duration == pytest.approx(slip, rel=1e-9)
-    assert not run.stopped.startswith("undecided")
+    assert run.status is not Status.UNDECIDED
 
 
 def test_a_touch_beside_the_end_of_an_interval_is_passed() -> None:
     # x_r touches delta = 0 with v_r != 0 only after a period: the search once stood still there.
     p = Parameters(alpha=0.10458567678904376, omega=1.0, delta=0.0, zeta=0.0, beta=0.0, gamma=1.0)
     run = simulate(p, periods=2)
-    assert not run.stopped
+    assert run.success
     assert max(segment.evaluations for segment in run.segments) < 200
 
 
@@ -223,7 +225,7 @@ def test_a_touch_beside_the_end_of_an_interval_is_passed() -> None:
 @pytest.mark.usefixtures("ticking")
 def test_a_run_that_takes_too_long_stops_with_what_it_has(backend: str) -> None:
     run = simulate(Parameters(), periods=10**12, backend=backend, max_seconds=30)
-    assert run.stopped == "at its time limit"
+    assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
     assert run.segments
     (turns, _), state = run.final
     assert 0 < turns < 10**5
@@ -234,21 +236,21 @@ def test_a_run_that_takes_too_long_stops_with_what_it_has(backend: str) -> None:
 def test_a_time_limit_of_the_true_clock_holds(backend: str) -> None:
     """However short: the run would take weeks."""
     run = simulate(Parameters(), periods=10**12, backend=backend, max_seconds=1e-3)
-    assert run.stopped == "at its time limit"
+    assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
 
 
 @pytest.fixture
 def ticking(monkeypatch: pytest.MonkeyPatch) -> None:
     """A clock that every look at it puts forward by a second."""
     clock = iter(range(10**6))
-    for module in (location, native, sys.modules[simulate.__module__]):
+    for module in (location, native, reference, sys.modules[simulate.__module__]):
         monkeypatch.setattr(module, "perf_counter", lambda: next(clock))
 
 
 @pytest.mark.usefixtures("ticking")
 def test_a_search_that_takes_too_long_stops_too() -> None:
     run = simulate(Parameters(omega=1e-3, zeta=1e-3, alpha=0.03), (0.0, 0.005, 0.0), max_seconds=9)
-    assert run.stopped == "at its time limit"
+    assert (run.status, run.message) == (Status.TIME_LIMIT, "at its time limit")
     assert run.segments[-1].outcome is Outcome.UNDECIDED
     assert 0 < run.segments[-1].duration < 2 * pi / 1e-3
 

@@ -58,7 +58,7 @@ def test_a_force_that_can_still_move_the_capsule_is_not_rest() -> None:
 @pytest.mark.parametrize("zeta", [0.3, 1.0])
 def test_a_motion_that_has_died_away_beyond_what_doubles_hold_rests(zeta: float) -> None:
     run = simulate(Parameters(alpha=0, delta=0, zeta=zeta), OFF_REST, periods=400)
-    assert not run.stopped
+    assert run.success
     assert run.final[1] == (0, 0, 0)
     assert run.segments[-1].outcome is Outcome.END
     assert run.segments[-1].duration > 100

@@ -31,7 +31,7 @@ with fifty_digits() as numbers:
 def run(start):
     found = simulate(start.parameters, start.state, start.phase, 2, backend=backend, max_segments=2)
     segments = [(s.field, s.source, s.target, s.outcome, s.end_state) for s in found.segments]
-    return found.settled, repr(segments)
+    return found.statistics.escalations, repr(segments)
 
 random, starts = Random(7), []
 while len(starts) < int(sys.argv[3]):

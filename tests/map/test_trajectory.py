@@ -137,7 +137,7 @@ def test_states_at_whole_periods(run: Trajectory) -> None:
         np.testing.assert_allclose(run(number * period), state, rtol=0, atol=1e-12)
     from_rest = simulate(Parameters(), periods=3)
     assert len(from_rest.stroboscopic) == 4
-    assert from_rest.stroboscopic[0] == (0.0, 0.0, 0.0)
+    np.testing.assert_array_equal(from_rest.stroboscopic[0], 0.0)
 
 
 @pytest.mark.parametrize("numbers", [NumpyBackend(), MpmathBackend()], ids=lambda b: b.name)

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.map.trajectory import SteadyMotion, Trajectory
+from capsule_sym.map import SteadyMotion, Trajectory
 from capsule_sym.orbits.admissibility import realised
 from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason
 from capsule_sym.orbits.search import find_orbit

@@ -66,7 +66,7 @@ def simulated(backend: str) -> Run:
         for start in starts:
             found = simulate(start.parameters, start.state, 0.0, start.periods, backend=backend)
             word = bytes(segment.field for segment in found.segments)
-            state = None if found.stopped else tuple(float(v) for v in found.final[1])
+            state = tuple(float(v) for v in found.final[1]) if found.success else None
             results.append(Result(word, state))
         return results
 

@@ -1,0 +1,145 @@
+/* The states of a run at any times, from its segments. Every so often along a segment, at whole
+   multiples of the reach of its flow's table, the closed form gives the motion; in between it is
+   expanded from there by that table, as the map's own steps are, at a tenth of the closed form's
+   cost. Where those places are does not depend on which times are asked for. */
+#include "internal.h"
+#include "step.h"
+
+#include "isolate.h"
+
+segment capsule_segment_of(const capsule_constants *c); /* tables.c */
+
+/* An expansion of a segment, and what its evaluation takes. */
+typedef struct {
+    const capsule_segment *of;
+    double node, begins; /* how many reaches, and how long, after the segment's start it begins */
+    const table *t;
+    segment c;
+    stand begin;
+    expansion e;
+    real a[TERMS];
+    int drift;
+} stretch;
+
+static void stretch_make(const capsule_map *map, const capsule_segment *s, double node, stretch *p)
+{
+    const capsule_constants *k = &map->field[s->field - 1];
+    if (p->of != s) {
+        p->of = s;
+        p->c = capsule_segment_of(k);
+        p->drift = DRIFT_OF[s->field - 1] != 0;
+        p->t = &map->table[2 * CONTACT_OF[s->field - 1] + p->drift];
+    }
+    p->node = node;
+    p->begins = node * p->t->reach;
+    p->begin = (stand){.x_r = s->start[0], .gap = s->gap, .v_r = s->start[1], .v_c = s->start[2],
+                       .margin = s->margin, .cosine = s->cosine, .sine = s->sine,
+                       .position = s->position};
+    if (node > 0.0) {
+        const capsule_start start = {s->start[0], s->gap,    s->start[1], s->start[2],
+                                     s->margin,   s->cosine, s->sine};
+        const double h = p->begins, turned = k->omega * h;
+        const double cosine = cos(turned), sine = sin(turned);
+        double change[3] = {0.0, 0.0, 0.0};
+        capsule_flow(k, &start, h, change);
+        p->begin.x_r += change[0];
+        p->begin.gap += change[0];
+        p->begin.v_r = change[1];
+        p->begin.v_c += change[2];
+        p->begin.cosine = s->cosine * cosine - s->sine * sine;
+        p->begin.sine = s->sine * cosine + s->cosine * sine;
+        p->begin.margin = margin_at(&p->c, p->begin.x_r, p->begin.gap, p->begin.v_r);
+        if (p->drift)
+            p->begin.position += capsule_flow_advance(k, &start, change[0], h);
+    }
+    p->e = expand(&p->c, &p->c, p->t, p->drift, &p->begin);
+    for (int n = 0; n < TERMS; n++)
+        p->a[n] = combined(p->e.u, p->t->x[0][n], p->t->x[1][n], p->t->x[2][n], p->t->x[3][n]);
+}
+
+static void stretch_at(const stretch *p, double h, double state[4])
+{
+    const double s = (h - p->begins) * p->t->per_reach;
+    const motion m = motion_at(p->a, s, p->drift, 1);
+    state[0] = p->begin.x_r + m.x;
+    state[1] = (p->a[0] + m.slope) * p->t->per_reach;
+    state[2] = 0.0;
+    state[3] = p->begin.position;
+    if (p->drift) {
+        state[2] = p->begin.v_c + v_c_change(&p->c, p->t, &p->e, &m, s);
+        state[3] += advance_at(&p->c, p->t, &p->e, &m, p->begin.v_c, s);
+    }
+}
+
+/* An excitation period in two parts. */
+typedef struct {
+    double period, rest, omega;
+} calendar;
+
+/* How long a time is after so many periods and a forcing angle: the whole periods are taken off
+   without an error that grows with them. */
+static double since(const calendar *c, int64_t turn, double angle, double time)
+{
+    return fma(-(double)turn, c->period, time) - ((double)turn * c->rest + angle / c->omega);
+}
+
+static int begun(const calendar *c, const capsule_segment *s, double time)
+{
+    return since(c, s->start_turn, s->start_angle, time) >= 0.0;
+}
+
+/* The last segment from `at` on that has begun, looked for ever further ahead. */
+static size_t segment_of_time(const calendar *c, const capsule_segment *segments, size_t count,
+                              size_t at, double time)
+{
+    size_t step = 1, high = count;
+    while (count - at > step) {
+        if (!begun(c, &segments[at + step], time)) {
+            high = at + step;
+            break;
+        }
+        at += step;
+        step *= 2;
+    }
+    while (high - at > 1) {
+        const size_t middle = at + (high - at) / 2;
+        if (begun(c, &segments[middle], time))
+            at = middle;
+        else
+            high = middle;
+    }
+    return at;
+}
+
+size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
+                        int more, const double *times, const int64_t *order, size_t n,
+                        double (*states)[4], capsule_watch *watch)
+{
+    const double omega = map->parameters.omega, period = TWO_PI / omega;
+    const calendar c = {period, (fma(-period, omega, TWO_PI) + TWO_PI_REST) / omega, omega};
+    stretch p = {.of = 0};
+    size_t at = 0;
+    for (size_t i = 0; i < n && count; i++) {
+        const size_t row = order ? (size_t)order[i] : i;
+        if (row >= n)
+            return i;
+        const double time = times[row];
+        at = segment_of_time(&c, segments, count, at, time);
+        const capsule_segment *s = &segments[at];
+        if (s->field < 1 || s->field > 6)
+            return i;
+        if (more && at == count - 1 && since(&c, s->end_turn, s->end_angle, time) >= 0.0)
+            return i;
+        double h = since(&c, s->start_turn, s->start_angle, time);
+        h = h > s->duration ? s->duration : h > 0.0 ? h : 0.0;
+        const table *t = &map->table[2 * CONTACT_OF[s->field - 1] + (DRIFT_OF[s->field - 1] != 0)];
+        const double node = floor(h * t->per_reach);
+        if (p.of != s || p.node != node) {
+            if (capsule_asked(watch, 1))
+                return i;
+            stretch_make(map, s, node, &p);
+        }
+        stretch_at(&p, h, states[row]);
+    }
+    return count ? n : 0;
+}

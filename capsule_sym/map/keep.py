@@ -1,0 +1,165 @@
+"""What a run keeps on its way, in pieces: memory grows with that, and not with its periods."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym.errors import InvalidInput
+from capsule_sym.generated.interface import EVENT, SEGMENT
+from capsule_sym.map import evaluation
+from capsule_sym.map.segments import Records, Segments, Tangencies, switches_of
+from capsule_sym.map.trajectory import Kept, Statistics, Trajectory
+from capsule_sym.parameters import Parameters
+
+CHOICES = ("segments", "final", "stroboscopic", "switches")
+MOST_KEPT = 1_000_000
+"""Segments of a run that keeps something of each, unless another limit is given."""
+_PIECE = 512  # records that a run which keeps none writes at a time
+_GROWTH = 65_536  # rows by which an array grows at most
+
+
+def checked(keep: str | ArrayLike) -> str | NDArray[np.float64]:
+    """What to keep: one of CHOICES, or an array of times. Raises InvalidInput otherwise."""
+    allowed = f"one of {', '.join(CHOICES)}, or an array of times"
+    if isinstance(keep, str):
+        if keep not in CHOICES:
+            raise InvalidInput("keep", keep, allowed)
+        return keep
+    try:
+        return np.array(keep, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInput("keep", keep, allowed) from None
+
+
+class Growing:
+    """Rows that become more at the end; those there are stay where they are, as far as can be."""
+
+    def __init__(self, dtype: Any, shape: tuple[int, ...] = (), room: int = 256) -> None:
+        self._rows, self.count = np.empty((room, *shape), dtype), 0
+
+    def tail(self) -> NDArray[Any]:
+        """The free rows at the end, at least one. They must not be used after the next call."""
+        room = len(self._rows)
+        if self.count == room:
+            self._resize(room + min(room, _GROWTH))
+        return self._rows[self.count :]
+
+    def append(self, rows: NDArray[Any]) -> None:
+        """Adds rows."""
+        while self.count + len(rows) > len(self._rows):
+            self._resize(len(self._rows) + max(len(rows), min(len(self._rows), _GROWTH)))
+        self._rows[self.count : self.count + len(rows)] = rows
+        self.count += len(rows)
+
+    def done(self) -> NDArray[Any]:
+        """The rows, read-only, in no more memory than they need."""
+        self._resize(self.count)
+        self._rows.flags.writeable = False
+        return self._rows
+
+    def _resize(self, room: int) -> None:
+        # Who holds a view of the rows was told not to use it any more.
+        self._rows.resize((room, *self._rows.shape[1:]), refcheck=False)
+
+
+class Keeper:
+    """Takes the records of a run piece by piece, and keeps what was asked for."""
+
+    def __init__(
+        self, parameters: Parameters, keep: str | NDArray[np.float64], phase: float, periods: int
+    ) -> None:
+        self.parameters = parameters
+        self.what = keep if isinstance(keep, str) else "times"
+        self.strobes = Growing(float, (3,)) if self.what in ("segments", "stroboscopic") else None
+        self.count = self.evaluations = self.escalations = 0
+        self._rows = Growing(SEGMENT) if self.what == "segments" else None
+        self._events = Growing(EVENT) if self.what == "switches" else None
+        self._piece = np.empty(0 if self._rows else _PIECE, SEGMENT)
+        self._tangencies: dict[int, Any] = {}
+        self._last: Records | None = None
+        if not isinstance(keep, str):
+            evaluation.check(keep, phase, periods * parameters.period)
+            self._times = keep
+            flat = keep.ravel()
+            self._order = evaluation.in_order(flat)
+            self._sorted = flat if self._order is None else flat[self._order]
+            self._states, self._at = np.full((keep.size, 4), np.nan), 0
+
+    def room(self, most: int) -> Records:
+        """Where the core may write records: at least one, at most so many."""
+        return (self._rows.tail() if self._rows else self._piece)[:most]
+
+    def wrote(self, native: Any, count: int) -> None:
+        """So many records were written into the last room."""
+        if self._rows:
+            records = self._rows.tail()[:count]
+            self._rows.count += count
+        else:
+            records = self._piece[:count]
+        self._take(native, records)
+
+    def append(self, native: Any, records: Records, tangencies: Tangencies) -> None:
+        """Takes records that were made elsewhere, with the tangencies of some, by their index."""
+        if self._rows:
+            self._tangencies |= {self.count + i: found for i, found in tangencies.items() if found}
+            self._rows.append(records)
+        self._take(native, records)
+
+    def _take(self, native: Any, records: Records) -> None:
+        self.count += len(records)
+        self.evaluations += int(records["evaluations"].sum())
+        self.escalations += int(records["wide"].sum())
+        if self._events:
+            self._events.append(switches_of(records))
+        if self.what == "times" and len(records):
+            self._at += native.evaluate(
+                records, self._sorted[self._at :], self._states[self._at :], more=True
+            )
+            self._last = records[-1:].copy()
+
+    def kept(self, native: Any, end: float) -> Kept:
+        """All that was kept of a run until a time, by the map that it ran on."""
+        if self.what == "times":
+            left = self._sorted[self._at :]
+            left = left[left <= end]
+            if self._last is not None:
+                native.evaluate(self._last, left, self._states[self._at : self._at + len(left)])
+            states = np.empty_like(self._states)
+            states[slice(None) if self._order is None else self._order] = self._states
+            shape = (*self._times.shape, 4)
+            return Kept("times", times=self._times, states=states.reshape(shape))
+        omega = self.parameters.omega
+        return Kept(
+            self.what,
+            segments=Segments(self._rows.done(), omega, self._tangencies) if self._rows else None,
+            stroboscopic=self.strobes.done() if self.strobes else None,
+            switches=self._events.done() if self._events else None,
+        )
+
+    @property
+    def statistics(self) -> Statistics:
+        """What the run took so far."""
+        return Statistics(self.count, self.evaluations, self.escalations)
+
+
+def reduced(run: Trajectory, keep: str | NDArray[np.float64]) -> Kept:
+    """What is to be kept of a run that has all its segments."""
+    if not isinstance(keep, str):
+        last = run.final[0].period * run.parameters.period + float(run.final[0].phase)
+        states = np.full((*keep.shape, 4), np.nan)
+        states[keep <= last] = run(keep[keep <= last], position=True)
+        return Kept("times", times=keep, states=states)
+    if keep == "stroboscopic":
+        return Kept(keep, stroboscopic=run.stroboscopic)
+    return Kept(keep, switches=run.switches) if keep == "switches" else Kept(keep)
+
+
+def most_segments(keep: str | NDArray[np.float64], given: int | None) -> int:
+    """The limit of a run's segments: the given one, else one on what is kept of each."""
+    if given is not None:
+        return given
+    bounded = isinstance(keep, str) and keep in ("segments", "switches")
+    return MOST_KEPT if bounded else 10**12
