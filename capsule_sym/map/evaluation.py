@@ -36,11 +36,11 @@ def give_back(native: Any) -> None:
     _kept.map = native
 
 
-def check(times: NDArray[np.float64], first: float, last: float) -> None:
+def check(times: NDArray[np.float64], first: float, last: float, name: str = "t") -> None:
     """Raises InvalidInput for a time that is not in [first, last]."""
     if times.size and not (first <= times.min() and times.max() <= last):
         outside = ~((times >= first) & (times <= last))
-        raise InvalidInput("t", float(times[outside].flat[0]), f"a time in [{first!r}, {last!r}]")
+        raise InvalidInput(name, float(times[outside].flat[0]), f"a time in [{first!r}, {last!r}]")
 
 
 def in_order(times: NDArray[np.float64]) -> NDArray[np.int64] | None:

@@ -17,41 +17,42 @@ from capsule_sym.parameters import Parameters
 CHOICES = ("segments", "final", "stroboscopic", "switches")
 MOST_KEPT = 1_000_000
 """Segments of a run that keeps something of each, unless another limit is given."""
-_PIECE = 512  # records that a run which keeps none writes at a time
+_PIECE = 512
+"""Records written at a time, whatever is kept: where a run pauses, it goes on within a rounding."""
 _GROWTH = 65_536  # rows by which an array grows at most
 
 
-def checked(keep: str | ArrayLike) -> str | NDArray[np.float64]:
-    """What to keep: one of CHOICES, or an array of times. Raises InvalidInput otherwise."""
+def checked(keep: str | ArrayLike, first: float, last: float) -> str | NDArray[np.float64]:
+    """What to keep: one of CHOICES, or times in [first, last]. Raises InvalidInput otherwise."""
     allowed = f"one of {', '.join(CHOICES)}, or an array of times"
     if isinstance(keep, str):
         if keep not in CHOICES:
             raise InvalidInput("keep", keep, allowed)
         return keep
     try:
-        return np.array(keep, dtype=float)
+        times = np.array(keep, dtype=float)
     except (TypeError, ValueError):
         raise InvalidInput("keep", keep, allowed) from None
+    evaluation.check(times, first, last, "keep")
+    return times
 
 
 class Growing:
     """Rows that become more at the end; those there are stay where they are, as far as can be."""
 
-    def __init__(self, dtype: Any, shape: tuple[int, ...] = (), room: int = 256) -> None:
-        self._rows, self.count = np.empty((room, *shape), dtype), 0
+    def __init__(self, dtype: Any, shape: tuple[int, ...] = ()) -> None:
+        self._rows, self.count = np.empty((_PIECE, *shape), dtype), 0
 
-    def tail(self) -> NDArray[Any]:
-        """The free rows at the end, at least one. They must not be used after the next call."""
+    def tail(self, count: int) -> NDArray[Any]:
+        """So many free rows at the end. They must not be used after the next call."""
         room = len(self._rows)
-        if self.count == room:
-            self._resize(room + min(room, _GROWTH))
-        return self._rows[self.count :]
+        if self.count + count > room:
+            self._resize(room + max(count, min(room, _GROWTH)))
+        return self._rows[self.count : self.count + count]
 
     def append(self, rows: NDArray[Any]) -> None:
         """Adds rows."""
-        while self.count + len(rows) > len(self._rows):
-            self._resize(len(self._rows) + max(len(rows), min(len(self._rows), _GROWTH)))
-        self._rows[self.count : self.count + len(rows)] = rows
+        self.tail(len(rows))[...] = rows
         self.count += len(rows)
 
     def done(self) -> NDArray[Any]:
@@ -68,9 +69,7 @@ class Growing:
 class Keeper:
     """Takes the records of a run piece by piece, and keeps what was asked for."""
 
-    def __init__(
-        self, parameters: Parameters, keep: str | NDArray[np.float64], phase: float, periods: int
-    ) -> None:
+    def __init__(self, parameters: Parameters, keep: str | NDArray[np.float64]) -> None:
         self.parameters = parameters
         self.what = keep if isinstance(keep, str) else "times"
         self.strobes = Growing(float, (3,)) if self.what in ("segments", "stroboscopic") else None
@@ -81,7 +80,6 @@ class Keeper:
         self._tangencies: dict[int, Any] = {}
         self._last: Records | None = None
         if not isinstance(keep, str):
-            evaluation.check(keep, phase, periods * parameters.period)
             self._times = keep
             flat = keep.ravel()
             self._order = evaluation.in_order(flat)
@@ -89,13 +87,14 @@ class Keeper:
             self._states, self._at = np.full((keep.size, 4), np.nan), 0
 
     def room(self, most: int) -> Records:
-        """Where the core may write records: at least one, at most so many."""
-        return (self._rows.tail() if self._rows else self._piece)[:most]
+        """Where the core may write records, at most so many."""
+        count = min(most, _PIECE)
+        return self._rows.tail(count) if self._rows else self._piece[:count]
 
     def wrote(self, native: Any, count: int) -> None:
         """So many records were written into the last room."""
         if self._rows:
-            records = self._rows.tail()[:count]
+            records = self._rows.tail(count)
             self._rows.count += count
         else:
             records = self._piece[:count]

@@ -58,7 +58,7 @@ class NativeRun:
     ) -> Trajectory:
         """The trajectory, as the reference map gives it, and what `keep` names of it."""
         omega = self.parameters.omega
-        keeper = Keeper(self.parameters, keep, phase, periods)
+        keeper = Keeper(self.parameters, keep)
         native = evaluation.borrowed(self.parameters.to_dict().values())
         record = native.state_at(*values, phase)
         if keeper.strobes is not None and phase == 0.0:

@@ -53,7 +53,7 @@ def simulate(
     a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
-    kept = checked(keep)
+    kept = checked(keep, phase, periods * parameters.period)
     if max_segments is not None:
         check_count("max_segments", max_segments)
     most = most_segments(kept, max_segments)

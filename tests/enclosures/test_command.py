@@ -16,6 +16,7 @@ from capsule_sym.enclosures import checker, section4
 from capsule_sym.enclosures.balls import Unproved
 from capsule_sym.enclosures.trajectories import enclose_run
 from capsule_sym.map import simulate
+from capsule_sym.map.trajectory import Kept
 from capsule_sym.parameters import Parameters
 
 
@@ -70,9 +71,11 @@ def test_run_with_a_switch_left_out_is_not_proved() -> None:
     first, second, *rest = trajectory.segments
     longer = replace(first, duration=first.duration + second.duration)
     with pytest.raises((Unproved, ValueError)):
-        enclose_run(replace(trajectory, segments=(longer, *rest)))
+        enclose_run(replace(trajectory, kept=Kept("segments", (longer, *rest))))
     later = replace(first, duration=first.duration + 1e-3)
-    enclose_run(replace(trajectory, segments=(later, second, *rest)))  # a guess, no more
+    enclose_run(
+        replace(trajectory, kept=Kept("segments", (later, second, *rest)))
+    )  # a guess, no more
 
 
 def test_without_python_flint_one_line_says_what_to_install() -> None:
