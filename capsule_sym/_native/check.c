@@ -151,9 +151,33 @@ static int refused(void)
     return 0;
 }
 
+enum { ROOM = 7 }; /* of segments */
+
+/* Whether segments, evaluated where they begin and last first, begin in their own states. */
+static int evaluated(const capsule_map *map, const capsule_segment *segments, size_t count)
+{
+    double times[ROOM], states[ROOM][4];
+    int64_t order[ROOM];
+    for (size_t k = 0; k < count; k++) {
+        const capsule_segment *s = &segments[count - 1 - k];
+        order[count - 1 - k] = (int64_t)k;
+        times[k] = ((double)s->start_turn * 6.283185307179586 + s->start_angle) /
+                   map->parameters.omega;
+    }
+    if (capsule_evaluate(map, segments, count, 0, times, order, count, states, NULL) != count)
+        return 0;
+    for (size_t k = 0; k < count; k++) {
+        const capsule_segment *s = &segments[count - 1 - k];
+        if (!(fabs(states[k][0] - s->start[0]) <= 1e-9 * (1 + fabs(s->start[1]))) ||
+            !(fabs(states[k][3] - s->position) <= 1e-9 * (1 + fabs(s->position))))
+            return 0;
+    }
+    return 1;
+}
+
 int main(void)
 {
-    enum { RUNS = 3000, PERIODS = 10, ROOM = 7 };
+    enum { RUNS = 3000, PERIODS = 10 };
     static capsule_map map;
     static double strobe[PERIODS + 1][3];
     long segments = 0, open_runs = 0;
@@ -174,6 +198,8 @@ int main(void)
         do {
             stop = capsule_run(&map, &paused, PERIODS, &pausing, &count, &open);
             segments += (long)count;
+            if (!evaluated(&map, buffer, count))
+                return failed("evaluation leads elsewhere", &p);
         } while (stop == CAPSULE_FULL);
         open_runs += stop == CAPSULE_OPEN;
         if (stop != end || once.turn != paused.turn ||
