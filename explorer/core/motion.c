@@ -109,6 +109,41 @@ EXPORT(bifurcation) int bifurcation(int zero, int free)
     return 1;
 }
 
+/* The orbit that `closed` left, or the one found last along its branch, with a part of its start held:
+   0 to 2 the state, 3 the angle. So a branch is followed through its folds, where no parameter could
+   be held. The monodromy, and the value of the parameter `free`; 0, and the orbit as it was, where it
+   is lost. */
+EXPORT(along) int along(int pin, double at, int free)
+{
+    page_orbit next = orbit;
+    double values[7];
+    memcpy(values, given, sizeof values);
+    next.pin = pin, next.pinned = at;
+    if (!page_close(&next, values, free))
+        return 0;
+    memcpy(given, values, sizeof values);
+    next.pin = -1;
+    orbit = next;
+    memcpy(numbers, orbit.monodromy, sizeof orbit.monodromy);
+    numbers[9] = values[free];
+    return 1;
+}
+
+/* State and angle at the start of the orbit. */
+EXPORT(orbit_start) void orbit_start(void)
+{
+    memcpy(numbers, orbit.start, sizeof orbit.start);
+    numbers[3] = orbit.angle;
+}
+
+/* State and angle in the middle of the orbit's first segment, where no guard is near. */
+EXPORT(orbit_within) void orbit_within(void)
+{
+    double at[4];
+    page_within(&orbit, given, at);
+    memcpy(numbers, at, sizeof at);
+}
+
 /* Durations of the orbit's segments. */
 EXPORT(durations) int durations(void)
 {

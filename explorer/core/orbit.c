@@ -283,6 +283,12 @@ static int system_of(page_orbit *o, double values[7], int free)
         nothing[4 + event] = 1.0;
         nothing[unknowns] = -o->h[event];
     }
+    if (o->pin >= 0) {
+        double *const held = matrix[n + 4];
+        memset(held, 0, (size_t)unknowns * sizeof(double));
+        held[o->pin] = 1.0;
+        held[unknowns] = o->pinned - (o->pin < 3 ? o->start[o->pin] : o->angle);
+    }
     o->residual = 0.0;
     for (int i = 0; i < unknowns; i++)
         o->residual = fmax(o->residual, fabs(matrix[i][unknowns]));
@@ -292,7 +298,7 @@ static int system_of(page_orbit *o, double values[7], int free)
 int page_close(page_orbit *o, double values[7], int free)
 {
     double last = INFINITY;
-    if ((free >= 0) != (o->zero >= 0))
+    if ((free >= 0) != (o->zero >= 0 || o->pin >= 0))
         return 0;
     for (o->steps = 1; o->steps <= STEPS; o->steps++) {
         const int unknowns = system_of(o, values, free);
@@ -324,6 +330,22 @@ int page_close(page_orbit *o, double values[7], int free)
     return o->residual <= 1e-10;
 }
 
+void page_within(const page_orbit *o, const double values[7], double at[4])
+{
+    make_fields(values);
+    const capsule_constants *c = &fields[o->field[0] - 1];
+    const double gap = o->start[0] - c->delta, h = o->h[0] / 2.0;
+    const capsule_start from = {o->start[0], gap, o->start[1], o->start[2],
+                                capsule_margin_at(c, o->start[0], gap, o->start[1]),
+                                cos(o->angle), sin(o->angle)};
+    double change[3] = {0.0, 0.0, 0.0};
+    capsule_flow(c, &from, h, change);
+    at[0] = o->start[0] + change[0];
+    at[1] = change[1];
+    at[2] = c->drift != 0.0 ? o->start[2] + change[2] : 0.0;
+    at[3] = o->angle + c->omega * h;
+}
+
 void page_linearize(page_orbit *o, double values[7])
 {
     system_of(o, values, -1);
@@ -338,7 +360,7 @@ int page_orbit_from(const capsule_segment *s, int n, int multiple, page_orbit *o
         first++;
     first %= n;
     memset(o, 0, sizeof *o);
-    o->n = n, o->multiple = multiple, o->zero = -1;
+    o->n = n, o->multiple = multiple, o->zero = o->pin = -1;
     for (int i = 0; i < n; i++) {
         const capsule_segment *from = &s[(first + i) % n];
         o->field[i] = from->field;

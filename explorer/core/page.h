@@ -38,6 +38,8 @@ capsule_stop page_record(int periods);
 /* A periodic orbit, closed by Newton's method on the equations of its itinerary. */
 typedef struct {
     int n, multiple, zero; /* segments, periods, and the segment of zero duration or -1 */
+    int pin; /* which of x_r, v_r, v_c and the angle at the start is held at `pinned`; -1: none */
+    double pinned;
     int field[LONGEST_WORD];
     double start[3], angle, h[LONGEST_WORD];
     double monodromy[3][3];
@@ -49,12 +51,16 @@ typedef struct {
 /* From the recorded segments of one period of a motion; 0 where they are no orbit. */
 int page_orbit_from(const capsule_segment *segments, int n, int multiple, page_orbit *orbit);
 
-/* Closes it at the parameters `values`. With a segment of zero duration the parameter `free` is an
-   unknown as well, and is written to. 0 where Newton's method fails. */
+/* Closes it at the parameters `values`. With a segment of zero duration, or a part of the start that
+   is held, the parameter `free` is an unknown as well, and is written to. 0 where Newton's method
+   fails. */
 int page_close(page_orbit *orbit, double values[7], int free);
 
 /* Its monodromy matrix and progression as it stands, without closing it. */
 void page_linearize(page_orbit *orbit, double values[7]);
+
+/* State and angle in the middle of its first segment. */
+void page_within(const page_orbit *orbit, const double values[7], double at[4]);
 
 /* What carries a deviation from the start of the recorded segments to their end. */
 void page_carried(double product[3][3]);

@@ -5,9 +5,10 @@
 #include "page.h"
 
 #define HEAD 16 /* numbers before the lists of a column */
+#define CELL_HEAD 8
 #define STATES 32
-#define IMPACTS 64
-#define WORD 192
+#define IMPACTS 1024
+#define WORD ROOM /* as long as what is recorded: no itinerary is cut */
 #define BLOCK 64
 
 /* Whether the run repeats to the last bit: as it is a function of its state, what follows is known.
@@ -77,6 +78,10 @@ EXPORT(column) int column(double periods, double tolerance)
         return stop;
     }
     const int first = m ? page_cycle() : 1, n = m ? page.motion.switches : (int)page.count - 1;
+    if (first < 0 && page.motion.switches) {
+        numbers[0] = CAPSULE_FULL; /* longer than what is recorded: not told from others */
+        return CAPSULE_FULL;
+    }
     if (first < 0 || n < 1) {
         /* Of a motion that never leaves its field there is no segment to measure. */
         const int stick = page.motion.never && page.motion.field % 3 == 2;
@@ -116,7 +121,19 @@ EXPORT(column) int column(double periods, double tolerance)
     return CAPSULE_DONE;
 }
 
-/* One cell: its motion's period number, progression and itinerary, as soon as it is steady. */
+/* The mean of the motion's states at phase 0, by which motions that coexist are told apart. */
+static void put_mean(double out[3])
+{
+    const int m = page.motion.multiple, rows = m < 1 ? 1 : m < page.strobes ? m : page.strobes;
+    for (int i = 0; i < 3; i++) {
+        out[i] = 0.0;
+        for (int k = 0; k < rows; k++)
+            out[i] += page.strobe[page.strobes - k][i] / rows;
+    }
+}
+
+/* One cell: its motion's period number, progression, itinerary and mean state, as soon as it is
+   steady. */
 EXPORT(cell) int cell(double periods)
 {
     double left = periods;
@@ -135,13 +152,19 @@ EXPORT(cell) int cell(double periods)
     numbers[0] = stop;
     numbers[1] = m;
     numbers[2] = page.motion.never ? page.motion.field : 0;
-    numbers[3] = m ? page.motion.advance / m : 0.0;
+    /* Of a motion that never leaves its field there is no cycle to measure. */
+    numbers[3] = m                                                   ? page.motion.advance / m
+                 : page.motion.never && page.motion.field % 3 == 2 ? 0.0
+                                                                   : NAN;
     numbers[4] = 0;
+    put_mean(numbers + 5);
     if (stop == CAPSULE_DONE && m && page.motion.switches) {
         const capsule_stop end = page_record(2 * m + 1);
         const int first = end == CAPSULE_DONE || end == CAPSULE_FULL ? page_cycle() : -1;
         if (first >= 0)
-            numbers[4] = put_word(numbers + 5, WORD, first);
+            numbers[4] = put_word(numbers + CELL_HEAD, WORD, first);
+        else
+            numbers[0] = stop = CAPSULE_FULL;
     }
     return stop;
 }

@@ -13,12 +13,14 @@ export class App {
   theme: Theme;
   /** Why the address was refused, if it was. */
   refused: string;
+  /** Why a worker gave up, if one did. */
+  failed = "";
   private readonly listeners: Listener[] = [];
   private writing = 0;
 
   constructor(
     readonly core: Core,
-    private readonly makePool: () => Pool,
+    private readonly makePool: (failed: (why: string) => void) => Pool,
   ) {
     const { state, refused } = parse(location.hash);
     this.state = state;
@@ -29,7 +31,10 @@ export class App {
   private made: Pool | undefined;
   /** The workers, made when they are first needed. */
   get pool(): Pool {
-    return (this.made ??= this.makePool());
+    return (this.made ??= this.makePool((why) => {
+      this.failed = why;
+      this.tell();
+    }));
   }
 
   listen(listener: Listener): void {
@@ -42,7 +47,7 @@ export class App {
     const why = conflict(next);
     if (why) return why;
     const before = this.state;
-    [this.state, this.refused] = [next, ""];
+    [this.state, this.refused, this.failed] = [next, "", ""];
     this.tell(before);
     this.write();
     return "";
@@ -82,7 +87,7 @@ export class App {
     if (fragment.replace(/^#/, "") === format(this.state) && !this.refused) return;
     const { state, refused } = parse(fragment);
     const before = this.state;
-    [this.state, this.refused] = [state, refused];
+    [this.state, this.refused, this.failed] = [state, refused, ""];
     this.tell(before);
   }
 }

@@ -1,21 +1,29 @@
-// A chart of motions over two parameters or starts, coarse to fine: a cell is run where its corners differ.
+// A chart of motions over two parameters or starts, coarse to fine: a cell is run where the corners of its
+// square differ, and in the end wherever a cell that was not run lies beside one of another colour.
 import type { Cell } from "./core.ts";
+import { extent } from "./draw/axes.ts";
 import type { Axis } from "./fields.ts";
 import { digits } from "./itinerary.ts";
 import type { Pool } from "./pool.ts";
-import { parameters } from "./state.ts";
+import { ofStarts, parameters } from "./state.ts";
 import type { State } from "./state.ts";
 
 const COARSE = 16;
 const CHUNK = 48; // cells of a job
+const STEEP = 0.15; // of all progressions' spread: corners that differ by more are not interpolated between
+const SAME = 1e-5; // relative: what two cells' motions may differ by and be one attractor
 
 export interface Region {
-  /** What cells of one colour have in common. */
-  key: string;
   word: string;
   multiple: number;
+  /** The motion of the first cell that was found in it. */
   cell: Cell;
+  /** Whether it is one attractor, and not all motions of its itinerary. */
+  alone: boolean;
 }
+
+/** What gives jobs to workers. */
+export type Giver = Pick<Pool, "give" | "cancel">;
 
 export class Chart {
   size = 0;
@@ -31,14 +39,16 @@ export class Chart {
   computed = 0;
   coarse = 0; // milliseconds to the first whole picture
   took = 0;
-  private run_: Uint8Array = new Uint8Array(0); // whether a cell was run itself
-  private numbers = new Map<string, number>();
+  /** By cell: 0 not known, 1 run itself, 2 taken from the corners of its square. */
+  known: Uint8Array = new Uint8Array(0);
+  private numbers = new Map<string, number[]>();
   private jobs = new Set<number>();
   private started = 0;
+  private spread = 0; // of all progressions so far
   private state: State | null = null;
 
   constructor(
-    private readonly pool: Pool,
+    private readonly pool: Giver,
     private readonly changed: () => void,
   ) {}
 
@@ -64,7 +74,7 @@ export class Chart {
     this.numbers.clear();
     this.of = new Int32Array(n * n).fill(-1);
     this.progressions = new Float64Array(n * n).fill(NaN);
-    this.run_ = new Uint8Array(n * n);
+    this.known = new Uint8Array(n * n);
     this.computed = this.coarse = this.took = 0;
     this.started = performance.now();
     this.step = 0;
@@ -77,9 +87,16 @@ export class Chart {
     return [along(this.xs, i), along(this.ys, j)];
   }
 
-  /** The nearest cell of the present grid that was run. */
+  /** The cell at a place between the ends of the axes. */
+  cell([x, y]: readonly [number, number]): readonly [number, number] {
+    const along = ([low, high]: readonly [number, number], value: number): number =>
+      Math.max(0, Math.min(this.size - 1, Math.floor(((value - low) / (high - low)) * this.size)));
+    return [along(this.xs, x), along(this.ys, y)];
+  }
+
+  /** The nearest cell of the present grid that is known. */
   at(i: number, j: number): number {
-    if (this.run_[j * this.size + i] || this.step <= 1) return j * this.size + i;
+    if (this.known[j * this.size + i] || this.step <= 1) return j * this.size + i;
     return this.node(j) * this.size + this.node(i);
   }
 
@@ -99,27 +116,44 @@ export class Chart {
     const wanted = [];
     const nodes = this.nodes(step);
     const before = this.step; // of the level before, 0 at first
+    const [low, high] = extent(this.progressions.filter(Number.isFinite));
+    this.spread = high - low;
     for (const j of nodes)
       for (const i of nodes) {
         const k = j * this.size + i;
-        if (this.run_[k]) continue;
+        if (this.known[k]) continue;
         const same = before ? this.agreed(i, j, before) : null;
         if (same === null) wanted.push([i, j] as const);
         else {
           this.of[k] = this.of[same] ?? -1;
           this.progressions[k] = this.between(i, j, before);
-          this.run_[k] = 1;
+          this.known[k] = 2;
         }
       }
     const after = (): void => {
       this.step = step;
       if (!this.coarse) this.coarse = performance.now() - this.started;
       if (step > 1) this.level(step >> 1);
-      else this.took = performance.now() - this.started;
+      else this.borders();
       this.changed();
     };
     if (wanted.length) this.give(wanted, after);
     else after();
+  }
+
+  /** Runs what lies beside a cell of another colour and was not run, until there is no such cell. */
+  private borders(): void {
+    const n = this.size;
+    const wanted = [];
+    for (let j = 0; j < n; j++)
+      for (let i = 0; i < n; i++) {
+        const k = j * n + i;
+        const beside = [i > 0 ? k - 1 : k, i < n - 1 ? k + 1 : k, j > 0 ? k - n : k, j < n - 1 ? k + n : k];
+        if (this.known[k] === 2 && beside.some((other) => this.of[other] !== this.of[k])) wanted.push([i, j] as const);
+      }
+    if (wanted.length) this.give(wanted, () => this.borders());
+    else this.took = performance.now() - this.started;
+    this.changed();
   }
 
   /** The progression at a cell, linear in both directions between the corners of its square. */
@@ -132,13 +166,16 @@ export class Chart {
     return below + up * (at(i0, j1) + right * (at(i1, j1) - at(i0, j1)) - below);
   }
 
-  /** A corner of the cell's square on the grid before, if all four are alike; else null. */
+  /** A corner of the cell's square on the grid before, if all four are alike, their progressions among it; else null. */
   private agreed(i: number, j: number, step: number): number | null {
     const [i0, j0] = [Math.floor(i / step) * step, Math.floor(j / step) * step];
     const [i1, j1] = [Math.min(i0 + step, this.size - 1), Math.min(j0 + step, this.size - 1)];
     const corners = [j0 * this.size + i0, j0 * this.size + i1, j1 * this.size + i0, j1 * this.size + i1];
     const [first = 0] = corners;
-    return this.of[first] !== -1 && corners.every((k) => this.of[k] === this.of[first]) ? first : null;
+    if (this.of[first] === -1 || corners.some((k) => this.of[k] !== this.of[first])) return null;
+    const values = corners.map((k) => this.progressions[k] ?? NaN).filter(Number.isFinite);
+    const [low, high] = values.length ? extent(values) : [0, 0];
+    return high - low > STEEP * this.spread ? null : first;
   }
 
   private give(wanted: readonly (readonly [number, number])[], after: () => void): void {
@@ -149,8 +186,8 @@ export class Chart {
     for (let from = 0; from < wanted.length; from += CHUNK) {
       const part = wanted.slice(from, from + CHUNK);
       const places = part.map(([i, j]) => this.place(i, j));
-      const ask = { kind: "cells", base, start: [state.x_r, state.v_r, state.v_c], x: this.x, y: this.y, places, periods: state.c_periods } as const;
-      const job = this.pool.give({ ...ask, start: [...ask.start] }, (answer) => {
+      const start = { state: [state.x_r, state.v_r, state.v_c] as const, phase: state.phase };
+      const job = this.pool.give({ kind: "cells", base, start, x: this.x, y: this.y, places, periods: state.c_periods }, (answer) => {
         if ("cells" in answer) {
           answer.cells.forEach((cell, k) => this.take(part[k] ?? [0, 0], cell));
           this.computed += answer.cells.length;
@@ -166,20 +203,24 @@ export class Chart {
 
   private take([i, j]: readonly [number, number], cell: Cell): void {
     const k = j * this.size + i;
-    this.run_[k] = 1;
+    this.known[k] = 1;
     this.progressions[k] = cell.stop === "done" && cell.multiple ? cell.progression : NaN;
     this.of[k] = cell.stop !== "done" ? -3 : cell.multiple ? this.number(cell) : -2;
   }
 
   private number(cell: Cell): number {
     const word = digits(cell.fields);
-    // Motions of one itinerary that coexist differ in how far they go.
-    const basin = this.state?.c_by === "attractor" || ["x_r", "v_r", "v_c"].includes(this.x);
-    const key = basin ? `${word}@${cell.progression.toFixed(6)}` : word;
-    const known = this.numbers.get(key);
-    if (known !== undefined) return known;
-    const number = this.regions.push({ key, word, multiple: cell.multiple, cell }) - 1;
-    this.numbers.set(key, number);
+    const alone = this.state?.c_by === "attractor" && ofStarts(this.state);
+    const known = this.numbers.get(word) ?? [];
+    for (const number of known) if (!alone || near(this.regions[number]?.cell, cell)) return number;
+    const number = this.regions.push({ word, multiple: cell.multiple, cell, alone }) - 1;
+    this.numbers.set(word, [...known, number]);
     return number;
   }
+}
+
+/** Whether two motions of one system are one: of equal itinerary, period number and mean state at phase 0. */
+function near(one: Cell | undefined, other: Cell): boolean {
+  return one?.multiple === other.multiple
+    && one.mean.every((value, k) => Math.abs(value - (other.mean[k] ?? NaN)) <= SAME * (1 + Math.abs(value)));
 }

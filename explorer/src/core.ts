@@ -31,6 +31,9 @@ interface Exports {
   closed(): number;
   follow(): number;
   bifurcation(zero: number, free: number): number;
+  along(pin: number, at: number, free: number): number;
+  orbit_start(): void;
+  orbit_within(): void;
   durations(): number;
   column(periods: number, tolerance: number): number;
   cell(periods: number): number;
@@ -102,8 +105,11 @@ export interface Column {
 export interface Cell {
   stop: Stop;
   multiple: number;
+  /** Per period; NaN where a motion never leaves a field in which the capsule drifts. */
   progression: number;
   fields: number[];
+  /** Mean of the motion's states at phase 0. */
+  mean: Triple;
 }
 
 export const POINT = 7; // numbers of a point: segment, time, x_r, v_r, v_c, x_c, P
@@ -121,10 +127,10 @@ export class Core {
     this.given = new Float64Array(exports.memory.buffer, exports.given_at(), PARAMETERS.length);
   }
 
-  static async load(code: BufferSource): Promise<Core> {
+  static async load(code: WebAssembly.Module): Promise<Core> {
     let core: Core | undefined;
     const late = (): number => (core && performance.now() > core.deadline ? 1 : 0);
-    const { instance } = await WebAssembly.instantiate(code, { page: { late } });
+    const instance = await WebAssembly.instantiate(code, { page: { late } });
     const exports = instance.exports as unknown as Exports;
     exports._initialize();
     core = new Core(exports);
@@ -225,6 +231,24 @@ export class Core {
     return this.c.follow() ? [...this.numbers.subarray(0, 9)] : null;
   }
 
+  /** The orbit along its branch at which part `pin` of its start is `at`: the parameter's value and the monodromy. */
+  along(pin: number, at: number, free: Parameter): { value: number; matrix: Matrix } | null {
+    if (!this.c.along(pin, at, PARAMETERS.indexOf(free))) return null;
+    return { value: this.numbers[9] ?? NaN, matrix: [...this.numbers.subarray(0, 9)] };
+  }
+
+  /** Where the orbit starts: x_r, v_r, v_c and the forcing angle. */
+  orbitStart(): number[] {
+    this.c.orbit_start();
+    return [...this.numbers.subarray(0, 4)];
+  }
+
+  /** State and forcing angle within the orbit's first segment, off every switch. */
+  orbitWithin(): number[] {
+    this.c.orbit_within();
+    return [...this.numbers.subarray(0, 4)];
+  }
+
   durations(): number[] {
     const n = this.c.durations();
     return [...this.numbers.subarray(0, n)];
@@ -259,17 +283,18 @@ export class Core {
   cell(periods: number): Cell {
     const end = stop(this.c.cell(periods));
     const n = this.numbers;
-    const [, multiple = 0, never = 0, progression = 0, count = 0] = n;
-    const fields = !count && never ? [never] : fieldsOf(n.subarray(5, 5 + count));
-    return { stop: end, multiple: never && !multiple ? 1 : multiple, progression, fields };
+    const [, multiple = 0, never = 0, progression = 0, count = 0, x = 0, v = 0, w = 0] = n;
+    const fields = !count && never ? [never] : fieldsOf(n.subarray(CELL_HEAD, CELL_HEAD + count));
+    return { stop: end, multiple: never && !multiple ? 1 : multiple, progression, fields, mean: [x, v, w] };
   }
 }
 
 // As in core/sweep.c.
 const HEAD = 16;
+const CELL_HEAD = 8;
 const STATES = 32;
-const IMPACTS = 64;
-const WORD = 192;
+const IMPACTS = 1024;
+const WORD = 4096;
 
 const stop = (code: number): Stop => STOPS[code] ?? "refused";
 const fieldsOf = (codes: Float64Array): number[] => Array.from(codes, (code) => code % 16);

@@ -4,7 +4,7 @@ import type { Parameter, Quantity } from "./fields.ts";
 import type { Mark } from "./jobs.ts";
 import { digits } from "./itinerary.ts";
 import { modulus, multipliers } from "./multipliers.ts";
-import type { Pool } from "./pool.ts";
+import type { Giver } from "./chart.ts";
 import { parameters } from "./state.ts";
 import type { State } from "./state.ts";
 
@@ -12,6 +12,12 @@ export interface Pass {
   way: "up" | "down" | "start";
   values: number[];
   columns: (Column | undefined)[];
+}
+
+/** A column: which pass, and its index there. */
+export interface Place {
+  pass: number;
+  index: number;
 }
 
 /** Further starts, the same every time: the golden ratio's powers spread them. */
@@ -34,7 +40,7 @@ export class Diagram {
   private left = 0;
 
   constructor(
-    private readonly pool: Pool,
+    private readonly pool: Giver,
     private readonly changed: () => void,
   ) {}
 
@@ -75,7 +81,9 @@ export class Diagram {
     }));
     this.passes.forEach((pass, k) => {
       const onward = pass.way !== "start";
-      const start: Triple = onward ? [state.x_r, state.v_r, state.v_c] : further(k - ways.length);
+      const start = onward
+        ? { state: [state.x_r, state.v_r, state.v_c] as const, phase: state.phase }
+        : { state: further(k - ways.length), phase: 0 };
       this.left++;
       this.ask({ kind: "sweep", base, x: this.x, values: pass.values, periods: state.d_periods, start, onward }, (answer) => {
         if ("part" in answer) {
@@ -90,7 +98,7 @@ export class Diagram {
     });
   }
 
-  private ask(job: Parameters<Pool["give"]>[0], listener: Parameters<Pool["give"]>[1]): void {
+  private ask(job: Parameters<Giver["give"]>[0], listener: Parameters<Giver["give"]>[1]): void {
     const number = this.pool.give(job, (answer) => {
       if ("done" in answer) this.jobs.delete(number);
       listener(answer);
@@ -118,9 +126,38 @@ export class Diagram {
     for (const mark of marks) {
       const near = 1e-9 * (this.range[1] - this.range[0]) + mark.doubt;
       const same = this.marks.findIndex((one) => Math.abs(one.value - mark.value) <= near + one.doubt && one.name === mark.name);
-      if (same < 0) this.marks.push(mark);
+      const known = this.marks[same];
+      if (!known) this.marks.push(mark);
+      else {
+        // Found from both sides: of two motions each has told one.
+        const better = mark.doubt < known.doubt ? mark : known;
+        this.marks[same] = { ...better, before: known.before || mark.before, after: known.after || mark.after };
+      }
     }
     this.marks.sort((a, b) => a.value - b.value);
+  }
+
+  /** The column that has the point nearest to a place, by a measure of its own; null where nothing is drawn. */
+  nearest(quantity: Quantity, distance: (x: number, y: number) => number): Place | null {
+    let best: Place | null = null;
+    let least = Infinity;
+    this.passes.forEach(({ values, columns }, pass) =>
+      columns.forEach((column, index) => {
+        const x = values[index] ?? NaN;
+        for (const y of column ? this.values(column, x, quantity) : []) {
+          const away = distance(x, y);
+          if (!(away < least)) continue;
+          least = away;
+          best = { pass, index };
+        }
+      }),
+    );
+    return best;
+  }
+
+  column({ pass, index }: Place): { value: number; column: Column | undefined } {
+    const { values, columns } = this.passes[pass] ?? { values: [], columns: [] };
+    return { value: values[index] ?? NaN, column: columns[index] };
   }
 
   /** What of a column is drawn for a quantity. */

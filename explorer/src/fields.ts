@@ -82,7 +82,7 @@ export const NUMBERS = {
   v_r: start("v_r", "relative velocity at the start", "Velocity of the mass relative to the capsule, v_m − v_c."),
   v_c: start("v_c", "capsule's velocity at the start", "Exactly 0 where the capsule is at rest."),
   phase: number("τ₀", "phase at the start", [0, 2 * Math.PI * 1e6], 0,
-    "Time at the start within the excitation period, in [0, 2π/ω).", { slider: [0, 1, 0.001] }),
+    "Time at the start within the excitation period, in [0, 2π/ω). Where a diagram or a chart varies ω, whole periods are taken off.", { slider: [0, 1, 0.001] }),
   periods: number("N", "periods settled", [1, 100000], 100,
     "Excitation periods that pass before the motion is drawn.", { whole: true, slider: [1, 1000, 1] }),
   d_from: number("from", "from", [0, 1e10], 0.005, "Least value of the diagram's parameter."),
@@ -95,6 +95,8 @@ export const NUMBERS = {
   c_y0: number("from", "second axis from", [-SIZE, SIZE], 1, "Least value on the second axis."),
   c_y1: number("to", "second axis to", [-SIZE, SIZE], 5, "Largest value on the second axis."),
   c_size: number("cells", "cells along an axis", [16, 512], 256, "Cells along each axis of the chart.", { whole: true }),
+  around: number("turn", "turn of the state space", [-3600, 3600], -34, "Degrees about the v_c axis."),
+  above: number("tilt", "tilt of the state space", [-86, 86], 24, "Degrees above the plane of rest."),
   c_periods: number("periods", "periods settled in each cell", [1, 10000], 300, "Excitation periods in each cell, at most; fewer where the motion is steady before.", { whole: true }),
 } as const satisfies Record<string, NumberField>;
 
@@ -113,7 +115,8 @@ export const QUANTITIES = {
 } as const;
 export type Quantity = keyof typeof QUANTITIES;
 
-export const AXES = [...PARAMETERS, ...STARTS] as const;
+export const ORIGIN = [...STARTS, "phase"] as const;
+export const AXES = [...PARAMETERS, ...ORIGIN] as const;
 export type Axis = (typeof AXES)[number];
 
 export const CHOICES = {
@@ -125,6 +128,7 @@ export const CHOICES = {
   c_x: choice("first axis", AXES),
   c_y: choice("second axis", AXES, "gamma"),
   c_by: choice("colour by", ["itinerary", "progression", "period", "attractor"]),
+  plane: choice("plane", ["x_r-v_r", "x_r-v_c", "v_r-v_c"]),
 } as const satisfies Record<string, ChoiceField>;
 
 export type NumberName = keyof typeof NUMBERS;

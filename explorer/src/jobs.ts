@@ -2,6 +2,12 @@
 import type { Axis, Parameter } from "./fields.ts";
 import type { Cell, Column, Parameters, Triple } from "./core.ts";
 
+/** Where runs begin: a state, and the time within the excitation period. */
+export interface Start {
+  state: Triple;
+  phase: number;
+}
+
 /** A diagram's columns, one after another, each from where the one before ended, or from `start`. */
 export interface SweepJob {
   kind: "sweep";
@@ -9,7 +15,7 @@ export interface SweepJob {
   x: Parameter;
   values: number[];
   periods: number;
-  start: Triple;
+  start: Start;
   /** Whether a column begins where the one before it ended. */
   onward: boolean;
 }
@@ -27,7 +33,7 @@ export interface MarkJob {
   /** Values of neighbouring columns, in the order in which they were run. */
   from: number;
   to: number;
-  start: Triple;
+  start: Triple; // at phase 0
   periods: number;
 }
 
@@ -39,13 +45,15 @@ export interface Mark {
   name: string;
   before: string;
   after: string;
+  /** A state at phase 0 from which the motion beside it is run. */
+  start: Triple;
 }
 
 /** Cells of a chart, each at two coordinates. */
 export interface CellsJob {
   kind: "cells";
   base: Parameters;
-  start: Triple;
+  start: Start;
   x: Axis;
   y: Axis;
   places: (readonly [number, number])[];
@@ -53,10 +61,11 @@ export interface CellsJob {
 }
 
 export type Job = SweepJob | MarkJob | CellsJob;
-export type Ask = { job: number; ask: Job } | { cancel: number } | { code: ArrayBuffer };
+export type Ask = { job: number; ask: Job } | { cancel: number } | { code: WebAssembly.Module };
 export type Answer =
   | { job: number; part: SweepPart }
   | { job: number; marks: Mark[] }
   | { job: number; cells: Cell[] }
   | { job: number; done: true }
+  | { job: number; failed: string }
   | { ready: true };

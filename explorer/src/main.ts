@@ -10,6 +10,7 @@ import { Pool } from "./pool.ts";
 import { fill } from "./ui/presets.ts";
 import { sharing } from "./ui/sharing.ts";
 import { sidebar } from "./ui/sidebar.ts";
+import { explainHeadings } from "./ui/terms.ts";
 import { tour } from "./ui/tour.ts";
 
 // Put in by the build: the worker's program, and the library, deflated.
@@ -45,8 +46,10 @@ function tabs(app: App, enter: (view: string) => void): void {
       buttons[i]?.setAttribute("tabindex", on ? "0" : "-1");
     });
     const refused = byId("refused");
-    refused.hidden = app.refused === "";
-    refused.textContent = app.refused && `The address was not understood: ${app.refused}. Shown is the case study.`;
+    refused.hidden = !app.refused && !app.failed;
+    refused.textContent = app.refused
+      ? `The address was not understood: ${app.refused}. Shown is the case study.`
+      : app.failed && `A worker gave up (${app.failed}): what is shown is not whole. If it does so again, open the page by “capsule-sym explore --serve 0”.`;
   };
   app.listen(show);
   show();
@@ -54,8 +57,8 @@ function tabs(app: App, enter: (view: string) => void): void {
 
 async function begin(): Promise<void> {
   measureType();
-  const code = await unpack(LIBRARY);
-  const app = new App(await Core.load(code), () => new Pool(WORKER, code));
+  const code = await WebAssembly.compile(await unpack(LIBRARY));
+  const app = new App(await Core.load(code), (failed) => new Pool(WORKER, code, failed));
   document.documentElement.classList.toggle("dark", app.theme.dark);
   // Views with workers are made when they are first entered.
   let diagram: DiagramPage | undefined;
@@ -64,11 +67,12 @@ async function begin(): Promise<void> {
     if (view === "diagram") diagram ??= new DiagramPage(app);
     if (view === "chart") chart ??= new ChartPage(app);
   };
+  explainHeadings();
   sidebar(app);
   tabs(app, enter);
   const motion = new MotionPage(app);
   if (app.state.view === "motion") motion.update();
-  sharing(app, motion, () => ({ diagram: diagram?.panel, chart: chart?.panel }), () => diagram?.diagram);
+  sharing(app, motion, () => ({ diagram: diagram?.panel, chart: chart?.panel }), () => diagram?.diagram, () => chart?.chart);
   fill(byId<HTMLSelectElement>("preset"), (state) => app.change(state));
   const theme = byId("theme");
   const press = (): void => theme.setAttribute("aria-pressed", String(app.theme.dark));

@@ -54,8 +54,9 @@ function cubic(a: number, b: number, c: number): Complex[] {
   return [{ re: real, im: 0 }, ...quadratic(a - real, real * (real - a) + b)];
 }
 
-/** The function that vanishes at a period doubling: det(M + I). */
-export function doubling(m: Matrix): number {
-  const [a, b, c] = invariants(m);
-  return 1 + a + b + c;
-}
+/** The functions that vanish at a smooth bifurcation: det(M − I), det(M + I), and the product of all 1 − μᵢμⱼ. */
+export const TESTS: readonly { name: string; at: (m: Matrix) => number }[] = [
+  { name: "fold", at: (m) => ((a, b, c) => 1 - a + b - c)(...invariants(m)) },
+  { name: "period doubling", at: (m) => ((a, b, c) => 1 + a + b + c)(...invariants(m)) },
+  { name: "Neimark-Sacker", at: (m) => ((a, b, c) => 1 - b + a * c - c * c)(...invariants(m)) },
+];

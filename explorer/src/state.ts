@@ -1,5 +1,5 @@
 // The state of the page: a flat record, read from a URL as strictly as from a file, and written to one.
-import { CHOICES, DEVICE, NUMBERS, PARAMETERS, field } from "./fields.ts";
+import { CHOICES, DEVICE, NUMBERS, ORIGIN, PARAMETERS, field } from "./fields.ts";
 import type { ChoiceName, NumberName, Parameter } from "./fields.ts";
 import { dimensionless, problem } from "./device.ts";
 
@@ -68,8 +68,12 @@ export function conflict(state: State): string {
     const wrong = refusal(axis as NumberName, low) || refusal(axis as NumberName, high);
     if (wrong) return `in the chart ${wrong}`;
   }
+  if (state.c_by === "attractor" && !ofStarts(state)) return "attractors are told apart in a chart over two starts only";
   return "";
 }
+
+/** Whether the chart is of starts at one system: only there motions that coexist can be told apart. */
+export const ofStarts = (state: State): boolean => includes(ORIGIN, state.c_x) && includes(ORIGIN, state.c_y);
 
 /** The part of a URL after "#": what differs from the defaults. */
 export function format(state: State): string {

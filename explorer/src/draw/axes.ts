@@ -13,6 +13,15 @@ export interface Frame {
   y(value: number): number;
 }
 
+/** The values at a place in a frame, held within its ends. */
+export function valuesAt(area: Frame, px: number, py: number, xs: Range, ys: Range): [number, number] {
+  const share = (value: number, length: number): number => Math.max(0, Math.min(1, value / length));
+  return [
+    xs[0] + share(px - area.left, area.width) * (xs[1] - xs[0]),
+    ys[0] + (1 - share(py - area.top, area.height)) * (ys[1] - ys[0]),
+  ];
+}
+
 /** How much larger than at 16 px the page's type is; text on canvases follows it. */
 export let UNIT = 1;
 export let FONT = "";
@@ -81,9 +90,10 @@ export function maths(pen: Pen, text: string, x: number, y: number): void {
   [pen.font, pen.textAlign] = [font, align];
 }
 
-export function frame(pen: Pen, width: number, height: number, xs: Range, ys: Range, names: readonly [string, string], theme: Theme): Frame {
+/** Axes with their names; `beside` is kept free at the right. */
+export function frame(pen: Pen, width: number, height: number, xs: Range, ys: Range, names: readonly [string, string], theme: Theme, beside = 0): Frame {
   const [left, right, top, bottom] = MARGINS.map((margin) => margin * UNIT) as [number, number, number, number];
-  const inner = { left, top, width: Math.max(10, width - left - right), height: Math.max(10, height - top - bottom) };
+  const inner = { left, top, width: Math.max(10, width - left - right - beside * UNIT), height: Math.max(10, height - top - bottom) };
   const x = (value: number): number => inner.left + ((value - xs[0]) / (xs[1] - xs[0])) * inner.width;
   const y = (value: number): number => inner.top + inner.height - ((value - ys[0]) / (ys[1] - ys[0])) * inner.height;
   const [xt, yt] = [ticks(xs, inner.width / (80 * UNIT)), ticks(ys, inner.height / (46 * UNIT))];

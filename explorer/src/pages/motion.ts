@@ -2,7 +2,7 @@
 import type { App } from "../app.ts";
 import { byId, make } from "../dom.ts";
 import { Panel } from "../draw/panel.ts";
-import { PARAMETERS, DEVICE, STARTS } from "../fields.ts";
+import { CHOICES, DEVICE, NUMBERS, PARAMETERS, STARTS } from "../fields.ts";
 import { motionAt } from "../motion.ts";
 import type { Motion } from "../motion.ts";
 import type { State } from "../state.ts";
@@ -20,8 +20,6 @@ export class MotionPage {
   motion: Motion | null = null;
   readonly panels: Record<string, Panel>;
   private readonly history: History;
-  private plane = 0;
-  private turn: Turn = { around: -0.6, above: 0.42 };
   private share = 0;
   private rounds = 0;
   private playing = false;
@@ -47,7 +45,18 @@ export class MotionPage {
       if (state.view !== "motion") return;
       const same = this.motion && before.view === "motion" && before !== state && COMPUTED.every((name) => state[name] === before[name]);
       if (!same) this.schedule();
+      else if (state.around !== before.around || state.above !== before.above) this.panels["space"]?.draw();
+      else if (state.plane !== before.plane) this.panels["phase"]?.draw();
     });
+  }
+
+  private get plane(): number {
+    return CHOICES.plane.of.indexOf(this.app.state.plane);
+  }
+
+  private get turn(): Turn {
+    const { around, above } = this.app.state;
+    return { around: (around * Math.PI) / 180, above: (above * Math.PI) / 180 };
   }
 
   /** Draws before the next frame, however often it is asked to until then. */
@@ -102,33 +111,36 @@ export class MotionPage {
 
   private planeChoice(): void {
     const select = byId<HTMLSelectElement>("plane");
-    select.append(...PLANES.map(({ name }, i) => make("option", { value: i }, name)));
-    select.addEventListener("change", () => {
-      this.plane = Number(select.value);
-      this.panels["phase"]?.draw();
-    });
+    select.append(...PLANES.map(({ name }, i) => make("option", { value: CHOICES.plane.of[i] ?? "" }, name)));
+    select.addEventListener("change", () => this.app.change({ plane: select.value }));
+    const show = (): void => {
+      select.value = this.app.state.plane;
+    };
+    this.app.listen(show);
+    show();
   }
 
   private turning(): void {
     const box = byId("space");
-    let from: { x: number; y: number; turn: Turn } | null = null;
+    let from: { x: number; y: number; around: number; above: number } | null = null;
     const to = (around: number, above: number): void => {
-      this.turn = { around, above: Math.max(-1.5, Math.min(1.5, above)) };
-      this.panels["space"]?.draw();
+      const { low, high } = NUMBERS.above;
+      this.app.change({ around: Math.round(around) % 360, above: Math.max(low, Math.min(high, Math.round(above))) });
     };
     box.addEventListener("pointerdown", (event) => {
-      from = { x: event.clientX, y: event.clientY, turn: this.turn };
+      const { around, above } = this.app.state;
+      from = { x: event.clientX, y: event.clientY, around, above };
       box.setPointerCapture(event.pointerId);
     });
     box.addEventListener("pointermove", (event) => {
-      if (from) to(from.turn.around - (event.clientX - from.x) * 0.01, from.turn.above + (event.clientY - from.y) * 0.01);
+      if (from) to(from.around - (event.clientX - from.x) * 0.6, from.above + (event.clientY - from.y) * 0.6);
     });
     for (const end of ["pointerup", "pointercancel"]) box.addEventListener(end, () => (from = null));
     box.addEventListener("keydown", (event) => {
-      const step = ({ ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] } as const)[event.key as "ArrowLeft"];
+      const step = ({ ArrowLeft: [6, 0], ArrowRight: [-6, 0], ArrowUp: [0, 6], ArrowDown: [0, -6] } as const)[event.key as "ArrowLeft"];
       if (!step) return;
       event.preventDefault();
-      to(this.turn.around + step[0], this.turn.above + step[1]);
+      to(this.app.state.around + step[0], this.app.state.above + step[1]);
     });
   }
 

@@ -26,9 +26,10 @@ export function numberControl(name: NumberName, change: Change): Control {
     help.hidden = !help.hidden;
     query.setAttribute("aria-expanded", String(!help.hidden));
   });
+  let held = NaN;
   const refuse = (why: string): void => {
     error.hidden = why === "";
-    error.textContent = why;
+    error.textContent = why && `${why}. It is still ${plain(held)}.`;
     if (why) entry.setAttribute("aria-invalid", "true");
     else entry.removeAttribute("aria-invalid");
   };
@@ -39,6 +40,11 @@ export function numberControl(name: NumberName, change: Change): Control {
     if (!refusal(name, value)) take(value);
   });
   entry.addEventListener("change", () => take(read(entry.value)));
+  entry.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || error.hidden) return;
+    entry.value = plain(held);
+    refuse("");
+  });
   const row = make("div", { class: "control" },
     make("label", { for: id }, symbol(sign), make("span", { class: "name" }, label)),
     query,
@@ -49,13 +55,17 @@ export function numberControl(name: NumberName, change: Change): Control {
     const [low, high, step] = slider;
     bar = make("input", { type: "range", min: low, max: high, step, "aria-label": `${label}, slider`, class: "slider" });
     const moved = bar;
-    moved.addEventListener("input", () => take(Number(moved.value)));
+    moved.addEventListener("input", () => {
+      take(Number(moved.value));
+      if (Number(moved.value) !== held) moved.value = plain(held); // refused
+    });
     row.append(moved);
   }
   row.append(error, help);
   return {
     element: row,
     show(state) {
+      held = state[name];
       if (document.activeElement !== entry || read(entry.value) !== state[name]) {
         entry.value = plain(state[name]);
         refuse("");
@@ -72,14 +82,30 @@ export function numberControl(name: NumberName, change: Change): Control {
   };
 }
 
-/** A choice as a labelled list. */
-export function choiceControl(id: string, label: string, options: readonly (readonly [string, string])[], chosen: (value: string) => string): { element: HTMLElement; select: HTMLSelectElement } {
-  const error = make("p", { class: "error", role: "alert", hidden: true });
-  const select = make("select", { id }, ...options.map(([value, text]) => make("option", { value }, text)));
-  select.addEventListener("change", () => {
-    const why = chosen(select.value);
+export interface Choice {
+  element: HTMLElement;
+  select: HTMLSelectElement;
+  /** Shows a value that holds; what was refused before is forgotten once another one holds. */
+  show(value: string): void;
+}
+
+/** A choice as a labelled list. What is refused is said there, and the list shows what holds. */
+export function choiceControl(id: string, label: string, options: readonly (readonly [string, string])[], chosen: (value: string) => string): Choice {
+  const error = make("p", { class: "error", id: `${id}-error`, role: "alert", hidden: true });
+  const select = make("select", { id, "aria-describedby": `${id}-error` }, ...options.map(([value, text]) => make("option", { value }, text)));
+  let held = "";
+  const refuse = (why: string): void => {
     error.hidden = why === "";
     error.textContent = why;
+  };
+  select.addEventListener("change", () => {
+    const why = chosen(select.value);
+    if (why) select.value = held;
+    refuse(why);
   });
-  return { element: make("div", { class: "control choice" }, make("label", { for: id }, make("span", { class: "name" }, label)), select, error), select };
+  const show = (value: string): void => {
+    if (value !== held) refuse("");
+    held = select.value = value;
+  };
+  return { element: make("div", { class: "control choice" }, make("label", { for: id }, make("span", { class: "name" }, label)), select, error), select, show };
 }

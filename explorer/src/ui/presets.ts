@@ -2,6 +2,7 @@
 import data from "../../presets.json" with { type: "json" };
 import { make } from "../dom.ts";
 import { globalMap, rotated } from "../itinerary.ts";
+import type { Mark } from "../jobs.ts";
 import type { Motion } from "../motion.ts";
 import { defaults, parameters } from "../state.ts";
 import type { State } from "../state.ts";
@@ -53,15 +54,51 @@ export function fill(select: HTMLSelectElement, choose: (state: State) => void):
   });
 }
 
+/** Whether the parameters other than α and γ are those of the case study. */
+function caseStudy(state: State): boolean {
+  const [p, plain] = [parameters(state), defaults()];
+  return (["omega", "delta", "zeta", "beta", "f_b"] as const).every((name) => p[name] === plain[name]);
+}
+
 /** Whether the paper prints this case, and whether its global map is the exact one. */
 export function printedAt(state: State, motion: Motion): string {
   const p = parameters(state);
-  const plain = defaults();
-  const others = (["omega", "delta", "zeta", "beta", "f_b"] as const).every((name) => p[name] === plain[name]);
   const one = data.panels.find(({ alpha }) => alpha === p.alpha);
-  if (!others || !one || !data.gammas.includes(p.gamma)) return "";
+  if (!caseStudy(state) || !one || !data.gammas.includes(p.gamma)) return "";
   const steps = motion.cycle;
   const same = motion.globalMap === one.printed || steps.some((_, i) => globalMap(rotated(steps, i)) === one.printed);
   const what = `Fig. 7${one.panel} prints ${one.printed.replace(/_\{([^}]*)\}/g, "($1)")}`;
   return same ? `${what}: the same.` : `${what}: the exact map differs.`;
+}
+
+type Known = (typeof data.bifurcations)[number];
+const NEAR = 1e-9;
+
+/** What the paper prints for a bifurcation of the diagram, and by how much it is off; "" where it prints none. */
+export function printedBifurcation(state: State, mark: Pick<Mark, "value" | "name">): string {
+  if (state.d_x !== "alpha" || !caseStudy(state)) return "";
+  const gamma = parameters(state).gamma;
+  const one = data.bifurcations.find((known) => known.gamma === gamma && Math.abs(known.alpha - mark.value) < NEAR && mark.name.startsWith(known.type));
+  return one ? printedText(one) : "";
+}
+
+const printedText = (one: Known): string =>
+  one.printed === null ? "none" : `${one.printed} (${(100 * (one.printed / one.alpha - 1)).toFixed(2).replace("-", "−")} %)`;
+
+/** Beside a chart of the case study: its bifurcations, exact at each mass ratio, and as printed. */
+export function showKnown(box: HTMLElement, state: State): void {
+  const shown = caseStudy(state) && state.c_x === "alpha" && state.c_y === "gamma";
+  box.hidden = !shown;
+  const body = box.querySelector("tbody");
+  if (!shown || !body) return;
+  body.replaceChildren(
+    ...data.bifurcations.map((one) =>
+      make("tr", { role: "row" },
+        make("th", { scope: "row", role: "rowheader" }, `${one.type} on ${one.line}`),
+        make("td", { role: "cell", "data-name": "γ" }, String(one.gamma)),
+        make("td", { role: "cell", "data-name": "exact α" }, one.alpha.toFixed(12)),
+        make("td", { role: "cell", "data-name": "printed α" }, printedText(one)),
+      ),
+    ),
+  );
 }

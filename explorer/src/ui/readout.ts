@@ -5,6 +5,10 @@ import { MEANINGS, MODES } from "../itinerary.ts";
 import type { Motion } from "../motion.ts";
 import { modulus } from "../multipliers.ts";
 import type { State } from "../state.ts";
+import { TERMS, explained } from "./terms.ts";
+import type { Term } from "./terms.ts";
+
+const LISTED = 60; // segments in the table
 
 const REASONS: Record<string, string> = {
   open: "The next switch stays open in 106 bits",
@@ -44,50 +48,58 @@ export function showMap(box: HTMLElement, motion: Motion): void {
   box.replaceChildren(motion.globalMap ? mapText(motion.globalMap) : "—");
 }
 
-const ABOUT: Record<string, string> = {
-  "progression": "How far the capsule advances in one excitation period.",
-  "average velocity": "Progression over the excitation period 2π/ω.",
-  "period number": "After how many excitation periods the motion repeats.",
-  "multipliers |μ|": "Floquet multipliers: by how much a small deviation grows in one period of the motion. All below 1: stable. One is 0 where the capsule sticks.",
-  "work": "Work of the driving force in one excitation period; the damper and the friction take it up.",
-  "losses": "What the damper and the friction take up in one excitation period.",
-  "switches": "Segments in one period of the motion, and how many of their ends double precision left open and 106 bits decided.",
-  "speed": "Average speed of the device.",
-};
+type Row = readonly [term: Term, name: string, value: string, unit: string];
 
-export function showQuantities(box: HTMLElement, motion: Motion, state: State): void {
-  const rows: [string, string, string][] = [
-    ["period number", motion.multiple ? String(motion.multiple) : "—", ""],
-    ["progression", pretty(motion.progression, 10), "per period"],
-    ["average velocity", pretty(motion.velocity, 7), ""],
+function rows(motion: Motion, state: State): Row[] {
+  const device = state.units === "device";
+  const { length, time } = device ? scales(state) : { length: NaN, time: NaN };
+  return [
+    ["period", "period number", motion.multiple ? String(motion.multiple) : "—", ""],
+    ["progression", "progression", pretty(motion.progression, 10), "per period"],
+    ["velocity", "average velocity", pretty(motion.velocity, 7), ""],
+    ...(device ? [["speed", "speed", pretty(((motion.velocity * length) / time) * 1000, 6), "mm/s"] as const] : []),
+    ["multipliers", "multipliers |μ|", motion.multipliers ? motion.multipliers.map((z) => pretty(modulus(z), 4)).join(", ") : "—", ""],
+    ["work", "work", pretty(motion.work, 9), "per period"],
+    ["losses", "losses", Number.isFinite(motion.work) ? `${pretty(motion.damperLoss, 5)} + ${pretty(motion.frictionLoss, 5)}` : "—", "damper + friction"],
+    ["switches", "switches", motion.multiple ? String(motion.cycle.length) : "—", motion.wide ? `${motion.wide} decided in 106 bits` : "all decided in double"],
   ];
-  if (state.units === "device") {
-    const { length, time } = scales(state);
-    rows.push(["speed", pretty(((motion.velocity * length) / time) * 1000, 6), "mm/s"]);
-  }
-  rows.push(
-    ["multipliers |μ|", motion.multipliers ? motion.multipliers.map((z) => pretty(modulus(z), 4)).join(", ") : "—", ""],
-    ["work", pretty(motion.work, 9), "per period"],
-    ["losses", Number.isFinite(motion.work) ? `${pretty(motion.damperLoss, 5)} + ${pretty(motion.frictionLoss, 5)}` : "—", "damper + friction"],
-    ["switches", motion.multiple ? String(motion.cycle.length) : "—", motion.wide ? `${motion.wide} decided in 106 bits` : "all decided in double"],
-  );
-  box.replaceChildren(...rows.map(([name, value, unit]) => quantity(name, value, unit)));
 }
 
-function quantity(name: string, value: string, unit: string): HTMLElement {
-  return make("div", { class: "quantity", title: ABOUT[name] ?? "" }, make("dt", {}, name), make("dd", {}, make("b", {}, value), ...(unit ? [" ", make("small", {}, unit)] : [])));
+/** Written into the elements that are there, whose explanations stay open. */
+export function showQuantities(box: HTMLElement, motion: Motion, state: State): void {
+  const wanted = rows(motion, state);
+  const terms = wanted.map(([term]) => term).join();
+  if (box.dataset["terms"] !== terms) {
+    box.dataset["terms"] = terms;
+    box.replaceChildren(...wanted.map(([term, name]) => quantity(term, name)));
+  }
+  wanted.forEach(([, , value, unit], i) => {
+    const [number, small] = box.children[i]?.querySelectorAll("b, small") ?? [];
+    if (number) number.textContent = value;
+    if (small) small.textContent = unit;
+  });
+}
+
+function quantity(term: Term, name: string): HTMLElement {
+  const { button, about } = explained(name, TERMS[term], "dd");
+  return make("div", { class: "quantity" }, make("dt", {}, name, " ", button), make("dd", {}, make("b"), " ", make("small")), about);
 }
 
 export function showSegments(body: HTMLElement, motion: Motion): void {
+  const shown = motion.cycle.slice(0, LISTED);
+  const more = motion.cycle.length - shown.length;
   body.replaceChildren(
-    ...motion.cycle.slice(0, 60).map((s) =>
-      make("tr", {},
-        make("th", { scope: "row" }, make("span", { class: `dot f${s.field}` }), `F${s.field} ${MODES[s.field - 1] ?? ""}`),
-        make("td", {}, s.source && s.target ? mapText(`P_{Σ${s.target},F${s.field},Σ${s.source}}`) : "—"),
-        make("td", {}, pretty(s.duration, 7)),
-        make("td", {}, s.start.map((value) => pretty(value, 6)).join(", ")),
-        make("td", {}, s.wide ? `${s.outcome}, 106 bits` : s.outcome),
+    ...shown.map((s) =>
+      make("tr", { role: "row" },
+        make("th", { scope: "row", role: "rowheader" }, make("span", { class: `dot f${s.field}` }), `F${s.field} ${MODES[s.field - 1] ?? ""}`),
+        cell("local map", s.source && s.target ? mapText(`P_{Σ${s.target},F${s.field},Σ${s.source}}`) : "—"),
+        cell("duration", pretty(s.duration, 7)),
+        cell("start", s.start.map((value) => pretty(value, 6)).join(", ")),
+        cell("ends by", s.wide ? `${s.outcome}, 106 bits` : s.outcome),
       ),
     ),
+    ...(more > 0 ? [make("tr", { role: "row" }, make("td", { role: "cell", colspan: 5 }, `and ${more} more: all of them are in segments.csv, under Share`))] : []),
   );
 }
+
+const cell = (name: string, content: Node | string): HTMLElement => make("td", { role: "cell", "data-name": name }, content);

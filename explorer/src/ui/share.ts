@@ -1,5 +1,5 @@
 // What can be taken along: the state as Python, as a command line, as a device's file; a motion as CSV.
-import { DEVICE, PARAMETERS } from "../fields.ts";
+import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
 import { POINT } from "../core.ts";
 import type { Motion } from "../motion.ts";
 import { defaults, parameters } from "../state.ts";
@@ -13,6 +13,8 @@ const float = (value: number): string => {
 };
 
 export function asPython(state: State): string {
+  if (state.view !== "motion")
+    return `import tomllib\n\nfrom capsule_sym.sweeps import open_results, read_plan, run\n\nplan = tomllib.loads('''\n${asFile(state)}''')\nrun(read_plan(plan), "sweep")\nresults = open_results("sweep")\nprint(results)\n`;
   const p = parameters(state);
   const device = state.units === "device";
   const given = device
@@ -29,6 +31,7 @@ export function asPython(state: State): string {
 }
 
 export function asCommand(state: State): string {
+  if (state.view !== "motion") return `capsule-sym sweep sweep.toml --store sweep${state.view === "chart" ? " --refine 16" : ""}\n`;
   const p = parameters(state);
   const flags = state.units === "device"
     ? ["--params device.toml"]
@@ -39,10 +42,33 @@ export function asCommand(state: State): string {
   return `capsule-sym run ${flags.join(" ")}\n`;
 }
 
-/** A TOML file for --params: the device in SI units, or the dimensionless parameters. */
+/** What the file is. */
+export const fileTitle = (state: State): string =>
+  state.view !== "motion" ? "File of the sweep, sweep.toml: every value run from the start"
+  : state.units === "device" ? "File of the device, device.toml" : "File of the parameters, for --params";
+
+/** A TOML file for --params: the device in SI units, or the dimensionless parameters. Of a view of many motions that for a sweep. */
 export function asFile(state: State): string {
+  if (state.view !== "motion") return sweepFile(state);
   const names = state.units === "device" ? DEVICE : PARAMETERS;
   return names.map((name) => `${name} = ${float(state[name])}\n`).join("");
+}
+
+function sweepFile(state: State): string {
+  const axis = (name: string, low: number, high: number, count: number): string =>
+    `${name} = { from = ${float(low)}, to = ${float(high)}, count = ${count} }\n`;
+  const within = (name: string, low: number, high: number): string => {
+    const half = (high - low) / state.c_size / 2; // the middles of the cells
+    return axis(name, low + half, high - half, state.c_size);
+  };
+  const [periods, axes, varied] = state.view === "diagram"
+    ? [state.d_periods, axis(state.d_x, state.d_from, state.d_to, state.d_count), [state.d_x]]
+    : [state.c_periods, within(state.c_x, state.c_x0, state.c_x1) + within(state.c_y, state.c_y0, state.c_y1), [state.c_x, state.c_y]];
+  const p = parameters(state);
+  const lines = (names: readonly string[], of: Record<string, number>): string =>
+    names.filter((name) => !varied.includes(name)).map((name) => `${name} = ${float(of[name] ?? 0)}\n`).join("");
+  const compute = 'compute = ["word", "progression"]\n';
+  return `periods = ${periods}\n${compute}\n[parameters]\n${lines(PARAMETERS, p)}\n[start]\n${lines(ORIGIN, state as unknown as Record<string, number>)}\n[axes]\n${axes}`;
 }
 
 export function pointsCsv(motion: Motion): string {

@@ -1,22 +1,23 @@
 // The dialog from which state, motion and pictures are taken along.
 import type { App } from "../app.ts";
+import type { Chart } from "../chart.ts";
 import type { Diagram } from "../diagram.ts";
 import { byId, download, make } from "../dom.ts";
 import type { Panel } from "../draw/panel.ts";
 import type { Quantity } from "../fields.ts";
 import type { MotionPage } from "../pages/motion.ts";
-import { asCommand, asFile, asPython, pointsCsv, segmentsCsv } from "./share.ts";
+import { asCommand, asFile, asPython, fileTitle, pointsCsv, segmentsCsv } from "./share.ts";
 
 type Views = () => { diagram: Panel | undefined; chart: Panel | undefined };
 
-export function sharing(app: App, motion: MotionPage, views: Views, diagram: () => Diagram | undefined): void {
+export function sharing(app: App, motion: MotionPage, views: Views, diagram: () => Diagram | undefined, chart: () => Chart | undefined): void {
   const dialog = byId<HTMLDialogElement>("share");
   byId("share-open").addEventListener("click", () => {
     byId("share-body").replaceChildren(
       copied("Address", "share-address", app.address),
       copied("Python", "share-python", asPython(app.state)),
       copied("Command line", "share-command", asCommand(app.state)),
-      copied(app.state.units === "device" ? "File of the device, device.toml" : "File of the parameters, for --params", "share-file", asFile(app.state)),
+      copied(fileTitle(app.state), "share-file", asFile(app.state)),
       make("div", { class: "item" }, make("h3", {}, "Save"), make("div", { class: "row" }, ...saves())),
     );
     dialog.showModal();
@@ -28,9 +29,11 @@ export function sharing(app: App, motion: MotionPage, views: Views, diagram: () 
     if (view !== "motion") {
       const panel = views()[view as "diagram" | "chart"];
       const found = diagram();
+      const cells = chart();
       return [
         ...(panel ? [save("picture.svg", () => download(`${view}.svg`, panel.svg(`capsule-sym ${view}`), "image/svg+xml")), save("picture.png", () => png(panel.canvas, `${view}.png`))] : []),
         ...(view === "diagram" && found ? [save("points.csv", () => download("diagram.csv", diagramCsv(found, app.state.d_y as Quantity), "text/csv")), save("bifurcations.csv", () => download("bifurcations.csv", marksCsv(found), "text/csv"))] : []),
+        ...(view === "chart" && cells ? [save("cells.csv", () => download("chart.csv", chartCsv(cells), "text/csv"))] : []),
       ];
     }
     const shown = motion.motion;
@@ -86,6 +89,18 @@ function diagramCsv(diagram: Diagram, quantity: Quantity): string {
       if (!column) return;
       for (const y of diagram.values(column, x, quantity)) rows.push([pass.way, x, y, column.multiple, column.fields.join("")].join(","));
     });
+  return `${rows.join("\n")}\n`;
+}
+
+function chartCsv(chart: Chart): string {
+  const rows = [`${chart.x},${chart.y},itinerary,period_number,progression,run`];
+  for (let j = 0; j < chart.size; j++)
+    for (let i = 0; i < chart.size; i++) {
+      const k = j * chart.size + i;
+      const region = chart.regions[chart.of[k] ?? -1];
+      // Whether the cell was run itself, or lies between equal ones.
+      rows.push([...chart.place(i, j), region?.word ?? "", region?.multiple ?? "", chart.progressions[k], chart.known[k] === 1].join(","));
+    }
   return `${rows.join("\n")}\n`;
 }
 

@@ -1,21 +1,21 @@
 // The column of parameters: dimensionless or of a device, and the start.
 import type { App } from "../app.ts";
 import { byId } from "../dom.ts";
-import { DEVICE, PARAMETERS, STARTS } from "../fields.ts";
+import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
 import { defaults } from "../state.ts";
 import { choiceControl, numberControl } from "./controls.ts";
+import { fileControl } from "./files.ts";
 
 /** What any picture depends on. */
-export const PARTS = ["units", ...PARAMETERS, ...DEVICE, ...STARTS] as const;
+export const PARTS = ["units", ...PARAMETERS, ...DEVICE, ...ORIGIN] as const;
 
 export function sidebar(app: App): void {
   const change = app.change.bind(app);
   const units = choiceControl("units-choice", "Parameters", [["dimensionless", "dimensionless"], ["device", "a device, in SI units"]], (value) => change({ units: value }));
-  byId("units").append(units.element);
+  byId("units").append(units.element, fileControl(app));
   const free = PARAMETERS.map((name) => numberControl(name, change));
   const device = DEVICE.map((name) => numberControl(name, change));
-  const starts = [...STARTS, "phase", "periods"] as const;
-  const others = starts.map((name) => numberControl(name, change));
+  const others = ([...ORIGIN, "periods"] as const).map((name) => numberControl(name, change));
   byId("controls").append(...[...free, ...device].map((one) => one.element));
   byId("starts").append(...others.map((one) => one.element));
   byId("reset").addEventListener("click", () => change({ ...defaults(), view: app.state.view }));
@@ -24,7 +24,7 @@ export function sidebar(app: App): void {
   fold.addEventListener("click", () => fold.setAttribute("aria-expanded", String(!drawer.classList.toggle("folded"))));
   const show = (): void => {
     const { state } = app;
-    units.select.value = state.units;
+    units.show(state.units);
     for (const one of free) one.element.hidden = state.units === "device";
     for (const one of device) one.element.hidden = state.units !== "device";
     for (const one of [...free, ...device, ...others]) one.show(state);

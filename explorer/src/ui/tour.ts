@@ -14,8 +14,8 @@ const STOPS: readonly Stop[] = [
   { at: "map-box", title: "The global map", text: "The same in the paper's notation: local maps from one switching plane to the next, composed from right to left." },
   { at: "phase-box", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The portrait on the right turns by dragging, or by the arrow keys." },
   { at: "tab-diagram", title: "Diagram", text: "One parameter varies, up and down. Where the itinerary changes, the event's own equation is solved: the vertical lines are bifurcations, exact to rounding. Choose a place to see the motion there." },
-  { at: "tab-chart", title: "Chart and basin", text: "Two parameters, or two starts: each colour is an itinerary, or an attractor. The picture comes coarse and is refined where neighbours differ." },
-  { at: "share", title: "Take it along", text: "The address holds all you see. It can also be copied as Python, as a command line or as a file, and what is drawn saved as CSV, PNG or SVG." },
+  { at: "tab-chart", title: "Chart and basin", text: "Two parameters, or two starts: each colour is an itinerary, or, over starts, an attractor. The picture comes coarse and is refined where neighbours differ." },
+  { at: "share-open", title: "Take it along", text: "The address holds all you see. It can also be copied as Python, as a command line or as a file, and what is drawn saved as CSV, PNG or SVG." },
 ];
 
 export function tour(before: (at: string) => void): void {
@@ -31,7 +31,11 @@ export function tour(before: (at: string) => void): void {
   const mark = (on: boolean): void => {
     const target = document.getElementById(STOPS[at]?.at ?? "");
     target?.classList.toggle("toured", on);
-    if (on) target?.scrollIntoView({ block: "center", behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth" });
+    if (!on || !target) return;
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    target.scrollIntoView({ block: target.clientHeight > innerHeight / 2 ? "start" : "center", behavior: calm ? "auto" : "smooth" });
+    // What stays at the lower edge would be hidden by the card.
+    dialog.classList.toggle("above", getComputedStyle(target).position === "sticky" && innerWidth < 60 * 16);
   };
   function go(to: number): void {
     mark(false);

@@ -1,57 +1,76 @@
 // A chart drawn: regions of itineraries with their names, or progression and period number as colours.
-import { FONT, extent, frame, label } from "../draw/axes.ts";
-import type { Frame } from "../draw/axes.ts";
-import { graded, readable } from "../draw/colours.ts";
+import { FONT, MATHS, UNIT, extent, frame, label, ticks } from "../draw/axes.ts";
+import type { Frame, Range } from "../draw/axes.ts";
+import { graded, readable, shaded } from "../draw/colours.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
 import type { Chart } from "../chart.ts";
 import { NUMBERS } from "../fields.ts";
 
-export function drawChart(chart: Chart, by: string, cursor: readonly [number, number] | null, pen: Pen, width: number, height: number, theme: Theme): void {
+export const LEFT_OPEN = -3;
+const LARGEST = 16; // period number of the brightest colour: the library looks for no longer motion
+const BAR = 82; // what the colour bar takes at the right
+
+export function drawChart(chart: Chart, by: string, cursor: readonly [number, number] | null, pen: Pen, width: number, height: number, theme: Theme): Frame {
   const name = (axis: Chart["x"]): string => `${NUMBERS[axis].name.replace(" at the start", "")} ${NUMBERS[axis].symbol}`;
-  const area = frame(pen, width, height, chart.xs, chart.ys, [name(chart.x), name(chart.y)], theme);
+  const area = frame(pen, width, height, chart.xs, chart.ys, [name(chart.x), name(chart.y)], theme, by === "progression" ? BAR : 0);
   if (chart.size) {
-    const colour = painter(chart, by, theme);
-    cells(chart, area, colour, pen);
-    if (by !== "progression") names(chart, area, theme, pen);
-    else scale(chart, area, pen);
+    cells(chart, area, painter(chart, by, theme), pen);
+    if (by === "progression") scale(chart, area, pen, theme);
+    else if (by !== "period") names(chart, area, theme, pen);
   }
   pen.strokeStyle = theme.soft;
   pen.lineWidth = 1;
   pen.strokeRect(area.left, area.top, area.width, area.height);
-  if (!cursor) return;
-  pen.strokeStyle = theme.ink;
-  pen.lineWidth = 1.5;
-  pen.beginPath();
-  pen.arc(area.x(cursor[0]), area.y(cursor[1]), 7, 0, 2 * Math.PI);
-  pen.stroke();
+  if (!cursor) return area;
+  pen.lineWidth = 1.5 * UNIT;
+  for (const [radius, colour] of [[7, theme.ink], [8.5, theme.paper]] as const) {
+    pen.strokeStyle = colour;
+    pen.beginPath();
+    pen.arc(area.x(cursor[0]), area.y(cursor[1]), radius * UNIT, 0, 2 * Math.PI);
+    pen.stroke();
+  }
+  return area;
 }
 
-function painter(chart: Chart, by: string, theme: Theme): (k: number) => string {
-  const [low, high] = extent([...chart.progressions].filter(Number.isFinite));
-  return (k) => {
+/** The progressions' least and largest value. */
+export const progressionRange = (chart: Chart): Range => extent([...chart.progressions].filter(Number.isFinite));
+
+/** The colour of a cell at a place on the grid. */
+function painter(chart: Chart, by: string, theme: Theme): (k: number, i: number, j: number) => string {
+  const [low, high] = progressionRange(chart);
+  // Stripes as wide as can be told apart, at any number of cells.
+  const stripe = Math.max(1, Math.round(chart.size / 64)) * (chart.step || 16);
+  return (k, i, j) => {
     const region = chart.of[k] ?? -1;
     if (region === -1) return theme.paper;
-    if (region === -3) return theme.mark;
+    if (region === LEFT_OPEN) return theme.mark;
     if (region === -2) return theme.open;
-    if (by === "progression") return graded(((chart.progressions[k] ?? low) - low) / (high - low || 1));
-    if (by === "period") return graded(Math.log2(chart.regions[region]?.multiple ?? 1) / 4);
-    return wordColour(region, theme);
+    if (by === "progression") {
+      const value = chart.progressions[k] ?? NaN;
+      return Number.isFinite(value) ? graded((value - low) / (high - low || 1)) : theme.open;
+    }
+    if (by === "period") return periodColour(chart.regions[region]?.multiple ?? 1);
+    const colour = wordColour(region, theme);
+    return striped(region, theme) && Math.floor((i + j) / stripe) % 4 === 0 ? shaded(colour) : colour;
   };
 }
 
+export const periodColour = (multiple: number): string => graded(Math.log2(multiple) / Math.log2(LARGEST));
 export const wordColour = (region: number, theme: Theme): string => theme.words[region % theme.words.length] ?? theme.soft;
+/** Whether a region is drawn in stripes, as its colour stands for another one already. */
+export const striped = (region: number, theme: Theme): boolean => Math.floor(region / theme.words.length) % 2 === 1;
 
 /** Cells as runs of one colour along rows. */
-function cells(chart: Chart, area: Frame, colour: (k: number) => string, pen: Pen): void {
+function cells(chart: Chart, area: Frame, colour: (k: number, i: number, j: number) => string, pen: Pen): void {
   const n = chart.size;
   const edge = (k: number, length: number): number => Math.round((k / n) * length);
   for (let j = 0; j < n; j++) {
     const [top, bottom] = [area.top + area.height - edge(j + 1, area.height), area.top + area.height - edge(j, area.height)];
     for (let from = 0; from < n; ) {
-      const first = colour(chart.at(from, j));
+      const first = colour(chart.at(from, j), from, j);
       let to = from + 1;
-      while (to < n && colour(chart.at(to, j)) === first) to++;
+      while (to < n && colour(chart.at(to, j), to, j) === first) to++;
       pen.fillStyle = first;
       const left = edge(from, area.width);
       pen.fillRect(area.left + left, top, edge(to, area.width) - left, bottom - top);
@@ -96,21 +115,38 @@ function ring(grid: readonly (readonly number[])[], i: number, j: number, r: num
   return true;
 }
 
-function scale(chart: Chart, area: Frame, pen: Pen): void {
-  const [low, high] = extent([...chart.progressions].filter(Number.isFinite));
-  const [w, h] = [Math.min(160, area.width * 0.4), 9];
-  const [x, y] = [area.left + area.width - w - 12, area.top + 12];
-  pen.fillStyle = "#ffffffd8";
-  pen.fillRect(x - 8, y - 6, w + 16, h + 28);
-  for (let k = 0; k < 40; k++) {
-    pen.fillStyle = graded(k / 39);
-    pen.fillRect(x + (k * w) / 40, y, w / 40 + 0.5, h);
+/** The colour bar of the progression, with its values. */
+function scale(chart: Chart, area: Frame, pen: Pen, theme: Theme): void {
+  const range = progressionRange(chart);
+  const [low, high] = range;
+  const [x, w] = [area.left + area.width + 12 * UNIT, 14 * UNIT];
+  const shades = 64;
+  for (let k = 0; k < shades; k++) {
+    pen.fillStyle = graded(k / (shades - 1));
+    const top = area.top + area.height * (1 - (k + 1) / shades);
+    pen.fillRect(x, top, w, area.height / shades + 0.5);
   }
-  pen.fillStyle = "#000000";
+  pen.strokeStyle = theme.soft;
+  pen.lineWidth = 1;
+  pen.strokeRect(x, area.top, w, area.height);
+  pen.fillStyle = theme.soft;
   pen.font = FONT;
-  pen.textBaseline = "top";
+  pen.textBaseline = "middle";
   pen.textAlign = "left";
-  pen.fillText(label(low, 0.01), x, y + h + 4);
-  pen.textAlign = "right";
-  pen.fillText(label(high, 0.01), x + w, y + h + 4);
+  const values = high > low ? ticks(range, area.height / (46 * UNIT)) : [low];
+  const step = Math.abs((values[1] ?? 1) - (values[0] ?? 0)) || 1;
+  for (const value of values) {
+    const y = high > low ? area.top + area.height * (1 - (value - low) / (high - low)) : area.top + area.height / 2;
+    pen.fillRect(x + w, y - 0.5, 4 * UNIT, 1);
+    pen.fillText(label(value, step), x + w + 6 * UNIT, y);
+  }
+  pen.save();
+  pen.fillStyle = theme.ink;
+  pen.font = MATHS;
+  pen.textAlign = "center";
+  pen.textBaseline = "alphabetic";
+  pen.translate(area.left + area.width + (BAR - 2) * UNIT, area.top + area.height / 2);
+  pen.rotate(-Math.PI / 2);
+  pen.fillText("progression per period", 0, 0);
+  pen.restore();
 }

@@ -3,13 +3,12 @@ import { FONT, UNIT, extent, frame, padded } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
-import type { Diagram } from "../diagram.ts";
+import type { Diagram, Place } from "../diagram.ts";
 import { NUMBERS, QUANTITIES } from "../fields.ts";
 import type { Quantity } from "../fields.ts";
 
-export const AREA = { left: 58, right: 14 }; // as in `frame`
-
-export function drawDiagram(diagram: Diagram, quantity: Quantity, chosen: number | null, pen: Pen, width: number, height: number, theme: Theme): void {
+/** Draws it, with the points of one column ringed if a place is chosen. */
+export function drawDiagram(diagram: Diagram, quantity: Quantity, chosen: Place | null, pen: Pen, width: number, height: number, theme: Theme): Frame {
   const passes = diagram.passes.map((pass) => ({
     way: pass.way,
     points: pass.columns.flatMap((column, i) => {
@@ -28,12 +27,23 @@ export function drawDiagram(diagram: Diagram, quantity: Quantity, chosen: number
     const size = (way === "up" ? 2.2 : way === "down" ? 5.5 : 3) * dense * UNIT;
     for (const [x, y] of points) pen.fillRect(area.x(x) - size / 2, area.y(y) - size / 2, size, size);
   }
-  if (chosen !== null) {
-    pen.strokeStyle = theme.ink;
-    pen.lineWidth = 1.5;
+  if (chosen) ring(diagram, quantity, chosen, area, pen, theme);
+  return area;
+}
+
+function ring(diagram: Diagram, quantity: Quantity, { pass, index }: Place, area: Frame, pen: Pen, theme: Theme): void {
+  const { values, columns } = diagram.passes[pass] ?? { values: [], columns: [] };
+  const [value, column] = [values[index] ?? 0, columns[index]];
+  pen.strokeStyle = theme.ink;
+  pen.lineWidth = UNIT;
+  pen.beginPath();
+  pen.moveTo(area.x(value), area.top);
+  pen.lineTo(area.x(value), area.top + area.height);
+  pen.stroke();
+  pen.lineWidth = 1.5 * UNIT;
+  for (const y of column ? diagram.values(column, value, quantity) : []) {
     pen.beginPath();
-    pen.moveTo(area.x(chosen), area.top);
-    pen.lineTo(area.x(chosen), area.top + area.height);
+    pen.arc(area.x(value), area.y(y), 6 * UNIT, 0, 2 * Math.PI);
     pen.stroke();
   }
 }
@@ -45,7 +55,7 @@ function drawMarks(diagram: Diagram, area: Frame, pen: Pen, theme: Theme): void 
   diagram.marks.forEach((mark, i) => {
     const x = area.x(mark.value);
     pen.strokeStyle = theme.mark;
-    pen.lineWidth = 1;
+    pen.lineWidth = UNIT;
     pen.setLineDash(mark.exact ? [] : [3, 3]);
     pen.globalAlpha = 0.7;
     pen.beginPath();

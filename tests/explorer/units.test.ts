@@ -1,0 +1,235 @@
+// The page's parts under Node, without a browser: what is computed, searched and coloured.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { inflateSync } from "node:zlib";
+import { differenceCiede2000, filterDeficiencyDeuter, filterDeficiencyProt, filterDeficiencyTrit, rgb } from "culori";
+import { Chart } from "../../explorer/src/chart.ts";
+import type { Giver } from "../../explorer/src/chart.ts";
+import { Core } from "../../explorer/src/core.ts";
+import type { Cell, Column, Parameters } from "../../explorer/src/core.ts";
+import { themeOf } from "../../explorer/src/draw/colours.ts";
+import type { Answer, CellsJob, MarkJob } from "../../explorer/src/jobs.ts";
+import { MOST, marksBetween } from "../../explorer/src/marks.ts";
+import type { Runner } from "../../explorer/src/marks.ts";
+import { modulus, multipliers } from "../../explorer/src/multipliers.ts";
+import { Pool } from "../../explorer/src/pool.ts";
+import { conflict, defaults, format, parse } from "../../explorer/src/state.ts";
+import type { State } from "../../explorer/src/state.ts";
+
+const page = readFileSync(process.env["PAGE"] ?? "", "utf8");
+const packed = /eN[A-Za-z0-9+/=]{20000,}/.exec(page)?.[0] ?? "";
+const library = Core.load(new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))));
+const study: Parameters = { alpha: 0.7, omega: 0.8, delta: 0.02, zeta: 0.05, beta: 1.5, gamma: 3.3, f_b: 1 };
+
+// Runs that stand for the library's: a word for every value of the parameter, or none in time.
+
+const column = (fields: number[], stop: Column["stop"] = "done"): Column => ({
+  stop, multiple: fields.length ? 1 : 0, progression: 0, work: 0, stick: 0, contact: 0, states: [], impacts: [], fields, matrix: null, end: [0, 0, 0],
+});
+
+function runner(wordAt: (alpha: number) => number[] | null): Runner {
+  let alpha = NaN;
+  const nothing = (): never => { throw new Error("not asked for"); };
+  return {
+    prepare: (p: Parameters) => { alpha = p.alpha; },
+    start: () => undefined,
+    column: () => { const word = wordAt(alpha); return column(word ?? [], word ? "done" : "stopped"); },
+    settle: () => "stopped", // no orbit is closed
+    steady: nothing, record: nothing, closed: nothing, follow: nothing, along: nothing,
+    orbitStart: nothing, orbitWithin: nothing, durations: nothing, bifurcation: nothing, segments: nothing,
+  } as unknown as Runner;
+}
+
+const search: MarkJob = { kind: "mark", base: study, x: "alpha", from: 0, to: 1, start: [0, 0, 0], periods: 10 };
+
+test("nothing is marked where a run was not finished, and what was found before counts", () => {
+  const never = marksBetween(runner((alpha) => (alpha === 0 ? [2] : null)), search);
+  assert.deepEqual(never.map(({ name, exact, value, doubt }) => [name, exact, value, doubt]), [["left open: a run was not finished", false, 0.5, 0.5]]);
+  const later = marksBetween(runner((alpha) => (alpha < 0.125 ? [2] : alpha < 0.7 || alpha === 1 ? [5, 2] : null)), { ...search, to: 0.75, from: 0 });
+  assert.ok(later.every(({ exact }) => !exact));
+  assert.match(later.at(-1)?.name ?? "", /^left open/);
+});
+
+test("an interval with more events than are looked for says so", () => {
+  const many = marksBetween(runner((alpha) => [2, ...new Array<number>(Math.floor(alpha * 64)).fill(5)]), search);
+  assert.equal(many.length, MOST + 1);
+  assert.match(many.at(-1)?.name ?? "", /more than 24 events/);
+  const last = many.at(-1);
+  assert.ok(last && Math.abs(last.value + last.doubt - 1) < 1e-12);
+});
+
+test("between two motions, what is only a long way from one to the other is no event", () => {
+  // Not periodic in the time that a column takes, but the second motion in the end.
+  let [alpha, runs] = [NaN, 0];
+  const slow = runner(() => null);
+  slow.prepare = (p) => { alpha = p.alpha; };
+  slow.column = (periods) => {
+    runs = Math.max(runs, periods);
+    return column(alpha < 0.4 ? [2] : alpha > 0.41 || periods > 100 ? [5, 2] : []);
+  };
+  const marks = marksBetween(slow, search);
+  assert.equal(marks.length, 1);
+  assert.deepEqual([marks[0]?.before, marks[0]?.after, marks[0]?.name], ["2", "52", "jump to another motion"]);
+  assert.ok(Math.abs((marks[0]?.value ?? 0) - 0.4) < 1e-8);
+});
+
+test("a motion that never leaves its field is measured where it can be, and not elsewhere", async () => {
+  const core = await library;
+  core.prepare({ ...study, alpha: 0.001 });
+  core.start([0, 0, 0]);
+  const found = core.column(100);
+  assert.deepEqual([found.progression, found.stick, found.contact, found.fields], [0, 1, 0, [2]]);
+  assert.ok(Number.isNaN(found.work));
+  core.start([0, 0, 0]);
+  const cell = core.cell(100);
+  assert.deepEqual([cell.fields, cell.progression, cell.multiple], [[2], 0, 1]);
+});
+
+test("no itinerary is cut", async () => {
+  const core = await library;
+  core.prepare({ ...study, alpha: 1.16, omega: 0.008, delta: 0, zeta: 0.001, beta: 30 });
+  core.start([0, 0, 0]);
+  assert.equal(core.column(10).fields.length, 290); // by simulate(...).steady().word
+  core.start([0, 0, 0]);
+  assert.equal(core.cell(10).fields.length, 290);
+});
+
+test("a column has the multipliers of its orbit", async () => {
+  const core = await library;
+  core.prepare(study);
+  core.start([0, 0, 0]);
+  const { matrix } = core.column(100);
+  const [largest, next, none] = multipliers(matrix ?? []).map(modulus);
+  assert.ok(Math.abs((largest ?? 0) - 0.5364) < 1e-4); // by orbits.stability.multipliers
+  assert.ok(Math.abs((next ?? 0) - 0.5364) < 1e-4);
+  assert.equal(none, 0);
+});
+
+// Charts of cells that are known: what is not run must be what a run would have given.
+
+type Known = (x: number, y: number) => Partial<Cell>;
+
+function charted(known: Known, change: Partial<State>): { chart: Chart; runs: number } {
+  let runs = 0;
+  const queue: (() => void)[] = [];
+  const giver: Giver = {
+    cancel: () => undefined,
+    give: (ask, listener) => {
+      const job = queue.length + 1;
+      queue.push(() => {
+        const { places } = ask as CellsJob;
+        runs += places.length;
+        const cells = places.map(([x, y]): Cell => ({ stop: "done", multiple: 1, progression: 0, fields: [2], mean: [0, 0, 0], ...known(x, y) }));
+        listener({ job, cells } as Answer);
+        listener({ job, done: true });
+      });
+      return job;
+    },
+  };
+  const chart = new Chart(giver, () => undefined);
+  chart.run({ ...defaults(), view: "chart", c_size: 128, ...change });
+  for (let k = 0; k < queue.length; k++) queue[k]?.();
+  return { chart, runs };
+}
+
+test("progressions between cells that were run are interpolated", () => {
+  const plane = (x: number, y: number): number => 0.3 * x - 0.2 * y;
+  const { chart, runs } = charted((x, y) => ({ progression: plane(x, y) }), {});
+  assert.ok(runs < 1000);
+  chart.progressions.forEach((value, k) => {
+    const [x, y] = chart.place(k % 128, Math.floor(k / 128));
+    assert.ok(Math.abs(value - plane(x, y)) < 1e-12);
+  });
+});
+
+test("where the progression is steep it is run", () => {
+  const jump = (x: number): number => (x < 1.03 ? -2 : 2);
+  const { chart } = charted((x) => ({ progression: jump(x) }), {});
+  chart.progressions.forEach((value, k) => assert.equal(value, jump(chart.place(k % 128, 0)[0])));
+});
+
+test("a region is whole wherever its border is met", () => {
+  // A thin arm between the nodes of the coarse grid, from a region that they do see.
+  const inside = (x: number, y: number): boolean => x < 0.5 || (x < 1.7 && Math.abs(y - 2.1 - 0.1 * x) < 0.04);
+  const { chart, runs } = charted((x, y) => ({ fields: inside(x, y) ? [5, 2] : [2] }), {});
+  assert.ok(runs < 0.3 * 128 * 128);
+  chart.of.forEach((region, k) => {
+    const [x, y] = chart.place(k % 128, Math.floor(k / 128));
+    assert.equal(chart.regions[region]?.word, inside(x, y) ? "52" : "2");
+  });
+});
+
+test("attractors are told apart over starts, and only there", () => {
+  const starts = { c_x: "x_r", c_y: "v_r", c_x0: -1, c_x1: 1, c_y0: -1, c_y1: 1 };
+  const twins: Known = (x) => ({ mean: x < 0 ? [0.3, 0, 0] : [-0.3, 0, 0], progression: 0 });
+  assert.equal(charted(twins, { ...starts, c_by: "attractor" }).chart.regions.length, 2);
+  assert.equal(charted(twins, { ...starts, c_by: "itinerary" }).chart.regions.length, 1);
+  // Rounding of a motion that settled is no other motion, wherever the digits change.
+  const rounded: Known = (x) => ({ mean: [0.1234565 + (x < 0 ? 1e-9 : -1e-9), 0, 0], progression: 0.4999995 + (x < 0 ? 1e-9 : -1e-9) });
+  assert.equal(charted(rounded, { ...starts, c_by: "attractor" }).chart.regions.length, 1);
+  assert.match(conflict({ ...defaults(), c_by: "attractor" }), /over two starts/);
+  assert.match(parse("#c_by=attractor&c_x=x_r").refused, /over two starts/);
+  assert.equal(conflict({ ...defaults(), ...starts, c_by: "attractor" }), "");
+});
+
+test("the address holds plane, turn and phase, and gives them back", () => {
+  const state = { ...defaults(), plane: "v_r-v_c", around: 120, above: -30, phase: 0.1 + 0.2, c_x: "phase", c_x0: 0, c_x1: 7 };
+  assert.deepEqual(parse(`#${format(state)}`), { state, refused: "" });
+});
+
+test("a worker that dies ends its jobs, and the page is told", async () => {
+  class Dead {
+    onmessage = null;
+    onerror: ((event: unknown) => void) | null = null;
+    onmessageerror = null;
+    terminate(): void {}
+    postMessage(ask: object): void {
+      if ("ask" in ask) queueMicrotask(() => this.onerror?.({ message: "no memory", preventDefault: () => undefined }));
+    }
+  }
+  Object.assign(globalThis, { Worker: Dead });
+  const heard: string[] = [];
+  const pool = new Pool("", new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))), (why) => heard.push(why), 1);
+  const ask: CellsJob = { kind: "cells", base: study, start: { state: [0, 0, 0], phase: 0 }, x: "alpha", y: "gamma", places: [], periods: 1 };
+  const ended = (): Promise<void> => new Promise((go) => pool.give(ask, (answer) => "done" in answer && go()));
+  await ended();
+  assert.deepEqual(heard, ["no memory"]);
+  await ended(); // no worker is left: it ends as well
+});
+
+// Colours under the three deficiencies, by CIEDE2000: 10 is seen at a glance.
+
+const EYES = [(colour: string) => colour, filterDeficiencyProt(1), filterDeficiencyDeuter(1), filterDeficiencyTrit(1)];
+const difference = differenceCiede2000();
+
+function nearest(colours: readonly string[]): [number, string, string] {
+  let least: [number, string, string] = [Infinity, "", ""];
+  for (const eye of EYES)
+    colours.forEach((one, i) =>
+      colours.slice(i + 1).forEach((other) => {
+        const away = difference(rgb(eye(one) as string), rgb(eye(other) as string));
+        if (away < least[0]) least = [away, one, other];
+      }),
+    );
+  return least;
+}
+
+for (const dark of [false, true]) {
+  const theme = themeOf(dark);
+  const name = dark ? "dark" : "light";
+  for (const [what, colours, least] of [
+    ["fields", theme.fields, 10],
+    ["ways of a diagram and its bifurcations", [theme.accent, theme.fields[5] ?? "", theme.soft, theme.mark, theme.paper], 10],
+    ["curves of a history", [theme.ink, theme.accent, theme.mark], 10],
+    ["regions", theme.words, 10],
+  ] as const)
+    test(`${what} are told apart by all eyes, ${name}`, () => {
+      const [away, one, other] = nearest(colours);
+      assert.ok(away >= least, `${one} and ${other}: ${away.toFixed(1)}`);
+    });
+}
+
+test("the check of colours fails for colours that some eyes confuse", () => {
+  assert.ok(nearest(["#d55e00", "#7a7a00"])[0] < 10);
+});
