@@ -19,7 +19,14 @@ def test_units(tmp_path):
     bundle = tmp_path / "units.mjs"
     source = str(Path(__file__).with_name("units.test.ts"))
     subprocess.run(
-        [str(ESBUILD), source, "--bundle", "--platform=node", "--format=esm", f"--outfile={bundle}"],
+        [
+            str(ESBUILD),
+            source,
+            "--bundle",
+            "--platform=node",
+            "--format=esm",
+            f"--outfile={bundle}",
+        ],
         check=True,
         capture_output=True,
         env=os.environ | {"NODE_PATH": modules},
