@@ -97,7 +97,8 @@ def changed(monkeypatch: pytest.MonkeyPatch, **changes: Callable[[Segment], Any]
         right = run_of(start, backend)
         segment, *others = right.segments
         new = {name: change(segment) for name, change in changes.items()}
-        return replace(right, segments=(replace(segment, **new), *others))
+        kept = replace(right.kept, segments=(replace(segment, **new), *others))
+        return replace(right, kept=kept)
 
     monkeypatch.setattr(Start, "run", wrong)
 
