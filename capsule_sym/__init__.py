@@ -9,8 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from capsule_sym.errors import InvalidInput, Outcome
+    from capsule_sym.errors import InvalidInput, Outcome, Status
     from capsule_sym.map import Trajectory, simulate
+    from capsule_sym.map.many import Trajectories, simulate_many
     from capsule_sym.parameters import Parameters, PhysicalParameters, load_parameters
 
     __version__: str
@@ -20,10 +21,13 @@ __all__ = [
     "Outcome",
     "Parameters",
     "PhysicalParameters",
+    "Status",
+    "Trajectories",
     "Trajectory",
     "__version__",
     "load_parameters",
     "simulate",
+    "simulate_many",
 ]
 
 _HOME = {
@@ -31,9 +35,12 @@ _HOME = {
     "Outcome": "errors",
     "Parameters": "parameters",
     "PhysicalParameters": "parameters",
+    "Status": "errors",
+    "Trajectories": "map.many",
     "Trajectory": "map",
     "load_parameters": "parameters",
     "simulate": "map",
+    "simulate_many": "map.many",
 }
 
 

@@ -28,11 +28,20 @@ _STATES = np.full(3, -LARGEST_STATE), np.full(3, LARGEST_STATE)
 
 
 class Finals(NamedTuple):
-    """Where runs came to: states (n, 3), capsule positions (n,), and which runs came to no end."""
+    """Where runs came to: states (n, 3), capsule positions (n,), and after how many periods (n,).
+
+    `stopped` tells which runs did not finish.
+    """
 
     states: NDArray[np.float64]
     positions: NDArray[np.float64]
     stopped: NDArray[np.bool_]
+    periods: NDArray[np.int64]
+
+    @property
+    def success(self) -> NDArray[np.bool_]:
+        """Which runs came to the end of their periods, shape (n,)."""
+        return ~self.stopped
 
 
 def parameter_rows(base: Parameters, **columns: ArrayLike) -> NDArray[np.float64]:
@@ -46,7 +55,7 @@ def parameter_rows(base: Parameters, **columns: ArrayLike) -> NDArray[np.float64
     rows = np.tile(np.array(list(base.to_dict().values())), (count, 1))
     for name, column in values.items():
         rows[:, _NAMES.index(name)] = column
-    return _checked_rows(rows)
+    return checked_rows(rows)
 
 
 def final_states(
@@ -71,11 +80,11 @@ def final_states(
 
     Raises InvalidInput for a value that is not allowed.
     """
-    rows = _checked_rows(np.ascontiguousarray(parameters, dtype=float))
+    rows = checked_rows(np.ascontiguousarray(parameters, dtype=float))
     count = len(rows)
     check_count("periods", periods)
     check_count("threads", threads)
-    starts, times = _spread(states, (count, 3)), _spread(phases, (count,))
+    starts, times = spread(states, (count, 3)), spread(phases, (count,))
     if at := core().outside(starts, *_STATES):
         value = tuple(starts[at[0]].tolist())
         raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
@@ -84,7 +93,8 @@ def final_states(
         if 0.0 <= phase < 2 * np.pi / rows[0, 1]:
             found = _alone(rows[0].tolist(), starts[0].tolist(), phase, periods)
             if found is not None:
-                return Finals(np.array([found]), np.array([np.nan]), np.zeros(1, bool))
+                one = np.array([periods])
+                return Finals(np.array([found]), np.array([np.nan]), np.zeros(1, bool), one)
     if strobe is not None:
         if strobe.shape != (count, periods + 1, 3) or strobe.dtype != np.float64:
             raise InvalidInput(
@@ -126,7 +136,8 @@ def final_states(
     for k, name in enumerate(("x_r", "v_r", "v_c")):
         reached[:, k] = records[name]
     where = records["position"].copy() if positions else np.full(count, np.nan)
-    return Finals(reached, where, records["turn"] < periods)
+    turns = records["turn"].copy()
+    return Finals(reached, where, turns < periods, turns)
 
 
 def _alone(
@@ -205,7 +216,8 @@ def _finish(
         native.run(record, periods, strobe=strobe, position=positions, watch=watch)
 
 
-def _checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows of parameters; raises InvalidInput for a shape or a value that is not allowed."""
     if rows.ndim != 2 or rows.shape[1] != len(_NAMES):
         raise InvalidInput("parameters", rows.shape, "an array of shape (n, 7)")
     if at := core().outside(rows, _LOW, _HIGH):
@@ -215,7 +227,7 @@ def _checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return rows
 
 
-def _spread(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def spread(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The values as an array of this shape, by the rules of broadcasting."""
     spread = np.empty(shape)
     spread[...] = values
