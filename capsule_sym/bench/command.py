@@ -33,8 +33,9 @@ _RESULTS = Path("results/bench")
 )
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
+@click.option("--face", is_flag=True, help="What a person calls first, instead: under a minute.")
 @json_option
-def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
+def bench(repeats: int, only: str, quick: bool, face: bool, as_json: bool) -> None:
     """Measure speed against error, beside other tools.
 
     Times are processor time of calls from Python, by excitation period. Errors are those of the
@@ -49,7 +50,13 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     rows of tool and setting; "ratios" are of their times by ours; "growth" is ours alone; "widths"
     counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method beside Brent's; and
     "goals" is what has to be reached.
+
+    --face measures by the clock, the best of its repeats: a run with its segments, states at a
+    million times, a fit's inner loop, and whole processes; beside SciPy's dense output and
+    heyoka.py's over the same segments. It writes no file.
     """
+    if face:
+        return _face(quick, repeats, as_json)
     from capsule_sym.bench.whole import Study
     from capsule_sym.records import dumps
 
@@ -67,6 +74,26 @@ def bench(repeats: int, only: str, quick: bool, as_json: bool) -> None:
     else:
         _print(study)
     click.echo(f"wrote {file}", err=True)
+
+
+def _face(quick: bool, repeats: int, as_json: bool) -> None:
+    from capsule_sym.bench.face import figures, lacking
+    from capsule_sym.bench.machine import machine, versions
+    from capsule_sym.records import dumps
+
+    for line in lacking():
+        click.echo(line, err=True)
+    found = list(figures(quick, repeats))
+    if as_json:
+        rows = [figure._asdict() for figure in found]
+        click.echo(dumps({"machine": machine(), "versions": versions(), "face": rows}))
+        return
+    table = _table("what", "tool", "", "unit", "at most", "difference")
+    for figure in found:
+        at_most = "" if figure.goal is None else f"{figure.goal:g}"
+        off = "" if figure.error is None else f"{figure.error:.0e}"
+        table.add_row(figure.what, figure.tool, f"{figure.value:.3g}", figure.unit, at_most, off)
+    make_console(width=200).print(table)
 
 
 def _print(study: Study) -> None:
