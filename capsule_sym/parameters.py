@@ -7,7 +7,6 @@ doi 10.1016/j.physd.2019.04.008).
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Container
 from dataclasses import dataclass, fields, replace
 from os import PathLike
@@ -199,6 +198,8 @@ def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameter
 def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
     try:
+        import tomllib
+
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error

@@ -111,9 +111,9 @@ static size_t segment_of_time(const calendar *c, const capsule_segment *segments
     return at;
 }
 
-size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
-                        int more, const double *times, const int64_t *order, size_t n,
-                        double (*states)[4], capsule_watch *watch)
+size_t capsule_states(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
+                      const double *times, const int64_t *order, size_t n, double (*states)[4],
+                      capsule_watch *watch)
 {
     const double omega = map->parameters.omega, period = TWO_PI / omega;
     const calendar c = {period, (fma(-period, omega, TWO_PI) + TWO_PI_REST) / omega, omega};
@@ -143,3 +143,14 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
     }
     return count ? n : 0;
 }
+
+#ifndef capsule_states
+size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
+                        int more, const double *times, const int64_t *order, size_t n,
+                        double (*states)[4], capsule_watch *watch)
+{
+    capsule_evaluation *const states_at =
+        capsule_lanes() > 1 ? capsule_states_fused : capsule_states;
+    return states_at(map, segments, count, more, times, order, n, states, watch);
+}
+#endif

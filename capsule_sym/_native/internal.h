@@ -49,7 +49,15 @@ typedef struct {
 typedef void capsule_segment_step(capsule_course *course, capsule_state *state, capsule_passage *p);
 capsule_segment_step capsule_pass, capsule_pass_fused, capsule_pass_wide, capsule_pass_wide_fused;
 
+/* The states of segments at times, as `capsule_evaluate` gives them. */
+typedef size_t capsule_evaluation(const capsule_map *map, const capsule_segment *segments,
+                                  size_t count, int more, const double *times,
+                                  const int64_t *order, size_t n, double (*states)[4],
+                                  capsule_watch *watch);
+capsule_evaluation capsule_states, capsule_states_fused;
+
 #if !(defined(__x86_64__) && defined(__GNUC__))
+#define capsule_states_fused capsule_states
 #define capsule_pass_fused capsule_pass
 #define capsule_pass_wide_fused capsule_pass_wide
 #define capsule_field_fused capsule_field_at

@@ -15,8 +15,8 @@ from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.checks import LARGEST_STATE, RANGES, check_count, check_start
 from capsule_sym.map.evaluation import borrowed, give_back
-from capsule_sym.map.native import core, step, write
-from capsule_sym.map.reference import Run
+from capsule_sym.map.handover import Run, step, write
+from capsule_sym.map.native import core
 from capsule_sym.map.simulate import simulate
 from capsule_sym.parameters import Parameters
 

@@ -17,13 +17,9 @@ from capsule_sym.generated.interface import Precision
 from capsule_sym.map import evaluation
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.keep import Keeper
-from capsule_sym.map.reference import TIME_IS_UP, Journey, Run, after
-from capsule_sym.map.segments import instant, plane_name, plane_number, records_of
-from capsule_sym.map.trajectory import FINISHED, Trajectory
-from capsule_sym.map.transitions import State
+from capsule_sym.map.segments import instant, records_of
+from capsule_sym.map.trajectory import FINISHED, TIME_IS_UP, Trajectory, after
 from capsule_sym.parameters import Parameters
-
-_ROOM = 256  # segments of the reference map at a time
 
 
 def core() -> Any:
@@ -93,6 +89,9 @@ class NativeRun:
             stop = self._piece(native, record, periods, most - keeper.count, strobe, watch, keeper)
             found = None
             if stop == core().OPEN and keeper.count < most:
+                # Imported where it is needed: that takes as long as all the rest.
+                from capsule_sym.map.handover import Run, step, write
+
                 run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
                 journey = step(run, record, periods, most - keeper.count)
                 tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
@@ -141,33 +140,3 @@ class NativeRun:
 
 
 _FINAL = ["x_r", "v_r", "v_c", "angle", "position", "turn"]
-
-
-def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> Journey:
-    """One segment of the reference map from a state record of the core.
-
-    More, up to `most`, as long as 50 digits have to settle them, or they do not advance: a record
-    has no digits, nor a count of such segments, to go on from.
-    """
-    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane, _ = record.tolist()
-    source = plane_name(plane)
-    state = State(x_r, gap, v_r, v_c, angle, bound, rest)
-    journey = run.depart(state, source, turn, position)
-    if journey.departure is not None and not source and v_c == 0:
-        journey = journey._replace(source=f"Σ{journey.departure.field}")
-    journey, taken = run.follow(journey, periods, 1), 1
-    while (run.exact is not None or run.still) and taken < most:
-        if journey.departure is None or journey.turns >= periods:
-            break
-        taken += 1
-        journey = run.follow(journey, periods, taken)
-    return journey
-
-
-def write(record: NDArray[np.void], journey: Journey) -> None:
-    """Puts where a run of the reference map stands into a state record of the core."""
-    state, source = journey.state, journey.source
-    plane = plane_number(source)
-    field = journey.departure.field if journey.departure else 0
-    rest, place = state.angle_rest, (journey.position, journey.turns, state.bound, plane, field)
-    record[...] = (*state[:5], rest, *place)

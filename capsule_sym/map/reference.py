@@ -18,20 +18,21 @@ from capsule_sym.map.expansion import Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
 from capsule_sym.map.segments import Segment, Triple, instant
 from capsule_sym.map.steady import LONGEST
-from capsule_sym.map.trajectory import FINISHED, Kept, Statistics, Trajectory
+from capsule_sym.map.trajectory import (
+    FINISHED,
+    TIME_IS_UP,
+    Kept,
+    Statistics,
+    Trajectory,
+    after,
+)
 from capsule_sym.map.transitions import State, Undetermined, depart, start_at
 from capsule_sym.parameters import Parameters
 
-TIME_IS_UP = "at its time limit"
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
 _NOTHING = 1e-200
 # After a start on several surfaces at once a few segments that hardly last may follow each other.
 _MOST_STILL = 16
-
-
-def after(most: int) -> str:
-    """Why a run ended that has as many segments as it may have."""
-    return f"after {most} segments"
 
 
 class Journey(NamedTuple):

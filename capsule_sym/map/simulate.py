@@ -14,7 +14,6 @@ from capsule_sym.map.backend import default_backend
 from capsule_sym.map.checks import check_count, check_start, checked_seconds
 from capsule_sym.map.keep import checked, most_segments, reduced
 from capsule_sym.map.native import NativeRun
-from capsule_sym.map.reference import Run
 from capsule_sym.map.trajectory import Trajectory
 from capsule_sym.parameters import Parameters
 
@@ -62,6 +61,8 @@ def simulate(
     if chosen == "c":
         run = NativeRun(parameters, settle, deadline, progress)
         return run.go(values, phase, periods, most, kept)
+    from capsule_sym.map.reference import Run
+
     with backend_of(chosen) as numbers:
         whole = Run(numbers, parameters, settle, deadline, progress)
         found = whole.go(values, phase, periods, most)

@@ -35,6 +35,12 @@ Kind = TypeVar("Kind")
 
 
 FINISHED = "the run came to its end"
+TIME_IS_UP = "at its time limit"
+
+
+def after(most: int) -> str:
+    """Why a run ended that has as many segments as it may have."""
+    return f"after {most} segments"
 
 
 class Statistics(NamedTuple):
