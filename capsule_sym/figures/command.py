@@ -105,6 +105,8 @@ def diagram(file: Path, out: Path, quantity: str) -> None:
 def report(out: Path, colours: Any) -> None:
     """Write the whole case study as one page of HTML that opens without a network.
 
+    The explorer, to which it links, is written beside it as explorer.html.
+
     Figures are drawn for it; tables come from the files that `paper`, `verify`, `hardcases` and
     `bench` leave in results, and a section whose file is missing says how to make it.
     """

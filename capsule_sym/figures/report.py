@@ -14,8 +14,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from capsule_sym import explorer
 from capsule_sym.casestudy import GAMMAS, THRESHOLDS
-from capsule_sym.errors import NotInstalled
+from capsule_sym.errors import InvalidInput, NotInstalled
 from capsule_sym.figures.catalogue import BENCH, FIGURES, Study, measured
 from capsule_sym.figures.data import Store
 from capsule_sym.figures.style import Colours, styled
@@ -24,6 +25,9 @@ from capsule_sym.options import Track
 from capsule_sym.paper import read
 from capsule_sym.parameters import Parameters
 from capsule_sym.records import write as write_texts
+
+EXPLORER = "explorer.html"
+"""Name of the explorer's page beside the report."""
 
 _SOURCES = {
     "cases": (Path("results/paper/casestudy.json"), "capsule-sym paper"),
@@ -48,8 +52,13 @@ class Picture(NamedTuple):
 
 
 def write(path: Path, colours: Colours, track: Track) -> None:
-    """Write the page, whole or not at all; raises InvalidInput when it cannot be written."""
-    write_texts({path.name: page(colours, track)}, path.parent)
+    """Write the page, and the explorer to which it links beside it as `explorer.html`.
+
+    Each is written whole or not at all; raises InvalidInput when they cannot be written.
+    """
+    if path.name == EXPLORER:
+        raise InvalidInput("--out", str(path), f"a name other than {EXPLORER}, the explorer's")
+    write_texts({path.name: page(colours, track), EXPLORER: explorer.page()}, path.parent)
 
 
 def page(colours: Colours, track: Track) -> str:
@@ -83,6 +92,7 @@ def page(colours: Colours, track: Track) -> str:
         pictures=_pictures(colours, track, saved["bench"] is not None),
         versions={"python": platform.python_version(), **_versions()},
         digest=DIGEST,
+        explorer=EXPLORER,
     )
 
 

@@ -18,14 +18,24 @@ export class App {
   private readonly listeners: Listener[] = [];
   private writing = 0;
 
-  constructor(
-    readonly core: Core,
-    private readonly makePool: (failed: (why: string) => void) => Pool,
-  ) {
+  constructor(private readonly makePool: (failed: (why: string) => void) => Pool) {
     const { state, refused } = parse(location.hash);
     this.state = state;
     this.refused = refused;
     this.theme = themeOf(matchMedia("(prefers-color-scheme: dark)").matches);
+  }
+
+  private loaded: Core | undefined;
+  /** The library, once it is there. */
+  get core(): Core {
+    if (!this.loaded) throw new Error("the library is not there yet");
+    return this.loaded;
+  }
+  get ready(): boolean {
+    return this.loaded !== undefined;
+  }
+  set core(core: Core) {
+    this.loaded = core;
   }
 
   private made: Pool | undefined;

@@ -56,10 +56,13 @@ function tabs(app: App, enter: (view: string) => void): void {
 }
 
 async function begin(): Promise<void> {
-  measureType();
-  const code = await WebAssembly.compile(await unpack(LIBRARY));
-  const app = new App(await Core.load(code), (failed) => new Pool(WORKER, code, failed));
+  // The library is compiled beside, while the page is put up.
+  const compiling = unpack(LIBRARY).then((bytes) => WebAssembly.compile(bytes));
+  compiling.catch(() => undefined); // heard of below
+  let code: WebAssembly.Module;
+  const app = new App((failed) => new Pool(WORKER, code, failed));
   document.documentElement.classList.toggle("dark", app.theme.dark);
+  measureType();
   // Views with workers are made when they are first entered.
   let diagram: DiagramPage | undefined;
   let chart: ChartPage | undefined;
@@ -69,8 +72,10 @@ async function begin(): Promise<void> {
   };
   explainHeadings();
   sidebar(app);
-  tabs(app, enter);
   const motion = new MotionPage(app);
+  code = await compiling;
+  app.core = await Core.load(code);
+  tabs(app, enter);
   if (app.state.view === "motion") motion.update();
   sharing(app, motion, () => ({ diagram: diagram?.panel, chart: chart?.panel }), () => diagram?.diagram, () => chart?.chart);
   fill(byId<HTMLSelectElement>("preset"), (state) => app.change(state));

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import paper
+from capsule_sym import explorer, paper
 from capsule_sym.figures import catalogue, report
 from tests.figures.conftest import untracked
 
@@ -178,7 +178,8 @@ def test_a_page_without_results_says_how_to_make_them(plain: Path) -> None:
 def test_a_page_holds_all_that_it_shows(few: Path) -> None:
     results(few)
     page = read(report.page("safe", untracked))
-    assert page.references == []
+    # The explorer is written beside it.
+    assert {reference.partition("#")[0] for reference in page.references} == {"explorer.html"}
     assert set(page.targets) <= page.names
     assert len(page.images) == 3
     for image in page.images:
@@ -242,4 +243,14 @@ def test_a_page_that_cannot_be_written_leaves_nothing(plain: Path) -> None:
     with pytest.raises(InvalidInput, match="must be writable"):
         report.write(plain / "file" / "report.html", "safe", untracked)
     report.write(plain / "new" / "report.html", "paper", untracked)
-    assert [path.name for path in (plain / "new").iterdir()] == ["report.html"]
+    assert {path.name for path in (plain / "new").iterdir()} == {"report.html", "explorer.html"}
+    with pytest.raises(InvalidInput, match=r"other than explorer\.html"):
+        report.write(plain / "new" / "explorer.html", "paper", untracked)
+
+
+def test_a_motion_leads_to_the_explorer(plain: Path) -> None:
+    results(plain)
+    report.write(plain / "new" / "report.html", "safe", untracked)
+    links = read((plain / "new" / "report.html").read_text(encoding="utf-8")).references
+    assert "explorer.html#alpha=0.3&gamma=3.3&periods=400" in links
+    assert (plain / "new" / "explorer.html").read_text(encoding="utf-8") == explorer.page()

@@ -96,7 +96,7 @@ export function frame(pen: Pen, width: number, height: number, xs: Range, ys: Ra
   const inner = { left, top, width: Math.max(10, width - left - right - beside * UNIT), height: Math.max(10, height - top - bottom) };
   const x = (value: number): number => inner.left + ((value - xs[0]) / (xs[1] - xs[0])) * inner.width;
   const y = (value: number): number => inner.top + inner.height - ((value - ys[0]) / (ys[1] - ys[0])) * inner.height;
-  const [xt, yt] = [ticks(xs, inner.width / (80 * UNIT)), ticks(ys, inner.height / (46 * UNIT))];
+  const [xt, yt] = [ticks(xs, inner.width / (60 * UNIT)), ticks(ys, inner.height / (46 * UNIT))];
   const step = (t: readonly number[]): number => Math.abs((t[1] ?? 1) - (t[0] ?? 0)) || 1;
   pen.lineWidth = 1;
   pen.strokeStyle = theme.line;

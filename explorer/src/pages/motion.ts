@@ -38,6 +38,7 @@ export class MotionPage {
       phase: new Panel(byId("phase"), drawn((motion, ...rest) => drawPhase(motion, this.plane, ...rest)), theme),
       space: new Panel(byId("space"), drawn((motion, ...rest) => drawSpace(motion, this.turn, ...rest)), theme),
     };
+    this.history.prepare();
     this.planeChoice();
     this.turning();
     this.playback();
@@ -70,6 +71,7 @@ export class MotionPage {
 
   update(): void {
     const { app } = this;
+    if (!app.ready) return;
     const begun = performance.now();
     const motion = (this.motion = motionAt(app.core, app.state));
     const computed = performance.now() - begun;

@@ -34,7 +34,7 @@ export const PRESETS: readonly Preset[] = [
   { group: "Diagrams", name: "Case study, α from 0.005 to 2", state: { view: "diagram" } },
   { group: "Diagrams", name: "Case study, progression by ω", state: { view: "diagram", d_x: "omega", d_y: "progression", d_from: 0.3, d_to: 1.6 } },
   { group: "Charts", name: "Itineraries over α and γ", state: { view: "chart" } },
-  { group: "Charts", name: "Basins of three motions", state: { view: "chart", alpha: 2.8, omega: 0.4, zeta: 0.01, beta: 5, gamma: 5, c_x: "x_r", c_y: "v_r", c_x0: -2, c_x1: 2, c_y0: -2, c_y1: 2, c_by: "attractor" } },
+  { group: "Charts", name: "Basins of two motions", state: { view: "chart", alpha: 2.8, omega: 0.4, zeta: 0.01, beta: 5, gamma: 5, c_x: "x_r", c_y: "v_r", c_x0: -2, c_x1: 2, c_y0: -2, c_y1: 2, c_by: "attractor" } },
   { group: "Devices", name: "Half a kilogram on 50 N/m", state: { view: "motion", units: "device" } },
 ];
 

@@ -64,8 +64,9 @@ function drawMarks(diagram: Diagram, area: Frame, pen: Pen, theme: Theme): void 
     pen.stroke();
     pen.globalAlpha = 1;
     pen.setLineDash([]);
-    if (x - last < 15 * UNIT) return;
-    last = x;
+    const half = pen.measureText(String(i + 1)).width / 2;
+    if (x - half < last + 4 * UNIT) return;
+    last = x + half;
     pen.fillStyle = theme.mark;
     pen.textAlign = "center";
     pen.fillText(String(i + 1), x, area.top + 1);

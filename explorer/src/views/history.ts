@@ -30,10 +30,15 @@ export class History {
     }).observe(box);
   }
 
+  /** Makes the plot before there is a motion. */
+  prepare(): void {
+    if (this.box.clientWidth && this.look !== this.theme()) this.make();
+  }
+
   show(motion: Motion | null): void {
     this.motion = motion;
     if (!motion || !this.box.clientWidth) return;
-    if (this.look !== this.theme()) this.make();
+    this.prepare();
     const times = column(motion.points, 1).map((time) => time / motion.period);
     this.plot?.setData([times, ...CURVES.map((one) => column(motion.points, one.column))]);
   }
