@@ -1,0 +1,61 @@
+"""`capsule-sym bench --face`: its figures, and that the tools beside it give the same motion."""
+
+from __future__ import annotations
+
+import json
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym import Parameters, simulate
+from capsule_sym.bench import face
+from capsule_sym.bench.command import bench
+
+
+@pytest.mark.parametrize("build", [face._scipy, face._heyoka], ids=["scipy", "heyoka"])
+def test_the_others_integrate_the_same_motion(build: Any) -> None:
+    if build is face._heyoka and find_spec("heyoka") is None:
+        assert face.lacking()[0].startswith("heyoka.py is skipped")
+        pytest.skip("heyoka.py is not installed")
+    run = simulate(Parameters(alpha=1.5, gamma=3.0), periods=3)
+    times = np.linspace(0, 3 * run.parameters.period, 500)
+    evaluate = build(run)
+    assert evaluate is not None
+    np.testing.assert_allclose(evaluate(times), run(times, position=True), rtol=0, atol=1e-9)
+
+
+def test_a_fit_takes_other_parameters_each_time() -> None:
+    one, other = face._fit(), face._fit()
+    assert one.shape == other.shape == (2000, 3)
+    assert 0 < np.abs(one - other).max() < 1e-3
+
+
+def test_the_command_prints_every_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [face.Figure("runs", "this map", 2.5, "us", 4.0, None)]
+    found += [face.Figure("states", "SciPy", 300.0, "ms", None, 1e-12)]
+    monkeypatch.setattr(face, "figures", lambda quick, repeats: iter(found))
+    printed = CliRunner().invoke(bench, ["--face", "--quick"])
+    assert printed.exit_code == 0
+    for word in ("runs", "2.5", "us", "states", "300", "1e-12", "SciPy"):
+        assert word in printed.stdout
+    record = json.loads(CliRunner().invoke(bench, ["--face", "--json"]).stdout)
+    assert record["face"] == [figure._asdict() for figure in found]
+
+
+def test_figures_name_their_goals(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of them in one pass, but for processes and the others' integrations."""
+    started = []
+    monkeypatch.setattr(face, "_process", lambda *words: started.append(words))
+    monkeypatch.setattr(face, "_scipy", lambda run: lambda times: run(times, position=True))
+    monkeypatch.setattr(face, "_heyoka", lambda run: None)
+    found = list(face.figures(quick=True, repeats=1))
+    goals = {figure.unit: figure.goal for figure in found if figure.goal}
+    assert set(goals) == {"us", "bytes", "ms"}
+    assert [f.error for f in found if f.error is not None] == [0.0]
+    assert sum(figure.what.startswith("capsule-sym") for figure in found) == len(face._COMMANDS)
+    assert len(started) == len(face._COMMANDS) + 2
+    memory = next(figure for figure in found if figure.unit == "bytes")
+    assert 0 < memory.value <= 900

@@ -1,0 +1,120 @@
+"""The pass over segments with a line of its C changed: each change is noticed."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from capsule_sym import Parameters, Trajectory, simulate
+from capsule_sym._native import core
+from tests.native import KERNELS, LIBRARY
+
+pytestmark = [
+    pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here"),
+    pytest.mark.skipif(core is None, reason="the C core was not compiled"),
+]
+
+P = Parameters(alpha=1.5, gamma=3.0)
+MUTANTS = {
+    "the segment before": ("    return at;\n", "    return at ? at - 1 : at;\n"),
+    "the segment after": ("    return at;\n", "    return at + 1 < count ? at + 1 : at;\n"),
+    "a search one short": ("            high = at + step;", "            high = at + step - 1;"),
+    "a search that ends early": ("while (high - at > 1)", "while (high - at > 2)"),
+    "another's row": ("states[row]);", "states[i]);"),
+    "another segment's expansion": (
+        "if (p.of != s || p.node != node)",
+        "if (!p.of || p.node != node)",
+    ),
+    "the expansion before": ("if (p.of != s || p.node != node)", "if (p.of != s)"),
+    "the constants of another field": ("    if (p->of != s) {", "    if (!p->of) {"),
+    "whole periods without their rest": ("((double)turn * c->rest + ", "(0.0 * c->rest + "),
+    "times beyond a duration": ("h > s->duration ? s->duration : ", ""),
+    "x_c from the segment's start": ("            p->begin.position +=", "            (void)"),
+    "an angle that does not turn": ("    if (node > 0.0) {", "    if (node > 1.0) {"),
+}
+
+
+class Library:
+    """The pass compiled by itself, with one text of it changed."""
+
+    def __init__(self, directory: Path, change: tuple[str, str] | None) -> None:
+        text = (LIBRARY / "evaluate.c").read_text()
+        if change:
+            assert text.count(change[0]) == 1, change
+            text = text.replace(*change)
+        (directory / "changed.c").write_text(text)
+        others = "int capsule_lanes(void) { return 1; }\nvoid capsule_states_fused(void) {}\n"
+        (directory / "others.c").write_text(others)
+        sources = [
+            "changed.c",
+            "others.c",
+            str(LIBRARY / "tables.c"),
+            str(KERNELS / "capsule_kernels.c"),
+        ]
+        command = ["cc", "-std=c99", "-O0", "-ffp-contract=off", "-shared", "-fPIC", "-w"]
+        command += [f"-I{LIBRARY}", f"-I{KERNELS}", *sources, "-lm", "-o", "built.so"]
+        subprocess.run(command, cwd=directory, check=True)
+        self.library = ctypes.CDLL(str(directory / "built.so"))
+        self.library.capsule_states.restype = ctypes.c_size_t
+
+    def states(self, run: Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """States at times in any order."""
+        parameters = np.array([*run.parameters.to_dict().values()])
+        work, out = np.zeros(1 << 17, np.uint8), np.zeros((len(times), 4))
+        order = np.argsort(times)
+
+        def at(array: NDArray[np.generic]) -> ctypes.c_void_p:
+            return ctypes.c_void_p(array.ctypes.data)
+
+        self.library.capsule_map_make(at(parameters), at(work))
+        size = ctypes.c_size_t
+        self.library.capsule_states(
+            at(work),
+            at(run.records),
+            size(len(run.records)),
+            ctypes.c_int(0),
+            at(times),
+            at(order),
+            size(len(times)),
+            at(out),
+            None,
+        )
+        return out
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[tuple[Trajectory, NDArray[np.float64]]]:
+    """A short run densely, and a long one late and now and then, its end among the times."""
+    short, late = simulate(P, (0.1, -0.2, 0.3), 1.25, 6), simulate(P, periods=20_000)
+    random, period = np.random.default_rng(0), P.period
+    dense = random.uniform(1.25, 6 * period, 1500)
+    sparse = np.append(random.uniform(0, 20_000, 200) * period, 20_000 * period * (1 + 1e-12))
+    return [(short, dense), (late, sparse)]
+
+
+def off(library: Library, runs: list[tuple[Trajectory, NDArray[np.float64]]]) -> float:
+    """Largest difference from the core's states, which 50 digits judge elsewhere."""
+    worst = 0.0
+    for run, times in runs:
+        end = run.final[0].period * P.period
+        true = run(np.minimum(times, end), position=True)
+        true[times > end] = (*run.final[1], run.advance)
+        difference = library.states(run, times) - true
+        scale = np.array([1.0, 1.0, 1.0, 1e-3 * len(run.stroboscopic) + 1.0])
+        worst = max(worst, float(np.abs(difference / scale).max()))
+    return worst
+
+
+def test_unchanged_it_gives_what_the_core_gives(tmp_path: Path, runs: list) -> None:
+    assert off(Library(tmp_path, None), runs) < 5e-14
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_a_change_is_noticed(name: str, tmp_path: Path, runs: list) -> None:
+    assert not off(Library(tmp_path, MUTANTS[name]), runs) < 1e-12
