@@ -1,10 +1,9 @@
-"""Trajectories as tables of pandas and xarray, and drawn into matplotlib's axes."""
+"""Results as tables of pandas and xarray, and trajectories drawn into matplotlib's axes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +11,12 @@ from numpy.typing import NDArray
 from capsule_sym.errors import InvalidInput, NotInstalled
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
     from capsule_sym.map.trajectory import Trajectory
 
-LONG_NAMES = {
+_NAMES = {
     "period": "whole excitation periods before the start",
     "phase": "time in the excitation period at the start",
     "duration": "duration",
@@ -28,9 +30,72 @@ LONG_NAMES = {
     "advance": "change of the capsule position",
     "outcome": "how the segment ends",
     "evaluations": "expansions or guard evaluations to find the end",
+    "alpha": "excitation amplitude",
+    "omega": "excitation frequency",
+    "delta": "gap",
+    "zeta": "damping ratio",
+    "beta": "stiffness ratio",
+    "gamma": "mass ratio",
+    "f_b": "friction bound",
+    "itinerary": "fields of one period of the motion",
+    "period_number": "excitation periods of one period of the motion",
+    "progression": "advance of the capsule per excitation period",
+    "average_velocity": "advance of the capsule per unit of time",
+    "largest_multiplier": "largest modulus of a Floquet multiplier",
+    "line": "line of the switching surfaces on which the orbit bifurcates",
+    "residual": "largest entry of the equations' residual",
+    "status": "whether the equations are solved",
 }
-_COUNTED = ("period", "evaluations")
+"""What the columns of all tables mean. Those that have no name here keep their own."""
+_COUNTED = ("period", "evaluations", "period_number")
 _MOST_POINTS = 100_000
+
+
+class Labelled:
+    """What has columns, and so can be a table of pandas or xarray."""
+
+    dimension: ClassVar[str]
+    """What a row is."""
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns, arrays of shape (n,)."""
+        raise NotImplementedError
+
+    def attributes(self) -> dict[str, Any]:
+        """What holds for all rows."""
+        return {}
+
+    def to_dataframe(self) -> DataFrame:
+        """The columns as a pandas DataFrame, texts as categories; dimensionless.
+
+        Raises ImportError without pandas.
+        """
+        pandas = package("pandas", "sweep")
+        made: DataFrame = pandas.DataFrame(
+            {
+                name: pandas.Categorical(column) if column.dtype.kind == "U" else column
+                for name, column in self.columns.items()
+            }
+        )
+        return made
+
+    def to_xarray(self) -> Dataset:
+        """The columns as an xarray Dataset, each with its `units` and `long_name`; dimensionless.
+
+        Raises ImportError without xarray.
+        """
+        xarray = package("xarray", "sweep")
+        variables, count = {}, 0
+        for name, column in self.columns.items():
+            about, count = {"long_name": _NAMES.get(name, name)}, len(column)
+            if column.dtype.kind != "U" and name in _NAMES:
+                about["units"] = "1" if name in _COUNTED else "dimensionless"
+            variables[name] = (self.dimension, column, about)
+        made: Dataset = xarray.Dataset(
+            variables, {self.dimension: np.arange(count)}, self.attributes()
+        )
+        return made
 
 
 def package(name: str, extra: str) -> Any:
@@ -39,30 +104,6 @@ def package(name: str, extra: str) -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise NotInstalled(error, extra) from error
-
-
-def dataframe(columns: Mapping[str, NDArray[Any]]) -> Any:
-    """The columns as a pandas DataFrame, texts as categories."""
-    pandas = package("pandas", "sweep")
-    made = {
-        name: pandas.Categorical(column) if column.dtype.kind == "U" else column
-        for name, column in columns.items()
-    }
-    return pandas.DataFrame(made)
-
-
-def dataset(columns: Mapping[str, NDArray[Any]], attributes: Mapping[str, Any]) -> Any:
-    """The columns as an xarray Dataset along `segment`, with units and long names."""
-    xarray = package("xarray", "sweep")
-    variables = {}
-    for name, column in columns.items():
-        about = {"long_name": LONG_NAMES[name]}
-        if column.dtype.kind != "U":
-            about["units"] = "1" if name in _COUNTED else "dimensionless"
-        variables[name] = ("segment", column, about)
-    return xarray.Dataset(
-        variables, {"segment": np.arange(len(columns["period"]))}, dict(attributes)
-    )
 
 
 def draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:

@@ -14,6 +14,7 @@ from capsule_sym._native import core
 from capsule_sym.errors import InvalidInput, Status
 from capsule_sym.map import evaluation
 from capsule_sym.map.backend import Number
+from capsule_sym.map.labelled import Labelled, draw
 from capsule_sym.map.segments import (
     Instant,
     Records,
@@ -28,8 +29,6 @@ from capsule_sym.parameters import Parameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from pandas import DataFrame
-    from xarray import Dataset
 
 Kind = TypeVar("Kind")
 
@@ -68,7 +67,7 @@ class Kept:
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Labelled):
     """A run of the exact map: what was asked to be kept of it, and how it went.
 
     All quantities are dimensionless. What was not kept raises InvalidInput when it is asked for.
@@ -89,6 +88,7 @@ class Trajectory:
     statistics: Statistics
     """What the run took."""
     kept: Kept
+    dimension = "segment"
 
     @classmethod
     def of_segments(
@@ -224,26 +224,9 @@ class Trajectory:
         """
         return steady_motion(self, tolerance)
 
-    def to_dataframe(self) -> DataFrame:
-        """The segments as a pandas DataFrame, a row each, with the names of `columns`.
-
-        Texts are categories. Raises ImportError without pandas.
-        """
-        from capsule_sym.map.labelled import dataframe
-
-        made: DataFrame = dataframe(self.columns)
-        return made
-
-    def to_xarray(self) -> Dataset:
-        """The segments as an xarray Dataset along `segment`, each variable with its meaning.
-
-        Raises ImportError without xarray.
-        """
-        from capsule_sym.map.labelled import dataset
-
-        attributes = {**self.parameters.to_dict(), "backend": self.backend, "status": self.status}
-        made: Dataset = dataset(self.columns, attributes)
-        return made
+    def attributes(self) -> dict[str, Any]:
+        """Parameters, backend and status."""
+        return {**self.parameters.to_dict(), "backend": self.backend, "status": str(self.status)}
 
     def plot(
         self, *, axes: Axes | None = None, of: str = "displacements", points: int = 400
@@ -253,7 +236,5 @@ class Trajectory:
         Each period has so many `points`, the whole run at most 10^5. Gives the axes, new ones where
         none are given. Raises InvalidInput for another `of`, ImportError without matplotlib.
         """
-        from capsule_sym.map.labelled import draw
-
         drawn: Axes = draw(self, axes, of, points)
         return drawn

@@ -7,11 +7,14 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import backend
+from capsule_sym.map.labelled import Labelled
 from capsule_sym.orbits.admissibility import Inequality, realised
 from capsule_sym.orbits.bifurcations import INITIALS, PERIOD_DOUBLING, Bifurcation, Root, moduli
 from capsule_sym.orbits.doubling import halved
@@ -19,7 +22,7 @@ from capsule_sym.orbits.equations import PARAMETERS, Vector
 from capsule_sym.orbits.events import place
 from capsule_sym.orbits.following import BESIDE, FIRST, Follower, first_half
 from capsule_sym.orbits.identity import same
-from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.orbit import Orbit, columns_of
 from capsule_sym.orbits.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym.orbits.symmetry import BROKEN, KEPT, whole
@@ -43,7 +46,7 @@ class BranchPoint:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Labelled):
     """Orbits along a branch and its bifurcations, both in order, and why it ends.
 
     `axis` has what varies and between which values it is followed, `origin` is the label of the
@@ -57,6 +60,25 @@ class Branch:
     ending: Ending
     detail: str
     origin: str = ""
+    dimension = "point"
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The points as columns, arrays of shape (n,).
+
+        What varies has its own name; of each orbit there are itinerary, period number,
+        progression, start, and the largest modulus of a Floquet multiplier.
+        """
+        largest = [max(map(abs, point.multipliers), default=0.0) for point in self.points]
+        return {
+            self.parameter: np.array([float(point.value) for point in self.points]),
+            "largest_multiplier": np.array(largest, dtype=float),
+            **columns_of([point.orbit for point in self.points]),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """Why the branch ends, and where it leaves another."""
+        return {"ending": str(self.ending), "detail": self.detail, "origin": self.origin}
 
     @property
     def parameter(self) -> str:

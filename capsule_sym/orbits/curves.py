@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput
 from capsule_sym.map.backend import Backend, backend
+from capsule_sym.map.labelled import Labelled
 from capsule_sym.orbits.admissibility import Inequality
 from capsule_sym.orbits.bifurcations import SMOOTH, Bifurcation, Root, moduli, noise
 from capsule_sym.orbits.changes import around
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.events import Place, place
 from capsule_sym.orbits.following import FIRST, Follower
-from capsule_sym.orbits.orbit import Orbit, Status
+from capsule_sym.orbits.orbit import Orbit, Status, columns_of
 from capsule_sym.orbits.parameter_paths import ParameterPath
 from capsule_sym.orbits.path import Vector
 from capsule_sym.orbits.states import Axis, Ending, Event, State, Stop, where
@@ -78,7 +81,7 @@ class CodimensionTwo:
 
 
 @dataclass(frozen=True)
-class Curve:
+class Curve(Labelled):
     """A curve of bifurcations in two parameters: points in order, and why each of its ends is."""
 
     type: str
@@ -86,6 +89,28 @@ class Curve:
     points: tuple[CurvePoint, ...]
     codimension_two: tuple[CodimensionTwo, ...]
     endings: tuple[tuple[Ending, str], tuple[Ending, str]]
+    dimension = "point"
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The points as columns, arrays of shape (n,).
+
+        The two parameters have their own names; of each point there are the line, and its orbit's
+        itinerary, period number, progression and start.
+        """
+        values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
+        return {
+            self.parameters[0]: values[:, 0],
+            self.parameters[1]: values[:, 1],
+            "line": np.array([point.line for point in self.points], dtype=np.str_),
+            **columns_of([point.orbit for point in self.points]),
+            "residual": np.array([float(point.residual) for point in self.points]),
+            "status": np.array([str(point.status) for point in self.points], dtype=np.str_),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """The type of the bifurcations, and why the curve ends."""
+        return {"type": self.type, "endings": [str(ending) for ending, _ in self.endings]}
 
     def __repr__(self) -> str:
         counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"

@@ -9,11 +9,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym.errors import InvalidInput, Outcome
 from capsule_sym.map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym.map.backend import Backend, Number, backend
 from capsule_sym.map.expansion import Guard
+from capsule_sym.map.labelled import Labelled
 from capsule_sym.orbits.equations import PARAMETERS, ROUNDINGS, Matrix, Shot, Vector, shoot, solve
 from capsule_sym.orbits.word import Word, contact, drift
 from capsule_sym.parameters import Parameters
@@ -63,7 +65,7 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Labelled):
     """A periodic orbit modulo drift: a solution z of its word's equations.
 
     `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
@@ -78,6 +80,7 @@ class Orbit:
     shot: Shot
     backend: str
     iterations: int = 0
+    dimension = "segment"
 
     def __repr__(self) -> str:
         found = f"residual {float(self.residual):.1e}, by {self.backend}"
@@ -143,9 +146,35 @@ class Orbit:
         origin = segments[0].start, segments[0].start_state
         return Trajectory.of_segments(self.parameters, self.backend, origin, segments)
 
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The segments of one period as columns, as those of a trajectory."""
+        return self.trajectory().columns
+
+    def attributes(self) -> dict[str, Any]:
+        """Parameters, progression per excitation period, and status."""
+        progression = {"progression": float(self.progression), "status": str(self.status)}
+        return {**self.parameters.to_dict(), **progression}
+
     def refined(self) -> Orbit | NoOrbit:
         """The same orbit in 50 digits."""
         return close(self.values, self.word, list(self.z), backend="mpmath")
+
+
+def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
+    """Itinerary, period number, progression and average velocity of orbits, and their starts."""
+    starts = np.array([orbit.z[:3] for orbit in orbits], dtype=float).reshape(-1, 3)
+    return {
+        "itinerary": np.array([str(orbit.word) for orbit in orbits], dtype=np.str_),
+        "period_number": np.array([orbit.word.multiple for orbit in orbits], dtype=int),
+        "progression": np.array([float(orbit.progression) for orbit in orbits]),
+        "average_velocity": np.array([float(orbit.average_velocity) for orbit in orbits]),
+        "x_r": starts[:, 0],
+        "v_r": starts[:, 1],
+        "v_c": starts[:, 2],
+        "residual": np.array([float(orbit.residual) for orbit in orbits]),
+        "status": np.array([str(orbit.status) for orbit in orbits], dtype=np.str_),
+    }
 
 
 def close(

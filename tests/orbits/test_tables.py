@@ -1,0 +1,65 @@
+"""Orbits, branches and curves as tables of pandas and xarray."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from capsule_sym import Parameters
+from capsule_sym.orbits.continuation import Branch, follow
+from capsule_sym.orbits.curves import Curve, trace
+from capsule_sym.orbits.orbit import Orbit
+from capsule_sym.orbits.search import find_orbit
+from capsule_sym.orbits.stability import multipliers
+
+pytest.importorskip("xarray")
+
+
+@pytest.fixture(scope="module")
+def orbit() -> Orbit:
+    found = find_orbit(Parameters(alpha=0.93))
+    assert isinstance(found, Orbit)
+    return found
+
+
+@pytest.fixture(scope="module")
+def branch(orbit: Orbit) -> Branch:
+    return follow(orbit, "alpha", 0.945, points=4)
+
+
+def test_an_orbit_is_a_row_a_segment(orbit: Orbit) -> None:
+    frame, dataset = orbit.to_dataframe(), orbit.to_xarray()
+    assert tuple(frame["field"]) == orbit.motion.word
+    np.testing.assert_array_equal(frame["duration"], [float(h) for h in orbit.durations])
+    assert dataset.attrs["progression"] == float(orbit.progression)
+    assert dataset.attrs["status"] == "converged"
+
+
+def test_a_branch_is_a_row_a_point(branch: Branch) -> None:
+    frame, dataset = branch.to_dataframe(), branch.to_xarray()
+    assert len(frame) == dataset.sizes["point"] == len(branch.points) > 1
+    for (_, row), point in zip(frame.iterrows(), branch.points, strict=True):
+        assert row["alpha"] == point.value == point.orbit.parameters.alpha
+        assert row["itinerary"] == str(point.orbit.word)
+        assert (row["x_r"], row["v_r"], row["v_c"]) == tuple(map(float, point.orbit.z[:3]))
+        largest = float(np.abs(multipliers(point.orbit)).max())
+        assert row["largest_multiplier"] == pytest.approx(largest, rel=1e-6)
+    assert dataset["alpha"].attrs == {"long_name": "excitation amplitude", "units": "dimensionless"}
+    assert dataset.attrs["ending"] == branch.ending
+
+
+def test_a_curve_is_a_row_a_point(branch: Branch) -> None:
+    first = branch.bifurcations[0]
+    curve = trace(first, "gamma", ((0.9, 0.96), (3.29, 3.31)), points=2)
+    assert isinstance(curve, Curve)
+    frame, dataset = curve.to_dataframe(), curve.to_xarray()
+    assert len(frame) == dataset.sizes["point"] == len(curve.points) > 1
+    for (_, row), point in zip(frame.iterrows(), curve.points, strict=True):
+        assert (row["alpha"], row["gamma"]) == point.values
+        assert (row["line"], row["status"]) == (point.line, point.status)
+    assert dataset.attrs["type"] == curve.type
+
+
+def test_a_branch_without_points_is_an_empty_table(branch: Branch) -> None:
+    empty = Branch(branch.axis, (), (), branch.ending, "")
+    assert len(empty.to_dataframe()) == empty.to_xarray().sizes["point"] == 0
