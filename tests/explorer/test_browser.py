@@ -190,9 +190,11 @@ def test_the_tour_ends_by_keys(open_page):
     assert tab.locator(".toured").count() == 0
 
 
-WORDS = ["alpha", "omega", "view", "units", "P_d", "d_from", "c_size", "x", "__proto__", "", "d_x"]
+WORDS = ["alpha", "omega", "view", "units", "P_d", "d_from", "c_size", "x", "__proto__", "", "d_x",
+         "c_x", "c_by", "phase", "plane", "around"]  # fmt: skip
 VALUES = ["0", "1", "-1", "1e308", "1e-320", "NaN", "Infinity", "device", "chart", "<b>", "", "%00",
-          "diagram", "0x10", "1,5", "constructor", "9" * 60]  # fmt: skip
+          "diagram", "0x10", "1,5", "constructor", "9" * 60, "attractor", "x_r",
+          "v_r-v_c"]  # fmt: skip
 
 
 def test_no_address_leaves_an_exception(open_page):

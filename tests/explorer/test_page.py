@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from capsule_sym.cli import group
 from capsule_sym.explorer import page
+from capsule_sym.figures.style import field_colour
 from explorer import build
 
 LARGEST = 400_000
@@ -54,6 +55,11 @@ def test_the_page_loads_nothing_and_evaluates_no_text():
     assert not re.search(r"""(src|href)=["'](?!#|data:)""", body)
     # Handlers and styles in attributes would be refused by the policy, and silently so.
     assert not re.search(r'\s(on\w+|style)="', body)
+
+
+def test_fields_have_the_colours_of_the_figures():
+    colours = ",".join(f'"{field_colour(field)}"' for field in range(1, 7))
+    assert f"fields:[{colours}]" in page()
 
 
 def test_explore_writes_the_page(tmp_path):

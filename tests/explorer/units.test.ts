@@ -160,6 +160,16 @@ test("a region is whole wherever its border is met", () => {
   });
 });
 
+test("what is left open is shown as open, and never taken from its neighbours", () => {
+  const open = (x: number, y: number): boolean => Math.hypot(x - 1.2, y - 3) < 0.5;
+  const { chart } = charted((x, y) => (open(x, y) ? { stop: "open", multiple: 0, fields: [] } : {}), {});
+  chart.of.forEach((region, k) => {
+    const [x, y] = chart.place(k % 128, Math.floor(k / 128));
+    assert.equal(region === -3, open(x, y));
+    assert.equal(Number.isNaN(chart.progressions[k]), open(x, y));
+  });
+});
+
 test("attractors are told apart over starts, and only there", () => {
   const starts = { c_x: "x_r", c_y: "v_r", c_x0: -1, c_x1: 1, c_y0: -1, c_y1: 1 };
   const twins: Known = (x) => ({ mean: x < 0 ? [0.3, 0, 0] : [-0.3, 0, 0], progression: 0 });
