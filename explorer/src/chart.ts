@@ -42,6 +42,7 @@ export class Chart {
   /** By cell: 0 not known, 1 run itself, 2 taken from the corners of its square. */
   known: Uint8Array = new Uint8Array(0);
   private numbers = new Map<string, number[]>();
+  private ranks: number[] = [];
   private jobs = new Set<number>();
   private started = 0;
   private spread = 0; // of all progressions so far
@@ -72,6 +73,7 @@ export class Chart {
     this.ys = [state.c_y0, state.c_y1];
     this.regions = [];
     this.numbers.clear();
+    this.ranks = [];
     this.of = new Int32Array(n * n).fill(-1);
     this.progressions = new Float64Array(n * n).fill(NaN);
     this.known = new Uint8Array(n * n);
@@ -79,6 +81,19 @@ export class Chart {
     this.started = performance.now();
     this.step = 0;
     this.level(COARSE);
+  }
+
+  /** A region's place by its area in the last whole picture, 0 for the largest: so it is coloured, as in the figures. */
+  rank(region: number): number {
+    return this.ranks[region] ?? region;
+  }
+
+  private order(): void {
+    const counts = new Array<number>(this.regions.length).fill(0);
+    for (const region of this.of) if (region >= 0) counts[region] = (counts[region] ?? 0) + 1;
+    const word = (region: number): string => this.regions[region]?.word ?? "";
+    const order = counts.map((_, region) => region).sort((a, b) => (counts[b] ?? 0) - (counts[a] ?? 0) || (word(a) < word(b) ? -1 : word(a) > word(b) ? 1 : 0));
+    order.forEach((region, place) => (this.ranks[region] = place));
   }
 
   /** Middles of cells along both axes. */
@@ -132,6 +147,7 @@ export class Chart {
       }
     const after = (): void => {
       this.step = step;
+      this.order();
       if (!this.coarse) this.coarse = performance.now() - this.started;
       if (step > 1) this.level(step >> 1);
       else this.borders();
@@ -152,7 +168,10 @@ export class Chart {
         if (this.known[k] === 2 && beside.some((other) => this.of[other] !== this.of[k])) wanted.push([i, j] as const);
       }
     if (wanted.length) this.give(wanted, () => this.borders());
-    else this.took = performance.now() - this.started;
+    else {
+      this.order();
+      this.took = performance.now() - this.started;
+    }
     this.changed();
   }
 

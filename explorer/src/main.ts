@@ -18,7 +18,9 @@ declare const WORKER: string;
 declare const LIBRARY: string;
 
 async function unpack(text: string): Promise<Uint8Array<ArrayBuffer>> {
-  const packed = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
+  const read = atob(text);
+  const packed = new Uint8Array(read.length);
+  for (let i = 0; i < read.length; i++) packed[i] = read.charCodeAt(i);
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }

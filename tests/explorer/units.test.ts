@@ -160,6 +160,14 @@ test("a region is whole wherever its border is met", () => {
   });
 });
 
+test("the colours follow the areas, whatever is found first", () => {
+  // The first corner is in the smallest region.
+  const word = (x: number, y: number): number[] => (x < 0.3 && y < 1.6 ? [2] : x < 0.8 ? [5, 2] : [5, 4, 1, 2]);
+  const { chart } = charted((x, y) => ({ fields: word(x, y) }), {});
+  assert.deepEqual(chart.regions.map(({ word }) => word), ["2", "52", "5412"]);
+  assert.deepEqual(chart.regions.map((_, region) => chart.rank(region)), [2, 1, 0]);
+});
+
 test("what is left open is shown as open, and never taken from its neighbours", () => {
   const open = (x: number, y: number): boolean => Math.hypot(x - 1.2, y - 3) < 0.5;
   const { chart } = charted((x, y) => (open(x, y) ? { stop: "open", multiple: 0, fields: [] } : {}), {});

@@ -24,23 +24,25 @@ export class Panel {
     const pen = this.canvas.getContext("2d");
     if (!pen) throw new Error("this browser draws no canvas");
     this.pen = pen;
-    new ResizeObserver(() => this.resize()).observe(box);
-    this.resize();
+    // Measured when it is first drawn: many panels are made before the page is laid out once.
+    new ResizeObserver(() => this.measure() && this.draw()).observe(box);
   }
 
-  private resize(): void {
+  /** Takes the size of the box; whether it has changed. */
+  private measure(): boolean {
     const [width, height] = [this.box.clientWidth, this.box.clientHeight];
     const ratio = Math.min(3, devicePixelRatio || 1);
     this.shown = width > 0 && height > 0;
-    if (!this.shown) return;
-    if (width === this.width && height === this.height && this.canvas.width === Math.round(width * ratio)) return;
+    if (!this.shown) return false;
+    if (width === this.width && height === this.height && this.canvas.width === Math.round(width * ratio)) return false;
     [this.width, this.height] = [width, height];
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
-    this.draw();
+    return true;
   }
 
   draw(): void {
+    if (!this.shown) this.measure();
     if (!this.shown) return;
     const ratio = this.canvas.width / this.width;
     this.pen.setTransform(ratio, 0, 0, ratio, 0, 0);

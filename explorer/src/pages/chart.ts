@@ -140,7 +140,8 @@ export class ChartPage {
     const items = listed.slice(0, LISTED).map(([region, count]) => {
       const one = chart.regions[region];
       const text = `${spelled(one?.word ?? "")}${one && one.multiple > 1 ? ` (period ${one.multiple})` : ""}${one?.alone ? `, progression ${pretty(one.cell.progression, 5)}` : ""}`;
-      return item(wordColour(region, app.theme), `${text}, ${shareOf(count)}`, striped(region, app.theme));
+      const rank = chart.rank(region);
+      return item(wordColour(rank, app.theme), `${text}, ${shareOf(count)}`, striped(rank, app.theme));
     });
     const more = listed.length - items.length;
     return [

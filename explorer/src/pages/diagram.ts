@@ -137,8 +137,8 @@ export class DiagramPage {
       make("th", { scope: "row", role: "rowheader" }, String(i + 1)),
       cell("value", value),
       cell("event", name),
-      cell("itinerary below → above", words),
-      ...(printed === null ? [] : [cell("printed in the paper", printed)]),
+      cell("itinerary", words),
+      ...(printed === null ? [] : [cell("printed", printed)]),
       cell("", show),
     );
   }

@@ -19,9 +19,12 @@ const panel = (one: (typeof data.panels)[number], gamma: number): Preset => ({
   state: { view: "motion", alpha: one.alpha, gamma, periods: 400 },
 });
 
+/** A line's name with its part as an exponent. */
+const lineName = (line: string): string => line.replace(/\^\(([123])\)/, (_, part: string) => `⁽${"¹²³"[Number(part) - 1] ?? part}⁾`);
+
 const event = (one: (typeof data.bifurcations)[number]): Preset => ({
   group: `Bifurcations, γ = ${one.gamma}`,
-  name: `${one.type} ${one.line}, α = ${one.alpha.toFixed(6)}`,
+  name: `${one.type} ${lineName(one.line)}, α = ${one.alpha.toFixed(6)}`,
   state: {
     view: "diagram", gamma: one.gamma, d_x: "alpha", d_y: "x_r", d_count: 160,
     d_from: Math.max(0.001, Number((one.alpha - 0.04).toFixed(3))), d_to: Number((one.alpha + 0.04).toFixed(3)),
@@ -94,7 +97,7 @@ export function showKnown(box: HTMLElement, state: State): void {
   body.replaceChildren(
     ...data.bifurcations.map((one) =>
       make("tr", { role: "row" },
-        make("th", { scope: "row", role: "rowheader" }, `${one.type} on ${one.line}`),
+        make("th", { scope: "row", role: "rowheader" }, `${one.type} on ${lineName(one.line)}`),
         make("td", { role: "cell", "data-name": "γ" }, String(one.gamma)),
         make("td", { role: "cell", "data-name": "exact α" }, one.alpha.toFixed(12)),
         make("td", { role: "cell", "data-name": "printed α" }, printedText(one)),

@@ -51,15 +51,17 @@ function painter(chart: Chart, by: string, theme: Theme): (k: number, i: number,
       return Number.isFinite(value) ? graded((value - low) / (high - low || 1)) : theme.open;
     }
     if (by === "period") return periodColour(chart.regions[region]?.multiple ?? 1);
-    const colour = wordColour(region, theme);
-    return striped(region, theme) && Math.floor((i + j) / stripe) % 4 === 0 ? shaded(colour) : colour;
+    const rank = chart.rank(region);
+    const colour = wordColour(rank, theme);
+    return striped(rank, theme) && Math.floor((i + j) / stripe) % 4 === 0 ? shaded(colour) : colour;
   };
 }
 
 export const periodColour = (multiple: number): string => graded(Math.log2(multiple) / Math.log2(LARGEST));
-export const wordColour = (region: number, theme: Theme): string => theme.words[region % theme.words.length] ?? theme.soft;
-/** Whether a region is drawn in stripes, as its colour stands for another one already. */
-export const striped = (region: number, theme: Theme): boolean => Math.floor(region / theme.words.length) % 2 === 1;
+/** Colour of a region, by its rank. */
+export const wordColour = (rank: number, theme: Theme): string => theme.words[rank % theme.words.length] ?? theme.soft;
+/** Whether it is drawn in stripes, as its colour stands for another one already. */
+export const striped = (rank: number, theme: Theme): boolean => Math.floor(rank / theme.words.length) % 2 === 1;
 
 /** Cells as runs of one colour along rows. */
 function cells(chart: Chart, area: Frame, colour: (k: number, i: number, j: number) => string, pen: Pen): void {
@@ -103,7 +105,7 @@ function names(chart: Chart, area: Frame, theme: Theme, pen: Pen): void {
     const text = word.length > 12 ? `${word.slice(0, 10)}…` : word;
     pen.font = `600 ${FONT}`;
     if (pen.measureText(text).width > ((2 * depth + 1) * area.width) / coarse) continue;
-    pen.fillStyle = readable(wordColour(region, theme));
+    pen.fillStyle = readable(wordColour(chart.rank(region), theme));
     pen.fillText(text, area.left + ((i + 0.5) / coarse) * area.width, area.top + area.height - ((j + 0.5) / coarse) * area.height);
   }
 }
