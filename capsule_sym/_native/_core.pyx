@@ -34,8 +34,7 @@ cdef extern from "capsule.h" nogil:
     void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
     double capsule_margin_at(const capsule_constants *, double, double, double)
     size_t capsule_evaluate(const capsule_map *, const capsule_segment *, size_t, int,
-                            const double *, const int64_t *, size_t, double (*)[4],
-                            capsule_watch *)
+                            const double *, size_t, double (*)[4], capsule_watch *)
     int capsule_asked(capsule_watch *, int64_t)
     ctypedef struct capsule_wish:
         double (*strobe)[3]
@@ -315,20 +314,18 @@ cdef class Map:
         return stop, written, OUTCOMES[open_]
 
 
-    def evaluate(self, segments, const double[::1] times, double[:, ::1] states,
-                 const int64_t[::1] order=None, bint more=False):
-        """Writes the states (x_r, v_r, v_c, x_c) at absolute times, in the rows of the times.
+    def evaluate(self, segments, const double[::1] times, double[:, ::1] states, bint more=False):
+        """Writes the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
 
-        `segments` are records of SEGMENT in their order. Times ascend in the `order` of rows given,
-        or as they are. Before the first segment and after the last the state is that of its start
-        or end; with `more` to follow, times from the last one's end on are left. Returns how many
-        have a state.
+        `segments` are records of SEGMENT in their order; times that ascend, but for steps back over
+        few segments, take least. Before the first segment and after the last the state is that of
+        its start or end; with `more` to follow, it ends at a time from the last one's end on.
+        Returns how many have a state.
         """
         cdef size_t n = times.shape[0], done
         if segments.dtype != SEGMENT:
             raise TypeError("segments must be of dtype SEGMENT")
         _need(<size_t> states.shape[0] == n and states.shape[1] == 4, "states", (n, 4))
-        _need(order is None or <size_t> order.shape[0] == n, "order", (n,))
         if not n or not len(segments):
             return 0
         cdef attention a
@@ -337,11 +334,10 @@ cdef class Map:
         with nogil:
             done = capsule_evaluate(self.map, <const capsule_segment *> &bytes_[0],
                                     <size_t> bytes_.shape[0] // sizeof(capsule_segment), more,
-                                    &times[0], NULL if order is None else &order[0], n,
-                                    <double (*)[4]> &states[0, 0], watch)
+                                    &times[0], n, <double (*)[4]> &states[0, 0], watch)
         _raised(&a)
         if done < n and not more:
-            raise ValueError("a field or a row of the order that there is not")
+            raise ValueError("a field that there is not")
         return done
 
 

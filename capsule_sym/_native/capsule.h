@@ -161,14 +161,14 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             capsule_motion *motion, capsule_outcome *open);
 
 /* The states (x_r, v_r, v_c, x_c) of a run at times, from its segments in their order. Times are
-   absolute, 2 pi/omega for each period plus the angle over omega, and ascend in the order of rows
-   that `order` gives, or without one as they are; row k of `states` receives that of time k. Before
-   the first segment and after the last it is that of its start or end; with `more` to follow, times
-   from the last one's end on are left. Returns for how many times there is a state now: less than
-   n also where `watch`, which may be null, stops it, and at a row or a field that there is not. */
+   absolute, 2 pi/omega for each period plus the angle over omega; a time before the one it follows
+   costs a step for each segment between. Before the first segment and after the last the state is
+   that of its start or end; with `more` to follow, a time from the last one's end on ends it all.
+   Returns for how many times there is a state now: less than n also where `watch`, which may be
+   null, stops it, and at a field that there is not. */
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
-                        int more, const double *times, const int64_t *order, size_t n,
-                        double (*states)[4], capsule_watch *watch);
+                        int more, const double *times, size_t n, double (*states)[4],
+                        capsule_watch *watch);
 
 /* P - friction at a state. */
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);

@@ -157,14 +157,12 @@ enum { ROOM = 7 }; /* of segments */
 static int evaluated(const capsule_map *map, const capsule_segment *segments, size_t count)
 {
     double times[ROOM], states[ROOM][4];
-    int64_t order[ROOM];
     for (size_t k = 0; k < count; k++) {
         const capsule_segment *s = &segments[count - 1 - k];
-        order[count - 1 - k] = (int64_t)k;
         times[k] = ((double)s->start_turn * 6.283185307179586 + s->start_angle) /
                    map->parameters.omega;
     }
-    if (capsule_evaluate(map, segments, count, 0, times, order, count, states, NULL) != count)
+    if (capsule_evaluate(map, segments, count, 0, times, count, states, NULL) != count)
         return 0;
     for (size_t k = 0; k < count; k++) {
         const capsule_segment *s = &segments[count - 1 - k];

@@ -88,11 +88,13 @@ static int begun(const calendar *c, const capsule_segment *s, double time)
     return since(c, s->start_turn, s->start_angle, time) >= 0.0;
 }
 
-/* The last segment from `at` on that has begun, looked for ever further ahead. */
+/* The last segment that has begun: from `at` on, looked for ever further ahead, or just before. */
 static size_t segment_of_time(const calendar *c, const capsule_segment *segments, size_t count,
                               size_t at, double time)
 {
     size_t step = 1, high = count;
+    while (at > 0 && !begun(c, &segments[at], time))
+        at--;
     while (count - at > step) {
         if (!begun(c, &segments[at + step], time)) {
             high = at + step;
@@ -112,18 +114,14 @@ static size_t segment_of_time(const calendar *c, const capsule_segment *segments
 }
 
 size_t capsule_states(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
-                      const double *times, const int64_t *order, size_t n, double (*states)[4],
-                      capsule_watch *watch)
+                      const double *times, size_t n, double (*states)[4], capsule_watch *watch)
 {
     const double omega = map->parameters.omega, period = TWO_PI / omega;
     const calendar c = {period, (fma(-period, omega, TWO_PI) + TWO_PI_REST) / omega, omega};
     stretch p = {.of = 0};
     size_t at = 0;
     for (size_t i = 0; i < n && count; i++) {
-        const size_t row = order ? (size_t)order[i] : i;
-        if (row >= n)
-            return i;
-        const double time = times[row];
+        const double time = times[i];
         at = segment_of_time(&c, segments, count, at, time);
         const capsule_segment *s = &segments[at];
         if (s->field < 1 || s->field > 6)
@@ -139,18 +137,18 @@ size_t capsule_states(const capsule_map *map, const capsule_segment *segments, s
                 return i;
             stretch_make(map, s, node, &p);
         }
-        stretch_at(&p, h, states[row]);
+        stretch_at(&p, h, states[i]);
     }
     return count ? n : 0;
 }
 
 #ifndef capsule_states
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
-                        int more, const double *times, const int64_t *order, size_t n,
-                        double (*states)[4], capsule_watch *watch)
+                        int more, const double *times, size_t n, double (*states)[4],
+                        capsule_watch *watch)
 {
     capsule_evaluation *const states_at =
         capsule_lanes() > 1 ? capsule_states_fused : capsule_states;
-    return states_at(map, segments, count, more, times, order, n, states, watch);
+    return states_at(map, segments, count, more, times, n, states, watch);
 }
 #endif

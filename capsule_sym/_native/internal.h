@@ -51,9 +51,8 @@ capsule_segment_step capsule_pass, capsule_pass_fused, capsule_pass_wide, capsul
 
 /* The states of segments at times, as `capsule_evaluate` gives them. */
 typedef size_t capsule_evaluation(const capsule_map *map, const capsule_segment *segments,
-                                  size_t count, int more, const double *times,
-                                  const int64_t *order, size_t n, double (*states)[4],
-                                  capsule_watch *watch);
+                                  size_t count, int more, const double *times, size_t n,
+                                  double (*states)[4], capsule_watch *watch);
 capsule_evaluation capsule_states, capsule_states_fused;
 
 #if !(defined(__x86_64__) && defined(__GNUC__))

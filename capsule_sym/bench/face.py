@@ -43,9 +43,9 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
     periods, count = 1000 // part, 10**6 // part
     p = Parameters()
 
-    def best(call: Callable[[], object]) -> float:
+    def best(call: Callable[[], object], more: int = 1) -> float:
         times = []
-        for _ in range(repeats):
+        for _ in range(more * repeats):
             begin = perf_counter()
             call()
             times.append(perf_counter() - begin)
@@ -66,7 +66,7 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
     yield Figure(f"{each}, sorted", ours, taken * 1e3, "ms", dense, None)
     taken = best(lambda: run(mixed, position=True))
     yield Figure(f"{each}, in random order", ours, taken * 1e3, "ms", shuffled, None)
-    yield Figure("a fit: 20 periods and 2,000 samples", ours, best(_fit) * 1e3, "ms", 0.5, None)
+    yield Figure("a fit: 20 periods and 2,000 samples", ours, best(_fit, 50) * 1e3, "ms", 0.5, None)
 
     true = run(times, position=True)
     for tool, build in (("SciPy DOP853, dense output", _scipy), ("heyoka.py, c_output", _heyoka)):
@@ -84,6 +84,8 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
     whole = best(lambda: _process("-c", _FIRST))
     bare = best(lambda: _process("-c", "pass"))
     yield Figure("python, before anything is imported", "python", bare * 1e3, "ms", None, None)
+    with_numpy = best(lambda: _process("-c", "import numpy"))
+    yield Figure("import numpy alone", "python", with_numpy * 1e3, "ms", None, None)
     yield Figure("import and first simulate", ours, whole * 1e3, "ms", 150.0, None)
     for words in _COMMANDS:
         taken = best(lambda words=words: _process("-m", "capsule_sym", *words))  # type: ignore[misc]

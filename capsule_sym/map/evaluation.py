@@ -45,9 +45,22 @@ def check(times: NDArray[np.float64], first: float, last: float, name: str = "t"
 
 def in_order(times: NDArray[np.float64]) -> NDArray[np.int64] | None:
     """The order in which times ascend, None if they do as they are."""
-    if np.all(times[1:] >= times[:-1]):
-        return None
-    return np.argsort(times)
+    return None if np.all(times[1:] >= times[:-1]) else np.argsort(times)
+
+
+def _nearly_in_order(times: NDArray[np.float64]) -> NDArray[np.uint64]:
+    """An order in which times ascend but for tiny steps back: sorted are whole numbers.
+
+    Each has the time in its first bits, 43 for a million times, and its place in the others:
+    NumPy sorts numbers several times as fast as it finds an order.
+    """
+    bits = np.uint64(len(times).bit_length())
+    low, high = times.min(), times.max()
+    keys = ((times - low) / (high - low) * (2.0 ** (63 - int(bits)) - 1)).astype(np.uint64)
+    keys = keys << bits | np.arange(len(times), dtype=np.uint64)
+    keys.sort()
+    order: NDArray[np.uint64] = keys & ((np.uint64(1) << bits) - np.uint64(1))
+    return order
 
 
 def by_core(
@@ -56,7 +69,12 @@ def by_core(
     """States (x_r, v_r, v_c, x_c) at times of a run, shape times.shape + (4,), by the core."""
     flat, states = np.ascontiguousarray(times).ravel(), np.empty((times.size, 4))
     native = borrowed(parameters.to_dict().values())
-    native.evaluate(records, flat, states, in_order(flat))
+    if np.all(flat[1:] >= flat[:-1]):
+        native.evaluate(records, flat, states)
+    else:
+        order, found = _nearly_in_order(flat), np.empty_like(states)
+        native.evaluate(records, flat[order], found)
+        states[order] = found
     give_back(native)
     return states.reshape(*times.shape, 4)
 

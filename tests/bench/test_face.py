@@ -56,6 +56,6 @@ def test_figures_name_their_goals(monkeypatch: pytest.MonkeyPatch) -> None:
     assert set(goals) == {"us", "bytes", "ms"}
     assert [f.error for f in found if f.error is not None] == [0.0]
     assert sum(figure.what.startswith("capsule-sym") for figure in found) == len(face._COMMANDS)
-    assert len(started) == len(face._COMMANDS) + 2
+    assert len(started) == len(face._COMMANDS) + 3
     memory = next(figure for figure in found if figure.unit == "bytes")
     assert 0 < memory.value <= 900

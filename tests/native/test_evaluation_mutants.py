@@ -26,7 +26,7 @@ MUTANTS = {
     "the segment after": ("    return at;\n", "    return at + 1 < count ? at + 1 : at;\n"),
     "a search one short": ("            high = at + step;", "            high = at + step - 1;"),
     "a search that ends early": ("while (high - at > 1)", "while (high - at > 2)"),
-    "another's row": ("states[row]);", "states[i]);"),
+    "no step back": ("    while (at > 0 && !begun", "    while (0 && !begun"),
     "another segment's expansion": (
         "if (p.of != s || p.node != node)",
         "if (!p.of || p.node != node)",
@@ -64,10 +64,9 @@ class Library:
         self.library.capsule_states.restype = ctypes.c_size_t
 
     def states(self, run: Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """States at times in any order."""
+        """States at times."""
         parameters = np.array([*run.parameters.to_dict().values()])
         work, out = np.zeros(1 << 17, np.uint8), np.zeros((len(times), 4))
-        order = np.argsort(times)
 
         def at(array: NDArray[np.generic]) -> ctypes.c_void_p:
             return ctypes.c_void_p(array.ctypes.data)
@@ -80,7 +79,6 @@ class Library:
             size(len(run.records)),
             ctypes.c_int(0),
             at(times),
-            at(order),
             size(len(times)),
             at(out),
             None,
@@ -94,7 +92,8 @@ def runs() -> list[tuple[Trajectory, NDArray[np.float64]]]:
     short, late = simulate(P, (0.1, -0.2, 0.3), 1.25, 6), simulate(P, periods=20_000)
     random, period = np.random.default_rng(0), P.period
     dense = random.uniform(1.25, 6 * period, 1500)
-    sparse = np.append(random.uniform(0, 20_000, 200) * period, 20_000 * period * (1 + 1e-12))
+    sparse = np.sort(random.uniform(0, 20_000, 200)) * period
+    sparse = np.append(sparse, 20_000 * period * (1 + 1e-12))
     return [(short, dense), (late, sparse)]
 
 
