@@ -19,6 +19,7 @@
 #define CAPSULE_REACH 1.4 /* length of an expansion, over the fastest rate of the segment */
 #define CAPSULE_GROWTH 1.6 /* and at most, over the rate at which its terms grow without signs */
 
+#define CAPSULE_LIMITS 8
 #define CAPSULE_LEVELS 4 /* lengths of expansions side by side, each half of the one before */
 
 /* What expansions of one linear flow have in common, for motions made of the four responses to a
@@ -27,7 +28,7 @@
     struct {                                                                                       \
         double reach, root_K, level[levels]; /* level: 1, 1/2, ... */                              \
         double x_per_energy, v_c_per_energy, force_per_energy; /* bounds by that of free motion */ \
-        double reach_per_gamma, per_omega;                                                         \
+        double reach_per_gamma;                                                         \
         int contact;                                                                               \
         number per_reach;                                                                          \
         number x_whole[4], v_whole[4], second_whole[4]; /* x_r(1) - x_r(0), v_r(1), second_form's */ \
@@ -35,11 +36,8 @@
         number x_form[levels][4][degree];        /* Bernstein coefficients on (0, level), from 1 */ \
         number second_form[levels][4][degree];   /* of P - P(0); in drift v_c - v_c(0) - margin s */ \
         number from_position[terms + 1], from_rate[terms + 1]; /* x to P or v_c, by term */        \
-        double x_error[4], v_error[4], second_error[4]; /* rounding and remainder, per unit */     \
-        double x_tail[4], second_tail[4];   /* what the forms leave out, over s^3 */               \
-        double x_range[4], second_range[4]; /* the largest of each form */                         \
-        double x_speed[4], second_speed[4]; /* bounds on derivatives in s */                       \
-        double x_bend[4], second_bend[4];   /* and on second ones */                               \
+        double limit[4][CAPSULE_LIMITS]; /* bounds per unit of each response, see tables.h */      \
+        double v_error[4], x_speed[4], second_speed[4]; /* of v_r; on derivatives in s */          \
     }
 typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) capsule_table;
 
@@ -128,18 +126,19 @@ typedef struct {
 } capsule_many;
 
 #define CAPSULE_CREW 128  /* runs in hand at a time */
-#define CAPSULE_CREW_NUMBERS 24
+#define CAPSULE_CREW_NUMBERS 20
 
 /* Work space of `capsule_run_many`, some 90 kB: zero before the first call; the tables of the last
    flows are kept for the next. */
 typedef struct {
     capsule_map map;
-    double number[CAPSULE_CREW][CAPSULE_CREW_NUMBERS], guess[CAPSULE_CREW][30];
-    capsule_state start[CAPSULE_CREW];
-    size_t row[CAPSULE_CREW];
-    int64_t turn[CAPSULE_CREW];
-    int8_t flow[CAPSULE_CREW], key[CAPSULE_CREW];
-    int16_t expansions[CAPSULE_CREW];
+    struct {
+        double number[CAPSULE_CREW_NUMBERS], begun[CAPSULE_CREW_NUMBERS]; /* now; at its start */
+        double guess[6][5]; /* by field, and how many expansions came before */
+        size_t row;
+        int64_t turn, begun_turn;
+        int field, key, expansions; /* of the present segment; the key of its guess */
+    } run[CAPSULE_CREW];
     int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_CREW], idle[CAPSULE_CREW];
     int waiting[4 * CAPSULE_LEVELS + 4], idlers;
 } capsule_crew;

@@ -30,10 +30,13 @@ enum { CLEAR_QUEUE = 4 * CAPSULE_LEVELS }; /* the first of those where no switch
 /* What a step of all lanes, and the tables of new flows, take for a watch, in expansions. */
 enum { STEP = 4, TABLES = 128 };
 
+/* By contact and drift. */
+static const int8_t FLOW_OF[6] = {1, 0, 1, 3, 2, 3};
+
 static void enqueue(capsule_crew *crew, int slot, int level)
 {
-    const int queue =
-        level < 0 ? CLEAR_QUEUE + crew->flow[slot] : CAPSULE_LEVELS * crew->flow[slot] + level;
+    const int flow = FLOW_OF[crew->run[slot].field - 1];
+    const int queue = level < 0 ? CLEAR_QUEUE + flow : CAPSULE_LEVELS * flow + level;
     crew->queue[queue][crew->waiting[queue]++] = (int16_t)slot;
 }
 
@@ -41,16 +44,29 @@ static void enqueue(capsule_crew *crew, int slot, int level)
    took. `key` is that of its guess. */
 static void send(capsule_crew *crew, int slot, int field, int key)
 {
-    const int flow = 2 * CONTACT_OF[field - 1] + (DRIFT_OF[field - 1] != 0);
-    const double guess = crew->guess[slot][KEYS * (field - 1) + key];
-    int level = 0;
-    for (int i = 1; i < CAPSULE_LEVELS; i++)
-        level += 1.1 * guess < crew->map.table[flow].level[i];
-    level = guess > 0.0 ? level : guess < 0.0 ? -1 : 0;
-    crew->flow[slot] = (int8_t)flow;
-    crew->key[slot] = (int8_t)(KEYS * (field - 1) + key);
-    crew->number[slot][LASTED] = guess;
+    const double guess = crew->run[slot].guess[field - 1][key];
+    const int level = guess > 0.0   ? (guess < 0.5 / 1.1) + (guess < 0.25 / 1.1) + (guess < 0.125 / 1.1)
+                      : guess < 0.0 ? -1
+                                    : 0;
+    crew->run[slot].field = field;
+    crew->run[slot].key = key;
+    crew->run[slot].number[LASTED] = guess;
     enqueue(crew, slot, level);
+}
+
+/* The state that a segment of a field began at. */
+static capsule_state state_of(const double *began, int field, int64_t turn)
+{
+    const int way = (int)began[WAY], zeros = (int)began[SECOND_ZEROS];
+    return (capsule_state){
+        .x_r = began[X_R], .gap = began[FAR], .v_r = began[V_R], .v_c = began[V_C],
+        .angle = began[ANGLE], .angle_rest = began[ANGLE_REST], .position = began[POSITION],
+        .turn = turn, .bound = way == 0 ? zeros : zeros == 2 ? way : 0, .field = field};
+}
+
+static capsule_state start_of(const capsule_crew *crew, int slot)
+{
+    return state_of(crew->run[slot].begun, crew->run[slot].field, crew->run[slot].begun_turn);
 }
 
 typedef struct {
@@ -66,8 +82,8 @@ typedef struct {
 static void leave(work *w, int slot, capsule_stop stop, const capsule_state *state)
 {
     capsule_crew *crew = w->crew;
-    w->many->states[crew->row[slot]] = *state;
-    w->many->stops[crew->row[slot]] = (int8_t)stop;
+    w->many->states[crew->run[slot].row] = *state;
+    w->many->stops[crew->run[slot].row] = (int8_t)stop;
     crew->idle[crew->idlers++] = (int16_t)slot;
 }
 
@@ -111,7 +127,7 @@ static void begin(work *w, int slot, capsule_state state, int help)
 {
     capsule_crew *crew = w->crew;
     const capsule_many *many = w->many;
-    const size_t row = crew->row[slot];
+    const size_t row = crew->run[slot].row;
     capsule_map_remake(&many->parameters[row], &crew->map);
     if (!capsule_allowed(&crew->map, &state)) {
         leave(w, slot, CAPSULE_REFUSED, &state);
@@ -160,10 +176,10 @@ static void begin(work *w, int slot, capsule_state state, int help)
             [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
             [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
             [ALPHA] = c->alpha, [DELTA] = c->delta, [BOUND] = c->f_b};
-        memcpy(crew->number[slot], numbers, sizeof numbers);
-        crew->turn[slot] = state.turn;
-        crew->expansions[slot] = 0;
-        crew->start[slot] = state;
+        memcpy(crew->run[slot].number, numbers, sizeof numbers);
+        memcpy(crew->run[slot].begun, numbers, sizeof numbers);
+        crew->run[slot].turn = crew->run[slot].begun_turn = state.turn;
+        crew->run[slot].expansions = 0;
         send(crew, slot, field, state.gap == 0.0);
         return;
     }
@@ -173,26 +189,28 @@ static void begin(work *w, int slot, capsule_state state, int help)
 static void settle(work *w, int slot, int level, const capsule_outcomes *out, int l)
 {
     capsule_crew *crew = w->crew;
-    const double *number = crew->number[slot];
-    double *guess = &crew->guess[slot][crew->key[slot]];
+    double *number = crew->run[slot].number;
+    int field = crew->run[slot].field, key = crew->run[slot].key;
+    double *guess = &crew->run[slot].guess[field - 1][key];
     const int crossing = out->crossing >> l & 1, open = out->open >> l & 1;
+    const int expansions = ++crew->run[slot].expansions - open;
     /* A switch after many expansions, whose roundings add up, is moved to where the closed form from
        the segment's start has it. */
-    const int added = crossing && crew->expansions[slot] >= MOST_ADDED;
-    if (out->unplain >> l & 1 || added || (open && level + 1 == CAPSULE_LEVELS)) {
-        begin(w, slot, crew->start[slot], 1);
+    if ((out->unplain >> l & 1) || (crossing && expansions > MOST_ADDED) ||
+        (open && level + 1 == CAPSULE_LEVELS)) {
+        begin(w, slot, start_of(crew, slot), 1);
         return;
     }
     if (open) {
+        crew->run[slot].expansions = expansions;
         enqueue(crew, slot, level + 1);
         return;
     }
-    crew->expansions[slot] = crossing ? 0 : (int16_t)(crew->expansions[slot] + 1);
     if (out->passed >> l & 1) {
         const double *end = out->end[l];
-        const int64_t turn = ++crew->turn[slot];
+        const int64_t turn = ++crew->run[slot].turn;
         if (w->many->strobe) {
-            const size_t row = crew->row[slot] * (size_t)(w->periods + 1) + (size_t)turn;
+            const size_t row = crew->run[slot].row * (size_t)(w->periods + 1) + (size_t)turn;
             double *mark = w->many->strobe[row];
             mark[0] = end[0];
             mark[1] = end[2];
@@ -201,32 +219,30 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
         if (turn == w->periods) {
             const capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
                                         .v_c = end[3], .position = end[4], .turn = turn,
-                                        .field = crossing ? 0 : crew->key[slot] / KEYS + 1};
+                                        .field = crossing ? 0 : field};
             leave(w, slot, CAPSULE_DONE, &last);
             return;
         }
     }
-    int field = crew->key[slot] / KEYS + 1, key = crew->key[slot] % KEYS;
     if (crossing) {
-        const int way = (int)number[WAY], left = field;
+        const int left = field;
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;
-        field = FIELD_OF[out->contact >> l & 1][way + 1];
-        crew->start[slot] = (capsule_state){
-            .x_r = number[X_R], .gap = number[FAR], .v_r = number[V_R], .v_c = number[V_C],
-            .angle = number[ANGLE], .angle_rest = number[ANGLE_REST],
-            .position = number[POSITION], .turn = crew->turn[slot],
-            .bound = number[SECOND_ZEROS] == 2.0 ? way : 0, .field = field};
+        field = FIELD_OF[out->contact >> l & 1][(int)number[WAY] + 1];
         if (w->many->first) {
             const double v_r = number[V_R], v_c = number[V_C];
-            w->many->first[crew->row[slot]] = (capsule_event){
-                .turn = crew->turn[slot], .angle = number[ANGLE], .field = left,
+            const capsule_state start = state_of(number, field, crew->run[slot].turn);
+            w->many->first[crew->run[slot].row] = (capsule_event){
+                .turn = start.turn, .angle = number[ANGLE], .field = left,
                 .plane = v_c == 0.0 ? field : IMPACT_PLANE[v_c > 0.0][v_r > 0.0]};
-            leave(w, slot, CAPSULE_FULL, &crew->start[slot]);
+            leave(w, slot, CAPSULE_FULL, &start);
             return;
         }
-    } else if (crew->expansions[slot] == MOST_BESIDE) {
-        begin(w, slot, crew->start[slot], 1);
+        memcpy(crew->run[slot].begun, number, sizeof crew->run[slot].begun);
+        crew->run[slot].begun_turn = crew->run[slot].turn;
+        crew->run[slot].expansions = 0;
+    } else if (expansions == MOST_BESIDE) {
+        begin(w, slot, start_of(crew, slot), 1);
         return;
     } else {
         *guess = level ? 0.0 : -1.0;
@@ -238,26 +254,29 @@ static void settle(work *w, int slot, int level, const capsule_outcomes *out, in
 static void work_through(work *w, size_t end)
 {
     capsule_crew *crew = w->crew;
+    int fullest = 0;
     for (;;) {
         if (w->stopped) { /* runs in hand can go on from their present segments' starts */
             for (int i = 0; i < CLEAR_QUEUE + 4; i++)
                 while (crew->waiting[i]) {
                     const int slot = crew->queue[i][--crew->waiting[i]];
-                    leave(w, slot, CAPSULE_STOPPED, &crew->start[slot]);
+                    const capsule_state start = start_of(crew, slot);
+                    leave(w, slot, CAPSULE_STOPPED, &start);
                 }
             return;
         }
         while (crew->idlers && w->next < end && !w->stopped) {
             const int slot = crew->idle[--crew->idlers];
-            crew->row[slot] = w->next;
+            const size_t row = crew->run[slot].row = w->next;
             w->next += w->many->stride;
-            memset(crew->guess[slot], 0, sizeof crew->guess[slot]);
-            begin(w, slot, w->many->states[crew->row[slot]], 0);
+            memset(crew->run[slot].guess, 0, sizeof crew->run[slot].guess);
+            begin(w, slot, w->many->states[row], 0);
         }
-        int fullest = 0, slot[8];
-        for (int i = 1; i < CLEAR_QUEUE + 4; i++)
-            if (crew->waiting[i] > crew->waiting[fullest])
-                fullest = i;
+        int slot[8];
+        if (crew->waiting[fullest] < w->lanes)
+            for (int i = 0; i < CLEAR_QUEUE + 4; i++)
+                if (crew->waiting[i] > crew->waiting[fullest])
+                    fullest = i;
         const int16_t *queue = crew->queue[fullest];
         const int waiting = crew->waiting[fullest];
         const int count = waiting < w->lanes ? waiting : w->lanes;
@@ -267,8 +286,8 @@ static void work_through(work *w, size_t end)
         double *runs[8];
         for (int l = 0; l < w->lanes; l++) { /* lanes without a run repeat the first */
             slot[l] = queue[waiting - 1 - (l < count ? l : 0)];
-            runs[l] = crew->number[slot[l]];
-            ends |= crew->turn[slot[l]] + 1 == w->periods;
+            runs[l] = crew->run[slot[l]].number;
+            ends |= crew->run[slot[l]].turn + 1 == w->periods;
         }
         crew->waiting[fullest] -= count;
         const int clear = fullest >= CLEAR_QUEUE;

@@ -12,7 +12,7 @@ enum {
     SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
     ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
     LASTED,       /* what the last segment like this took, over its reach; after a step, this one */
-    ALPHA, DELTA, BOUND /* fixed; up to CAPSULE_CREW_NUMBERS, a multiple of four */
+    ALPHA, DELTA, BOUND /* fixed; in all CAPSULE_CREW_NUMBERS, a multiple of four */
 };
 
 /* What became of the lanes of a step: bits by lane. */

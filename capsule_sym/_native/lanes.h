@@ -8,24 +8,50 @@
 #include "crew.h"
 #include "step.h"
 
+#if defined(__AVX__) && WIDTH == 4
+inlined void transpose(const bound *r, bound *v)
+{
+    const bound a = _mm256_unpacklo_pd(r[0], r[1]), b = _mm256_unpackhi_pd(r[0], r[1]);
+    const bound c = _mm256_unpacklo_pd(r[2], r[3]), d = _mm256_unpackhi_pd(r[2], r[3]);
+    v[0] = _mm256_permute2f128_pd(a, c, 0x20);
+    v[1] = _mm256_permute2f128_pd(b, d, 0x20);
+    v[2] = _mm256_permute2f128_pd(a, c, 0x31);
+    v[3] = _mm256_permute2f128_pd(b, d, 0x31);
+}
+#endif
+
 /* The numbers of each run, from rows to lanes. */
 inlined void load(double *const *runs, bound *v)
 {
 #if defined(__AVX__) && WIDTH == 4
     for (int i = 0; i < CAPSULE_CREW_NUMBERS; i += 4) {
-        const bound r0 = _mm256_loadu_pd(runs[0] + i), r1 = _mm256_loadu_pd(runs[1] + i);
-        const bound r2 = _mm256_loadu_pd(runs[2] + i), r3 = _mm256_loadu_pd(runs[3] + i);
-        const bound a = _mm256_unpacklo_pd(r0, r1), b = _mm256_unpackhi_pd(r0, r1);
-        const bound c = _mm256_unpacklo_pd(r2, r3), d = _mm256_unpackhi_pd(r2, r3);
-        v[i] = _mm256_permute2f128_pd(a, c, 0x20);
-        v[i + 1] = _mm256_permute2f128_pd(b, d, 0x20);
-        v[i + 2] = _mm256_permute2f128_pd(a, c, 0x31);
-        v[i + 3] = _mm256_permute2f128_pd(b, d, 0x31);
+        const bound rows[4] = {_mm256_loadu_pd(runs[0] + i), _mm256_loadu_pd(runs[1] + i),
+                               _mm256_loadu_pd(runs[2] + i), _mm256_loadu_pd(runs[3] + i)};
+        transpose(rows, v + i);
     }
 #else
     for (int i = 0; i < CAPSULE_CREW_NUMBERS; i++)
         for (int l = 0; l < WIDTH; l++)
             v[i][l] = runs[l][i];
+#endif
+}
+
+/* And back, of some lanes. */
+inlined void store(const bound *v, int some_lanes, double *const *runs)
+{
+#if defined(__AVX__) && WIDTH == 4
+    for (int i = 0; i < CAPSULE_CREW_NUMBERS; i += 4) {
+        bound rows[4];
+        transpose(v + i, rows);
+        for (int l = 0; l < 4; l++)
+            if (some_lanes >> l & 1)
+                _mm256_storeu_pd(runs[l] + i, rows[l]);
+    }
+#else
+    for (int l = 0; l < WIDTH; l++)
+        if (some_lanes >> l & 1)
+            for (int i = 0; i < CAPSULE_CREW_NUMBERS; i++)
+                runs[l][i] = v[i][l];
 #endif
 }
 
@@ -50,17 +76,12 @@ inlined void lanes_step(const capsule_constants *k, const table *t, int level, i
     out->passed = bits_of(o.passed);
     out->contact = bits_of(t->contact ? not(o.at_gap) : o.at_gap);
     const int done = ~(out->open | out->unplain);
-    const bound values[] = {[X_R] = to.x_r, [FAR] = to.gap, [V_R] = to.v_r, [V_C] = to.v_c,
-                            [MARGIN] = to.margin, [ANGLE] = to.angle, [COSINE] = to.cosine,
-                            [SINE] = to.sine, [ANGLE_REST] = to.angle_rest, [WAY] = o.way,
-                            [GAP_ZEROS] = to.gap_zeros, [SECOND_ZEROS] = to.second_zeros,
-                            [ENERGY_ERROR] = to.energy_error, [V_C_ERROR] = to.v_c_error,
-                            [ANGLE_ERROR] = to.angle_error, [POSITION] = to.position,
-                            [LASTED] = o.h * t->per_reach};
-    for (int l = 0; l < WIDTH; l++)
-        if (done >> l & 1)
-            for (int i = 0; i < (int)(sizeof values / sizeof *values); i++)
-                runs[l][i] = values[i][l];
+    v[X_R] = to.x_r, v[FAR] = to.gap, v[V_R] = to.v_r, v[V_C] = to.v_c, v[MARGIN] = to.margin;
+    v[ANGLE] = to.angle, v[COSINE] = to.cosine, v[SINE] = to.sine, v[ANGLE_REST] = to.angle_rest;
+    v[WAY] = o.way, v[GAP_ZEROS] = to.gap_zeros, v[SECOND_ZEROS] = to.second_zeros;
+    v[ENERGY_ERROR] = to.energy_error, v[V_C_ERROR] = to.v_c_error;
+    v[ANGLE_ERROR] = to.angle_error, v[POSITION] = to.position, v[LASTED] = o.h * t->per_reach;
+    store(v, done, runs);
     if (ends && out->passed)
         for (int l = 0; l < WIDTH; l++) {
             double *end = out->end[l];

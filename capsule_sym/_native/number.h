@@ -202,25 +202,40 @@ typedef capsule_table table;
 #endif
 
 /* A segment's constants as values, and as bounds. */
+#if WIDTH == 1 && !defined(WIDE)
+typedef capsule_constants segment;
+#else
 typedef struct {
     real alpha, omega, delta, zeta, beta, gamma, f_b;
     real contact, drift, m, kappa, push, friction, sigma, K;
 } segment;
+#endif
 #ifdef WIDE
 typedef struct {
     bound alpha, omega, delta, zeta, beta, gamma, f_b;
     bound contact, drift, m, kappa, push, friction, sigma, K;
 } segment_sizes;
-inlined segment_sizes sizes_of(const segment *c)
+inlined const segment_sizes *sizes_of(const segment *c, segment_sizes *room)
 {
-    return (segment_sizes){c->alpha.hi, c->omega.hi, c->delta.hi,    c->zeta.hi,  c->beta.hi,
-                           c->gamma.hi, c->f_b.hi,   c->contact.hi,  c->drift.hi, c->m.hi,
-                           c->kappa.hi, c->push.hi,  c->friction.hi, c->sigma.hi, c->K.hi};
+    *room = (segment_sizes){c->alpha.hi, c->omega.hi, c->delta.hi,    c->zeta.hi,  c->beta.hi,
+                            c->gamma.hi, c->f_b.hi,   c->contact.hi,  c->drift.hi, c->m.hi,
+                            c->kappa.hi, c->push.hi,  c->friction.hi, c->sigma.hi, c->K.hi};
+    return room;
 }
 #else
 typedef segment segment_sizes;
-#define sizes_of(c) (*(c))
+inlined const segment_sizes *sizes_of(const segment *c, segment_sizes *room)
+{
+    (void)room;
+    return c;
+}
 #endif
+
+/* What is bounded per unit of each response: the error of x_r (rounding and remainder), and of P or
+   v_c; what their forms leave out, over s^3; the largest of each form; and second derivatives. */
+enum {
+    X_ERROR, SECOND_ERROR, X_TAIL, SECOND_TAIL, X_RANGE, SECOND_RANGE, X_BEND, SECOND_BEND
+};
 
 #include "capsule_formulas.h"
 

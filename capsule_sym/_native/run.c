@@ -51,7 +51,7 @@ void capsule_strobe(const capsule_wish *wish, int64_t turn, double x_r, double v
 
 /* The end of a period of a segment that lasts for ever. Its free part alone is advanced, so that no
    large time meets a sine. */
-static void settled(const capsule_constants *k, const segment *c, double x, double v, double h,
+static void settled(const capsule_constants *k, double x, double v, double h,
                     capsule_state *out)
 {
     capsule_constants still = *k;
@@ -59,7 +59,7 @@ static void settled(const capsule_constants *k, const segment *c, double x, doub
     still.alpha = 0.0;
     const capsule_start start = {x, 0.0, v, 0.0, 0.0, 1.0, 0.0};
     capsule_flow(&still, &start, h, change);
-    forced(c, 1.0, 0.0, &out->x_r, &out->v_r);
+    forced(k, 1.0, 0.0, &out->x_r, &out->v_r);
     out->x_r += x + change[0];
     out->v_r += change[1];
     out->gap = out->x_r - k->delta;
@@ -72,10 +72,9 @@ void capsule_rest(capsule_course *course, double x_r, double v_r, double angle, 
     const capsule_wish *wish = course->wish;
     const int field = FIELD_OF[0][1];
     const capsule_constants *k = &course->map->field[field - 1];
-    const segment c = {.alpha = k->alpha, .omega = k->omega, .sigma = k->sigma, .K = k->K};
     double cosine, sine, x, v;
     sine_cosine(angle, angle_rest, &sine, &cosine);
-    forced(&c, cosine, sine, &x, &v);
+    forced(k, cosine, sine, &x, &v);
     const int64_t from = state->turn;
     int64_t turn = wish->strobe ? from + 1 : course->periods;
     if (wish->rows && turn < course->periods + 1 - wish->rows)
@@ -83,7 +82,7 @@ void capsule_rest(capsule_course *course, double x_r, double v_r, double angle, 
     for (; turn <= course->periods; turn++) {
         const double turns = (double)(turn - from), rest = turns * TWO_PI_REST - angle_rest;
         const double h = ((turns * TWO_PI - angle) + rest) / k->omega;
-        settled(k, &c, x_r - x, v_r - v, h, state);
+        settled(k, x_r - x, v_r - v, h, state);
         capsule_strobe(wish, turn, state->x_r, state->v_r, 0.0);
         if (turn < course->periods && capsule_asked(wish->watch, 1)) {
             p->stopped = 1;

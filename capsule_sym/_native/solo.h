@@ -19,14 +19,14 @@ typedef struct {
 } place;
 
 #ifdef WIDE
-static segment segment_of(const capsule_map *map, int field)
+static const segment *segment_of(const capsule_map *map, int field, segment *room)
 {
     const capsule_parameters *p = &map->parameters;
-    segment c = {.alpha = num(p->alpha), .omega = num(p->omega), .delta = num(p->delta),
+    *room = (segment){.alpha = num(p->alpha), .omega = num(p->omega), .delta = num(p->delta),
                  .zeta = num(p->zeta), .beta = num(p->beta), .gamma = num(p->gamma),
                  .f_b = num(p->f_b)};
-    field_constants(field, &c);
-    return c;
+    field_constants(field, room);
+    return room;
 }
 
 /* Near the impact surface the gap is what is known, elsewhere the position is. */
@@ -43,11 +43,10 @@ static place place_of(const capsule_map *map, const capsule_state *s, const caps
                    whole_sum(s->angle, s->angle_rest), 0.0, s->bound};
 }
 #else
-static segment segment_of(const capsule_map *map, int field)
+static const segment *segment_of(const capsule_map *map, int field, segment *room)
 {
-    const capsule_constants *c = &map->field[field - 1];
-    return (segment){c->alpha, c->omega, c->delta, c->zeta, c->beta,     c->gamma, c->f_b, c->contact,
-                     c->drift, c->m,     c->kappa, c->push, c->friction, c->sigma, c->K};
+    (void)room;
+    return &map->field[field - 1];
 }
 
 static place place_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
@@ -96,7 +95,8 @@ static int first_sign(const double *values, const double *errors, int exact)
    where that is open. Derivatives come with a bound on their rounding error. */
 static int takes_over(const segment *c, int field, const place *p)
 {
-    const segment_sizes sizes = sizes_of(c), *b = &sizes;
+    segment_sizes room;
+    const segment_sizes *b = sizes_of(c, &room);
     const stand s = stand_at(c, field, p, NULL);
     const double way = DRIFT_OF[field - 1], side = CONTACT_OF[field - 1] ? 1.0 : -1.0;
     const double x = size_of(near_to(s.x_r)), gap = size_of(near_to(s.gap));
@@ -107,10 +107,8 @@ static int takes_over(const segment *c, int field, const place *p)
     const double margin_error = 6.0 * UNIT * margin_at_size(b, x, gap, v);
     const real force_rate = force_change(c, s.v_r, rate);
     const double force_error = (24.0 * UNIT + turned) * force_change_size(b, v, rate_size);
-    const double gaps[4] = {side * near_to(s.gap), side * near_to(s.v_r), side * near_to(rate),
-                            side * near_to(v_second(c, s.v_r, rate, s.sine))};
-    const double gap_errors[4] = {0.0, 0.0, (24.0 * UNIT + turned) * rate_size,
-                                  (32.0 * UNIT + turned) * v_second_size(b, v, rate_size)};
+    const double gaps[3] = {side * near_to(s.gap), side * near_to(s.v_r), side * near_to(rate)};
+    const double gap_errors[3] = {0.0, 0.0, (24.0 * UNIT + turned) * rate_size};
     int sign = first_sign(gaps, gap_errors, (int)s.gap_zeros), open = sign == 0;
     if (sign < 0)
         return 0;
@@ -138,13 +136,14 @@ static int field_after(const capsule_map *map, const place *p)
 {
     const double gap = near_to(p->gap), v_r = near_to(p->v_r), v_c = near_to(p->v_c);
     const int contact = gap > 0.0 || (gap == 0.0 && v_r > 0.0);
-    if (!(gap == 0.0 && (v_r == 0.0 || (v_c == 0.0 && p->bound_at)))) {
+    if (!(gap == 0.0 && v_r == 0.0) && !p->bound_at) {
         const int rest = FIELD_OF[contact][1];
-        const segment c = segment_of(map, rest);
-        const segment_sizes b = sizes_of(&c);
-        const stand s = stand_at(&c, rest, p, NULL);
+        segment c_room;
+        segment_sizes b_room;
+        const segment *c = segment_of(map, rest, &c_room);
+        const stand s = stand_at(c, rest, p, NULL);
         int unplain;
-        const double way = way_after(&c, &b, &s, p->bound_at, &unplain);
+        const double way = way_after(c, sizes_of(c, &b_room), &s, p->bound_at, &unplain);
         if (!unplain)
             return FIELD_OF[contact][(int)way + 1];
     }
@@ -153,8 +152,8 @@ static int field_after(const capsule_map *map, const place *p)
         if ((gap != 0.0 && CONTACT_OF[field - 1] != (gap > 0.0)) ||
             (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)))
             continue;
-        const segment c = segment_of(map, field);
-        const int taken = takes_over(&c, field, p);
+        segment room;
+        const int taken = takes_over(segment_of(map, field, &room), field, p);
         if (taken < 0 || (taken && found))
             return 0;
         if (taken)
@@ -166,7 +165,8 @@ static int field_after(const capsule_map *map, const place *p)
 /* Whether a sticking segment without contact is proved to last for ever. */
 static int lasts(const segment *c, const capsule_constants *k, const stand *s)
 {
-    const segment_sizes sizes = sizes_of(c), *b = &sizes;
+    segment_sizes room;
+    const segment_sizes *b = sizes_of(c, &room);
     /* Rounding of K - omega^2 is felt near resonance; there the proof is not tried. */
     const double distance = sqrt(k->Z2), rounded = 4.0 * 0x1p-53 * (b->K + b->omega * b->omega);
     if (distance <= 64.0 * rounded)
@@ -253,23 +253,25 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
         return;
     const int way = DRIFT_OF[field - 1], drift = way != 0, contact = CONTACT_OF[field - 1];
     const capsule_constants *k = &map->field[field - 1];
-    const segment c = segment_of(map, field);
-    const segment_sizes b = sizes_of(&c);
+    segment c_room;
+    segment_sizes b_room;
+    const segment *c = segment_of(map, field, &c_room);
+    const segment_sizes *b = sizes_of(c, &b_room);
 #ifdef WIDE
     table *t = &course->wide[2 * contact + drift];
     int *made = &course->wide_made[2 * contact + drift];
     if (!*made) {
         bases base;
         bases_make(&base);
-        table_make(&base, k, &c, t);
+        table_make(&base, k, c, t);
         *made = 1;
     }
 #else
     const table *t = &map->table[2 * contact + drift];
 #endif
     const int can_rest = field == FIELD_OF[0][1] && map->may_rest;
-    stand here = stand_at(&c, field, &start, course), next;
-    const stand from = here;
+    const stand from = stand_at(c, field, &start, course), *here = &from;
+    stand later[2], *next = later;
     double *guess = &course->guess[field][state->plane];
     int64_t turn = state->turn;
     double duration = 0.0, lost = 0.0; /* by how much it is too long, from rounding its sum */
@@ -277,23 +279,23 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
     p->field = field;
     p->gap = near_to(from.gap), p->margin = near_to(from.margin);
     p->cosine = near_to(from.cosine), p->sine = near_to(from.sine);
-    for (;; here = next, guess = &course->guess[field][0]) {
+    for (;; here = next, next = here == later ? later + 1 : later, guess = &course->guess[field][0]) {
         if (p->evaluations == MOST_EXPANSIONS) {
             p->endless = 1;
             return;
         }
-        if (can_rest && lasts(&c, k, &here)) {
+        if (can_rest && lasts(c, k, here)) {
             capsule_state end = *state;
             end.turn = turn;
             p->duration = duration;
-            capsule_rest(course, near_to(here.x_r), near_to(here.v_r), near_to(here.angle),
-                         here.angle_rest, &end, p);
+            capsule_rest(course, near_to(here->x_r), near_to(here->v_r), near_to(here->angle),
+                         here->angle_rest, &end, p);
             if (!p->stopped)
                 *state = end;
             return;
         }
         const int ends = wish->strobe || course->periods - turn == 1;
-        one_step(&c, &b, t, drift, course->position, ends, way, *guess, &here, &next, &o);
+        one_step(c, b, t, drift, course->position, ends, way, *guess, here, next, &o);
         if (o.open) {
             p->outcome = o.corner ? CAPSULE_CORNER : CAPSULE_UNDECIDED;
             return;
@@ -320,8 +322,8 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
                 /* What rests for ever does so at the end too, wherever the expansions stood. */
                 stand last = o.end;
                 last.angle = last.sine = num(0.0), last.cosine = num(1.0);
-                last.angle_rest = 0.0, last.energy_error = next.energy_error;
-                if (lasts(&c, k, &last))
+                last.angle_rest = 0.0, last.energy_error = next->energy_error;
+                if (lasts(c, k, &last))
                     p->outcome = CAPSULE_NEVER;
             }
             p->advance = near_to(o.end.position);
@@ -336,37 +338,35 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
             break;
     }
     *guess = near_to(o.h) / t->reach;
-    place end = {next.x_r, next.gap, next.v_r, next.v_c, next.angle, next.angle_rest,
-                 (int)o.bound_at};
 #ifndef WIDE
     if (p->evaluations > MOST_ADDED) {
-        refine(&c, k, &from, &o, o.error * t->reach, &next, &p->duration);
-        end = (place){next.x_r, next.gap, next.v_r, next.v_c, next.angle, next.angle_rest,
-                      (int)o.bound_at};
+        refine(c, k, &from, &o, o.error * t->reach, next, &p->duration);
         o.unplain = 1;
     }
 #endif
+    const place end = {next->x_r, next->gap, next->v_r, next->v_c, next->angle, next->angle_rest,
+                       (int)o.bound_at};
     const int following = o.unplain ? field_after(map, &end)
                                     : FIELD_OF[o.at_gap ? !contact : contact][(int)o.way + 1];
     if (!following)
         return; /* The switch itself is certain, but not where it leads. */
     p->outcome = CAPSULE_REGULAR;
     p->switched = 1;
-    p->advance = near_to(next.position);
-    const double v_r = near_to(next.v_r), v_c = near_to(next.v_c);
+    p->advance = near_to(next->position);
+    const double v_r = near_to(next->v_r), v_c = near_to(next->v_c);
     *state = (capsule_state){
-        .x_r = near_to(next.x_r), .gap = near_to(next.gap), .v_r = v_r, .v_c = v_c,
-        .angle = near_to(next.angle), .angle_rest = next.angle_rest,
+        .x_r = near_to(next->x_r), .gap = near_to(next->gap), .v_r = v_r, .v_c = v_c,
+        .angle = near_to(next->angle), .angle_rest = next->angle_rest,
         .position = state->position + p->advance, .turn = turn, .bound = (int)o.bound_at,
         /* Eq. (24): by the field to come where the capsule rests. */
         .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
     course->exact.known = 0;
     course->angle = state->angle;
-    course->cosine = near_to(next.cosine), course->sine = near_to(next.sine);
+    course->cosine = near_to(next->cosine), course->sine = near_to(next->sine);
 #ifdef WIDE
-    state->angle_rest += next.angle.lo;
-    course->exact = (capsule_exact){{next.x_r.hi, next.x_r.lo}, {next.gap.hi, next.gap.lo},
-                                    {next.v_r.hi, next.v_r.lo}, {next.v_c.hi, next.v_c.lo},
-                                    {next.angle.hi, next.angle.lo}, 1};
+    state->angle_rest += next->angle.lo;
+    course->exact = (capsule_exact){{next->x_r.hi, next->x_r.lo}, {next->gap.hi, next->gap.lo},
+                                    {next->v_r.hi, next->v_r.lo}, {next->v_c.hi, next->v_c.lo},
+                                    {next->angle.hi, next->angle.lo}, 1};
 #endif
 }

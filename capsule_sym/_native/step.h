@@ -26,6 +26,7 @@ typedef struct {
 typedef struct {
     real u[4], slope;                   /* multiples of the responses; in drift v_c' reach */
     bound size[4];                      /* what the multiples add up */
+    bound limit[CAPSULE_LIMITS];        /* the table's bounds by these */
     bound x_own, second_own;            /* error bounds of x_r, and of P or v_c: this expansion's */
     bound x_rounding, second_rounding;  /* and all */
 } expansion;
@@ -59,8 +60,11 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     e.size[1] = v;
     forcing_terms_size(b, &e.size[2], &e.size[3]);
     const bound margin_error = 6.0 * UNIT * (margin_at_size(b, x, gap, v) + b->f_b);
-    e.x_own = bound_dot(t->x_error, e.size) + 2.0 * UNIT * gap + UNDERFLOW;
-    e.second_own = bound_dot(t->second_error, e.size) + UNDERFLOW;
+    for (int i = 0; i < CAPSULE_LIMITS; i++)
+        e.limit[i] = (t->limit[0][i] * e.size[0] + t->limit[1][i] * e.size[1]) +
+                     (t->limit[2][i] * e.size[2] + t->limit[3][i] * e.size[3]);
+    e.x_own = e.limit[X_ERROR] + 2.0 * UNIT * gap + UNDERFLOW;
+    e.second_own = e.limit[SECOND_ERROR] + UNDERFLOW;
     e.slope = num(0.0);
     if (drift) {
         e.slope = mul(v_c_rate(c, s->margin), num(t->reach));
@@ -88,44 +92,38 @@ typedef struct {
     bound from, to, near;
 } finding;
 
-/* From the signs of the coefficients; where a polynomial has s^zeros as a factor so have its
-   errors. With `twice` zeros may be 2. */
+/* From the signs of the coefficients, all of them beyond what any can be off: a guard that vanishes at
+   the start is off by less, as s^zeros. With `twice` zeros may be 2. */
 inlined finding judge(const guard *g, double r, int twice)
 {
     const mask begun = g->zeros > 0.0, skipped = g->zeros == 2.0;
     const real base = choose(begun, num(0.0), g->first);
-    const bound e0 = pick(begun, all(0.0), g->rounding), tail = g->tail * (r * r * r);
-    const bound e1 = pick(g->zeros == 1.0, g->rounding * r, all(0.0));
-    const bound e2 = pick(skipped, g->rounding * (r * r), all(0.0));
-    bound value[DEGREE], error[DEGREE];
-    mask above = begun | (near_to(g->first) > g->rounding);
-    for (int j = 1; j <= DEGREE; j++) {
-        bound by = e0 + e1 * (j / (double)DEGREE);
-        if (twice)
-            by += e2 * (j * (j - 1) / (DEGREE * (DEGREE - 1.0)));
-        if (j > 2)
-            by += tail * (j * (j - 1) * (j - 2) / (DEGREE * (DEGREE - 1) * (DEGREE - 2.0)));
-        error[j - 1] = by;
-        value[j - 1] = near_to(add(base, g->form[j - 1]));
-    }
-    if (twice) /* coefficient 1 of s^2 is 0 */
-        value[0] = pick(skipped, all(1.0), value[0]), error[0] = pick(skipped, all(0.0), error[0]);
+    const bound error = g->rounding + g->tail * (r * r * r);
+    const mask starts = begun | (near_to(g->first) > g->rounding);
+    bound value[DEGREE];
     for (int j = 0; j < DEGREE; j++)
-        above &= value[j] > error[j];
+        value[j] = near_to(add(base, g->form[j]));
+    if (twice) /* coefficient 1 of s^2 is 0 */
+        value[0] = pick(skipped, all(1.0), value[0]);
+    bound least = value[0];
+    for (int j = 1; j < DEGREE; j++)
+        least = smaller(least, value[j]);
+    const mask above = starts & (least > error);
     if (!some(not(above)))
         return (finding){above, none, all(r), all(r), all(r)};
-    mask seen = none, proved = begun | (near_to(g->first) > g->rounding);
-    bound index = all(0.0);
-    for (int j = 0; j < DEGREE; j++) {
-        const mask below = value[j] < 0.0;
-        proved &= (size_of(value[j]) > error[j]) & not(seen & not(below));
-        seen |= below;
-        index = pick(below, index, index + 1.0);
+    mask below = value[0] < 0.0, turned = none;
+    bound index = pick(below, all(0.0), all(1.0)), nearest = size_of(value[0]);
+    for (int j = 1; j < DEGREE; j++) {
+        const mask before = below;
+        below = value[j] < 0.0;
+        turned |= before & not(below);
+        index += pick(below, all(0.0), all(1.0));
+        nearest = smaller(nearest, size_of(value[j]));
     }
-    /* What vanishes at the start is positive at first only if its leading coefficient is. */
     finding f;
-    f.clear = proved & not(seen);
-    f.crossing = proved & seen & (not(begun) | (index > g->zeros - 1.0));
+    const mask proved = starts & not(turned) & (nearest > error);
+    f.clear = proved & not(below);
+    f.crossing = proved & below;
     f.from = pick(f.clear, all(r), all(0.0));
     f.to = all(r);
     f.near = (index + 0.5) * (r / DEGREE);
@@ -198,11 +196,11 @@ inlined guard guard_of(const segment *c, const table *t, const expansion *e, con
         g.first = mul(by, s->gap);
         g.zeros = s->gap_zeros;
         g.rounding = e->x_rounding;
-        g.tail = bound_dot(t->x_tail, e->size);
+        g.tail = e->limit[X_TAIL];
         return g;
     }
     g.rounding = e->second_rounding;
-    g.tail = bound_dot(t->second_tail, e->size);
+    g.tail = e->limit[SECOND_TAIL];
     if (drift) {
         const real slope = mul(mul(by, e->slope), num(t->level[level]));
         for (int j = 0; j < DEGREE; j++)
@@ -217,18 +215,18 @@ inlined guard guard_of(const segment *c, const table *t, const expansion *e, con
 }
 
 /* Whether a guard is further from zero than it could come. */
-inlined mask far_off(const table *t, const expansion *e, int which, int drift, real first,
+inlined mask far_off(const expansion *e, int which, int drift, real first,
                      bound zeros, bound sign)
 {
-    const bound range = bound_dot(which == GAP ? t->x_range : t->second_range, e->size);
-    const bound tail = bound_dot(which == GAP ? t->x_tail : t->second_tail, e->size);
+    const bound range = e->limit[which == GAP ? X_RANGE : SECOND_RANGE];
+    const bound tail = e->limit[which == GAP ? X_TAIL : SECOND_TAIL];
     const bound rounding = which == GAP ? e->x_rounding : e->second_rounding;
     const bound slope = which != GAP && drift ? sign * near_to(e->slope) : all(0.0);
     return (zeros == 0.0) & (near_to(first) + smaller(slope, all(0.0)) > (range + rounding) + tail);
 }
 
 /* What follows a switch off the lines: the drift's way, and where that is not plain. `bound_at` is 1
-   (-1) where P is f_b (-f_b) exactly; `rests` tells where v_c is 0. */
+   (-1) where P left rest at f_b (-f_b), outwards: that is a simple root of its guard. */
 inlined bound way_after(const segment *c, const segment_sizes *b, const stand *s, bound bound_at,
                         mask *unplain)
 {
@@ -239,17 +237,9 @@ inlined bound way_after(const segment *c, const segment_sizes *b, const stand *s
     const bound side = pick(near_to(pull) > 0.0, all(1.0), all(-1.0));
     const bound beyond = near_to(sub(mul(pull, wide(side)), c->f_b));
     const mask close = size_of(beyond) <= 16.0 * UNIT * (terms + b->f_b);
-    /* At P = +-f_b the capsule stays at rest if P turns inward. There v_r' is the same at rest as
-       drifting, hence P' too. x_r and v_r miss P = +-f_b by their own rounding, which a jet would
-       add up again. */
-    const real rate =
-        force_change(c, s->v_r, sub(mul(c->alpha, s->cosine), mul(wide(bound_at), c->f_b)));
-    const bound rising = near_to(rate) * bound_at;
-    const bound unsure = 64.0 * UNIT * force_change_size(b, v, b->alpha + terms + b->f_b);
-    *unplain = (rests & ((at_bound & (size_of(rising) <= unsure)) | (not(at_bound) & close))) |
+    *unplain = (rests & not(at_bound) & close) |
                ((near_to(s->gap) == 0.0) & (near_to(s->v_r) == 0.0));
-    const bound at_rest = pick(at_bound, pick(rising > 0.0, bound_at, all(0.0)),
-                               pick(beyond > 0.0, side, all(0.0)));
+    const bound at_rest = pick(at_bound, bound_at, pick(beyond > 0.0, side, all(0.0)));
     return pick(rests, at_rest, pick(near_to(s->v_c) > 0.0, all(1.0), all(-1.0)));
 }
 
@@ -296,7 +286,7 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
         const bound zeros = i == GAP ? s->gap_zeros
                             : drift  ? s->second_zeros
                                      : larger(-signs[i] * s->second_zeros, zero);
-        const mask clear = far_off(t, &e, i, drift, first, zeros, signs[i]);
+        const mask clear = far_off(&e, i, drift, first, zeros, signs[i]);
         found[i] = (finding){clear, none, all(r), all(r), all(r)};
         if (!some(not(clear)))
             continue;
@@ -356,13 +346,11 @@ again:
     sign = pick(is_gap, all(side), drift ? way : pick(lower, one, -one));
     zeros = pick(is_gap, s->gap_zeros,
                  drift ? s->second_zeros : larger(-sign * s->second_zeros, zero));
-    const bound bend = pick(is_gap, bound_dot(t->x_bend, e.size), bound_dot(t->second_bend, e.size));
+    const bound bend = pick(is_gap, e.limit[X_BEND], e.limit[SECOND_BEND]);
     if (some(active)) {
         enum { MOST = TERMS + 1 };
-        real p[MOST + 1];
-        const real by_gap = wide(all(side)), by = wide(sign);
-        p[0] = choose(is_gap, mul(by_gap, s->gap),
-                      drift ? mul(by, s->v_c) : mad(by, s->margin, c->f_b));
+        real p[MOST + 1]; /* sign times the guard */
+        p[0] = choose(is_gap, s->gap, drift ? s->v_c : mad(wide(sign), c->f_b, s->margin));
         const int gaps = some(is_gap), others = some(active & not(is_gap));
         for (int n = 1; n <= MOST; n++) {
             real term = num(0.0);
@@ -370,12 +358,11 @@ again:
                 const int k = n - drift; /* P's or v_c's coefficient by those of x_r */
                 const real low = k >= 1 && k <= TERMS ? a[k - 1] : num(0.0);
                 const real high = k + 1 >= 2 && k + 1 <= TERMS ? a[k] : num(0.0);
-                term = mul(by, mad(row(t->from_position[n - 1]), low,
-                                   mul(row(t->from_rate[n - 1]), high)));
-                if (drift && n == 1)
-                    term = mul(by, e.slope);
+                term = drift && n == 1 ? e.slope
+                                       : mad(row(t->from_position[n - 1]), low,
+                                             mul(row(t->from_rate[n - 1]), high));
             }
-            const real gap_term = n <= TERMS ? mul(by_gap, a[n - 1 < TERMS ? n - 1 : 0]) : num(0.0);
+            const real gap_term = n <= TERMS ? a[n - 1 < TERMS ? n - 1 : 0] : num(0.0);
             p[n] = !gaps ? term : !others ? gap_term : choose(is_gap, gap_term, term);
         }
         bound low = zero, high = all(r), falling = one;
@@ -406,13 +393,13 @@ again:
             const real fall = sub(mul(wide(zeros), value), mul(at, rate));
             const real by_much = over(mul(at, value), fall);
             const bound on = near_to(by_much), here = near_to(at);
-            const mask positive = near_to(value) > 0.0;
+            const mask positive = sign * near_to(value) > 0.0;
             low = pick(active & positive, here, low);
             high = pick(active & not(positive), here, high);
             const mask close = active & ((size_of(on) <= ROOT_UNIT * here) |
                                          (on * on * bend <= UNIT * size_of(near_to(fall))));
             last = choose(close, by_much, last);
-            falling = pick(active, near_to(fall), falling);
+            falling = pick(active, sign * near_to(fall), falling);
             active &= not(close);
             if (round == ROUNDS) {
                 open |= active;
@@ -429,8 +416,7 @@ again:
         const bound reached = smaller(one, here + here), r2 = reached * reached;
         const bound rounding = pick(is_gap, e.x_rounding, e.second_rounding) *
                                pick(zeros > 0.0, pick(zeros > 1.0, r2, reached), one);
-        const bound tail =
-            pick(is_gap, bound_dot(t->x_tail, e.size), bound_dot(t->second_tail, e.size));
+        const bound tail = pick(is_gap, e.limit[X_TAIL], e.limit[SECOND_TAIL]);
         /* Simple: |g'| keeps half its size as far as `straight` either way, for |g''| <= bend; and
            there the bounds that were counted have their one crossing each. */
         const bound apart = tail * (r2 * reached) + 1.5 * rounding;
@@ -458,8 +444,8 @@ again:
         const bound most = bound_dot(t->x_speed, e.size) + bound_dot(t->second_speed, e.size) +
                            size_of(near_to(e.slope));
         const bound near_zero =
-            pick(other_is_gap, e.x_rounding + bound_dot(t->x_tail, e.size),
-                 e.second_rounding + bound_dot(t->second_tail, e.size)) +
+            pick(other_is_gap, e.x_rounding + e.limit[X_TAIL],
+                 e.second_rounding + e.limit[SECOND_TAIL]) +
             error * most;
         const mask later = value > near_zero;
         corner = sure & both & not(later);
@@ -584,16 +570,17 @@ again:
     }
 
     /* Where the segment goes on, the errors that an expansion from there begins with. */
+    to->energy_error = to->v_c_error = to->angle_error = zero;
+    if (!some(not(crossing)))
+        return;
     const bound x_size = size_of(near_to(to->x_r)), v_size = size_of(near_to(to->v_r));
-    const bound impulse = v_size + size_of(near_to(s->v_r)) +
-                          (size_of(b->friction) + b->alpha) * t->reach + b->alpha * t->per_omega;
     /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
     const bound energy = s->energy_error + bound_dot(t->v_error, e.size) + 2.0 * UNIT * v_size +
                          t->root_K * (e.x_own + 2.0 * UNIT * x_size) +
                          angle_error * b->alpha * t->reach;
-    const bound v_c_error = s->v_c_error + e.second_own +
-                            (energy + 4.0 * UNIT * impulse) * t->v_c_per_energy +
+    /* That of momentum, by which the whole expansion's v_c is tabulated, is among those of v_r. */
+    const bound v_c_error = s->v_c_error + e.second_own + energy * t->v_c_per_energy +
                             UNIT * size_of(near_to(to->v_c));
     to->energy_error = pick(crossing, zero, energy);
     to->v_c_error = pick(crossing, zero, v_c_error);

@@ -3,12 +3,6 @@
 
 #include "internal.h"
 
-segment capsule_segment_of(const capsule_constants *c)
-{
-    return (segment){c->alpha, c->omega, c->delta, c->zeta, c->beta,     c->gamma, c->f_b, c->contact,
-                     c->drift, c->m,     c->kappa, c->push, c->friction, c->sigma, c->K};
-}
-
 void capsule_map_constants(const capsule_parameters *p, capsule_map *map)
 {
     map->parameters = *p;
@@ -16,9 +10,8 @@ void capsule_map_constants(const capsule_parameters *p, capsule_map *map)
         capsule_constants_of(field, p->alpha, p->omega, p->delta, p->zeta, p->beta, p->gamma,
                              p->f_b, &map->field[field - 1]);
     const capsule_constants *c = &map->field[FIELD_OF[0][1] - 1];
-    const segment s = capsule_segment_of(c);
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
-    map->may_rest = amplitude < c->delta && amplitude * sqrt(force_gain2(&s)) < c->f_b;
+    map->may_rest = amplitude < c->delta && amplitude * sqrt(force_gain2(c)) < c->f_b;
 }
 
 void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
@@ -28,8 +21,7 @@ void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
     capsule_map_constants(parameters, map);
     for (int flow = 0; flow < 4; flow++) {
         const capsule_constants *c = &map->field[FIELD_OF[flow / 2][1 + flow % 2] - 1];
-        const segment s = capsule_segment_of(c);
-        table_make(&b, c, &s, &map->table[flow]);
+        table_make(&b, c, c, &map->table[flow]);
     }
 }
 
@@ -45,8 +37,7 @@ void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
 
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r)
 {
-    const segment s = capsule_segment_of(c);
-    return margin_at(&s, x_r, gap, v_r);
+    return margin_at(c, x_r, gap, v_r);
 }
 
 const char *capsule_digest(void)

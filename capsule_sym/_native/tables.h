@@ -141,7 +141,8 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 
 static void table_make(const bases *b, const capsule_constants *field, const segment *c, table *t)
 {
-    const segment_sizes bounds = sizes_of(c), *z = &bounds;
+        segment_sizes room;
+    const segment_sizes *z = sizes_of(c, &room);
     memset(t, 0, sizeof *t);
     t->root_K = sqrt(z->K);
     t->force_per_energy = near_to(force_per_energy(c, num(t->root_K))) * (1.0 + 4.0 * UNIT);
@@ -152,7 +153,6 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     const double growth = t->root_K + 2.0 * z->sigma + (field->q < 0.0 ? field->nu : 0.0);
     t->reach = SHORTER * smaller(CAPSULE_REACH / field->rate, CAPSULE_GROWTH / growth);
     t->reach_per_gamma = (1.0 + 4.0 * UNIT) * t->reach / z->gamma;
-    t->per_omega = (1.0 + 4.0 * UNIT) / z->omega;
     t->per_reach = over(num(1.0), num(t->reach));
     for (int l = 0; l < LEVELS; l++)
         t->level[l] = ldexp(1.0, -l);
@@ -185,13 +185,13 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             const double units = (5 * n + 32) * UNIT;
             const double second_size =
                 near_to(by[n]) * size[n - drift] + near_to(rate[n]) * size[n + 1 - drift];
-            t->x_error[k] += units * size[n];
+            t->limit[k][X_ERROR] += units * size[n];
             t->v_error[k] += units * n * size[n] / t->reach;
-            t->second_error[k] += units * second_size;
+            t->limit[k][SECOND_ERROR] += units * second_size;
             t->x_speed[k] += n * size[n];
             t->second_speed[k] += n * second_size;
-            t->x_bend[k] += n * (n - 1) * size[n];
-            t->second_bend[k] += n * (n - 1) * second_size;
+            t->limit[k][X_BEND] += n * (n - 1) * size[n];
+            t->limit[k][SECOND_BEND] += n * (n - 1) * second_size;
         }
     }
     double change[4] = {0}, speed[4] = {0}, bend[4] = {0}, tail[4] = {0}, unused[2][4] = {{0}};
@@ -207,26 +207,26 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         const double v_left = ((FULL + 1) * rest[k] + speed[k]) / t->reach;
         const double left = drift ? force_change_size(z, t->reach * x_left, x_left) / z->gamma
                                   : force_change_size(z, x_left, v_left);
-        t->x_error[k] += x_left;
+        t->limit[k][X_ERROR] += x_left;
         t->v_error[k] += v_left;
-        t->second_error[k] += left;
+        t->limit[k][SECOND_ERROR] += left;
         t->x_speed[k] += (FULL + 1) * rest[k];
         t->second_speed[k] += (FULL + 1) * left;
-        t->x_bend[k] += (FULL + 1) * FULL * rest[k] + bend[k];
-        t->second_bend[k] += (FULL + 1) * FULL * left;
-        t->x_tail[k] = x_left;
-        t->second_tail[k] = left;
+        t->limit[k][X_BEND] += (FULL + 1) * FULL * rest[k] + bend[k];
+        t->limit[k][SECOND_BEND] += (FULL + 1) * FULL * left;
+        t->limit[k][X_TAIL] = x_left;
+        t->limit[k][SECOND_TAIL] = left;
         for (int n = 1; n <= TERMS; n++)
             t->x[k][n - 1] = x[n][k];
     }
     economize(b, x, TERMS, DEGREE, tail, unused[0], unused[1]);
     for (int k = 0; k < 4; k++) {
-        t->x_tail[k] += tail[k];
+        t->limit[k][X_TAIL] += tail[k];
         tail[k] = 0.0;
     }
     economize(b, second, TERMS + drift, DEGREE, tail, unused[0], unused[1]);
     for (int k = 0; k < 4; k++) {
-        t->second_tail[k] += tail[k];
+        t->limit[k][SECOND_TAIL] += tail[k];
         for (int j = 1; j <= DEGREE; j++) {
             real x_sum = none_, second_sum = none_;
             for (int n = 1; n <= j && n <= TERMS + 1; n++) {
@@ -236,8 +236,8 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             }
             t->x_form[0][k][j - 1] = x_sum;
             t->second_form[0][k][j - 1] = second_sum;
-            t->x_range[k] = larger(t->x_range[k], 1.0001 * fabs(near_to(x_sum)));
-            t->second_range[k] = larger(t->second_range[k], 1.0001 * fabs(near_to(second_sum)));
+            t->limit[k][X_RANGE] = larger(t->limit[k][X_RANGE], 1.0001 * fabs(near_to(x_sum)));
+            t->limit[k][SECOND_RANGE] = larger(t->limit[k][SECOND_RANGE], 1.0001 * fabs(near_to(second_sum)));
         }
         /* Half as long each: the left half's form (de Casteljau), whose coefficient 0 is 0. */
         for (int l = 1; l < LEVELS; l++)

@@ -38,20 +38,23 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
     const capsule_constants *k = &map.field[field - 1];
     const int drift = DRIFT_OF[field - 1] != 0;
     const bound way = all(DRIFT_OF[field - 1]);
+    segment c_room;
+    segment_sizes b_room;
 #if WIDTH == 1
-    const segment c = segment_of(&map, field);
+    const segment *c = segment_of(&map, field, &c_room);
 #else
-    const segment c = {all(k->alpha), all(k->omega), all(k->delta), all(k->zeta), all(k->beta),
+    const segment *c = &c_room;
+    c_room = (segment){all(k->alpha), all(k->omega), all(k->delta), all(k->zeta), all(k->beta),
                        all(k->gamma), all(k->f_b), all(k->contact), way, all(k->m), all(k->kappa),
                        all(k->push), all(k->friction), all(k->sigma), all(k->K)};
 #endif
-    const segment_sizes b = sizes_of(&c);
+    const segment_sizes *b = sizes_of(c, &b_room);
 #ifdef WIDE
     static bases base;
     static table made;
     const table *t = &made;
     bases_make(&base);
-    table_make(&base, k, &c, &made);
+    table_make(&base, k, c, &made);
 #else
     const table *t = &map.table[2 * (k->contact != 0.0) + drift];
 #endif
@@ -69,17 +72,17 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
         LANE(s.v_c_error, l) = a->v_c_error;
         LANE(s.angle_error, l) = a->angle_error;
     }
-    s.gap = choose(s.gap_zeros > 0.0, num(0.0), sub(s.x_r, c.delta));
+    s.gap = choose(s.gap_zeros > 0.0, num(0.0), sub(s.x_r, c->delta));
     sine_cosine(s.angle, s.angle_rest, &s.sine, &s.cosine);
     const mask bounded = drift ? s.second_zeros == 2.0 : s.second_zeros != 0.0;
-    s.margin = choose(bounded, drift ? num(0.0) : mul(wide(s.second_zeros), c.f_b),
-                      margin_at(&c, s.x_r, s.gap, s.v_r));
+    s.margin = choose(bounded, drift ? num(0.0) : mul(wide(s.second_zeros), c->f_b),
+                      margin_at(c, s.x_r, s.gap, s.v_r));
     for (int i = 0; i < steps; i++, s = to) {
-        const expansion e = expand(&c, &b, t, drift, &s);
+        const expansion e = expand(c, b, t, drift, &s);
         const bound signs[3] = {all(t->contact ? 1.0 : -1.0), drift ? way : all(-1.0), all(1.0)};
         outcome o;
         for (int j = 0; j < (drift ? 2 : 3); j++) {
-            const guard g = guard_of(&c, t, &e, &s, j, level, drift, signs[j], NULL);
+            const guard g = guard_of(c, t, &e, &s, j, level, drift, signs[j], NULL);
             for (int l = 0; l < WIDTH; l++) {
                 probed_guard *seen = &out[i * WIDTH + l].guard[j];
                 seen->zeros = LANE(g.zeros, l);
@@ -93,7 +96,7 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
                 }
             }
         }
-        step(&c, &b, t, level, drift, 0, 0, way, all(0.0), &s, &to, &o);
+        step(c, b, t, level, drift, 0, 0, way, all(0.0), &s, &to, &o);
         for (int l = 0; l < WIDTH; l++) {
             probed *q = &out[i * WIDTH + l];
             q->reach = t->reach;

@@ -195,8 +195,8 @@ def test_a_lane_does_not_depend_on_its_neighbours(
 MUTANTS: dict[str, tuple[str, str, str]] = {
     "rounding": ("number.h", "#define UNIT 0x1p-53", "#define UNIT 0x1p-80"),
     "a rival guard": ("step.h", "later = value > near_zero;", "later = value > -1e300;"),
-    "one change of sign": ("step.h", " & not(seen & not(below));", ";"),
-    "every coefficient positive": ("step.h", "value[j] > error[j];", "value[j] > error[j] - (j > 1 && j < 7 ? 1e300 : 0.0);"),
+    "one change of sign": ("step.h", " & not(turned) &", " &"),
+    "every coefficient positive": ("step.h", "least = smaller(least, value[j]);", "least = j > 1 && j < DEGREE - 2 ? least : smaller(least, value[j]);"),
 }  # fmt: skip
 KILLED: dict[str, tuple[str, ...]] = {
     "rounding": ("1", "4", "8"),
