@@ -128,7 +128,7 @@ typedef struct {
 #define CAPSULE_CREW 128  /* runs in hand at a time */
 #define CAPSULE_CREW_NUMBERS 20
 
-/* Work space of `capsule_run_many`, some 90 kB: zero before the first call; the tables of the last
+/* Work space of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
    flows are kept for the next. */
 typedef struct {
     capsule_map map;

@@ -7,14 +7,12 @@
 
 #include "isolate.h"
 
-segment capsule_segment_of(const capsule_constants *c); /* tables.c */
-
 /* An expansion of a segment, and what its evaluation takes. */
 typedef struct {
     const capsule_segment *of;
     double node, begins; /* how many reaches, and how long, after the segment's start it begins */
     const table *t;
-    segment c;
+    const segment *c;
     stand begin;
     expansion e;
     real a[TERMS];
@@ -26,7 +24,7 @@ static void stretch_make(const capsule_map *map, const capsule_segment *s, doubl
     const capsule_constants *k = &map->field[s->field - 1];
     if (p->of != s) {
         p->of = s;
-        p->c = capsule_segment_of(k);
+        p->c = k;
         p->drift = DRIFT_OF[s->field - 1] != 0;
         p->t = &map->table[2 * CONTACT_OF[s->field - 1] + p->drift];
     }
@@ -48,11 +46,11 @@ static void stretch_make(const capsule_map *map, const capsule_segment *s, doubl
         p->begin.v_c += change[2];
         p->begin.cosine = s->cosine * cosine - s->sine * sine;
         p->begin.sine = s->sine * cosine + s->cosine * sine;
-        p->begin.margin = margin_at(&p->c, p->begin.x_r, p->begin.gap, p->begin.v_r);
+        p->begin.margin = margin_at(p->c, p->begin.x_r, p->begin.gap, p->begin.v_r);
         if (p->drift)
             p->begin.position += capsule_flow_advance(k, &start, change[0], h);
     }
-    p->e = expand(&p->c, &p->c, p->t, p->drift, &p->begin);
+    p->e = expand(p->c, p->c, p->t, p->drift, &p->begin);
     for (int n = 0; n < TERMS; n++)
         p->a[n] = combined(p->e.u, p->t->x[0][n], p->t->x[1][n], p->t->x[2][n], p->t->x[3][n]);
 }
@@ -66,8 +64,8 @@ static void stretch_at(const stretch *p, double h, double state[4])
     state[2] = 0.0;
     state[3] = p->begin.position;
     if (p->drift) {
-        state[2] = p->begin.v_c + v_c_change(&p->c, p->t, &p->e, &m, s);
-        state[3] += advance_at(&p->c, p->t, &p->e, &m, p->begin.v_c, s);
+        state[2] = p->begin.v_c + v_c_change(p->c, p->t, &p->e, &m, s);
+        state[3] += advance_at(p->c, p->t, &p->e, &m, p->begin.v_c, s);
     }
 }
 
