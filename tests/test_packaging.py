@@ -138,6 +138,8 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
 
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
     assert [path.name for path in plain.glob("capsule_sym/_native/_core.*")] == ["_core.pyx"]
+    explorer = "capsule_sym/explorer/page.html"
+    assert (plain / explorer).read_bytes() == (ROOT / explorer).read_bytes()
     again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
     done = installed(plain, again, "-W", "always")
     assert done.stdout == "numpy\n", done.stderr
