@@ -88,7 +88,7 @@ explorer/node_modules/.package-lock.json: explorer/package-lock.json
 EXPLORER := $(READY) explorer/node_modules/.package-lock.json
 explorer: $(EXPLORER)  ## build the page of `capsule-sym explore`; needs Node.js
 	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
-	cd explorer && npx tsc --noEmit
+	cd explorer && npm run --silent types
 	$(BIN)/python explorer/build.py
 
 explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to be there

@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { inflateSync } from "node:zlib";
 import { differenceCiede2000, filterDeficiencyDeuter, filterDeficiencyProt, filterDeficiencyTrit, rgb } from "culori";
+import type { Color } from "culori";
 import { Chart } from "../../explorer/src/chart.ts";
 import type { Giver } from "../../explorer/src/chart.ts";
 import { Core } from "../../explorer/src/core.ts";
@@ -218,15 +219,16 @@ test("a worker that dies ends its jobs, and the page is told", async () => {
 
 // Colours under the three deficiencies, by CIEDE2000: 10 is seen at a glance.
 
-const EYES = [(colour: string) => colour, filterDeficiencyProt(1), filterDeficiencyDeuter(1), filterDeficiencyTrit(1)];
+const EYES = [(colour: Color) => colour, filterDeficiencyProt(1), filterDeficiencyDeuter(1), filterDeficiencyTrit(1)];
 const difference = differenceCiede2000();
 
 function nearest(colours: readonly string[]): [number, string, string] {
   let least: [number, string, string] = [Infinity, "", ""];
+  const seen = (colour: string): Color => rgb(colour) ?? assert.fail(`${colour} is no colour`);
   for (const eye of EYES)
     colours.forEach((one, i) =>
       colours.slice(i + 1).forEach((other) => {
-        const away = difference(rgb(eye(one) as string), rgb(eye(other) as string));
+        const away = difference(eye(seen(one)), eye(seen(other)));
         if (away < least[0]) least = [away, one, other];
       }),
     );
