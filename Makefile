@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated docs docs-links explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -79,6 +79,20 @@ generate: $(READY)  ## derive and write generated/
 
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
+
+# The documentation shows what `verify` finds: results/verify.md, made anew where the theory is newer.
+results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/symbolic/*.* capsule_sym/symbolic/comparisons/*.py) | $(READY)
+	$(BIN)/capsule-sym verify --write > /dev/null
+
+SPHINX := $(BIN)/python -m sphinx -q -W --keep-going docs
+docs: results/verify.md  ## build the documentation in docs/_build/html, and run its examples
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(SPHINX) docs/_build/html
+	$(BIN)/python -m pytest -q -m "long or not long" tests/docs
+
+docs-links: results/verify.md  ## follow every link of the documentation
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	$(SPHINX) -b linkcheck docs/_build/links
 
 # The explorer's page needs Node.js, to be built, and Chromium, to be tested and measured.
 explorer/node_modules/.package-lock.json: explorer/package-lock.json

@@ -49,8 +49,8 @@ class Worth:
 
     `velocity` is the average of v_c, `progression` the advance of x_c per excitation period.
     `work` is done by the drive, alpha cos(omega tau) v_m; `damper_loss` is the integral of
-    2 zeta v_r^2 and `friction_loss` that of f_b |v_c|; `imbalance`, the work less both losses, is
-    zero but for rounding. `peak_force` is the largest |P| between
+    2 zeta v_r^2 and `friction_loss` that of `f_b |v_c|`; `imbalance`, the work less both losses, is
+    zero but for rounding. `peak_force` is the largest `|P|` between
     the bodies, `peak_contact` the largest force beta (x_r - delta) of the second spring.
     """
 

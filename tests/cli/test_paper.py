@@ -15,8 +15,9 @@ from capsule_sym.generated.py import DIGEST
 from capsule_sym.map import simulate
 from capsule_sym.map.batch import final_state
 from capsule_sym.parameters import Parameters
-from tests.cli.readme import MAIN_JOB, README, assert_shown
+from tests.examples import MAIN_JOB, ROOT, Page
 
+TUTORIAL = Page(ROOT / "docs" / "tutorials" / "paper.md")
 JUDGES = Path(__file__).parents[1] / "judges" / "data"
 
 
@@ -29,7 +30,7 @@ def test_the_case_study(command, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stderr.startswith("wrote results/paper/casestudy.json")
     assert_every_panel_is_shown(done.stdout)
-    assert_shown(MAIN_JOB, done.stdout)
+    TUTORIAL.assert_shown(MAIN_JOB, done.stdout)
 
     result = json.loads((results / "casestudy.json").read_text(encoding="utf-8"))
     assert result["version"] == capsule_sym.__version__
@@ -54,7 +55,7 @@ def test_the_case_study(command, tmp_path: Path) -> None:
 
 
 def assert_one_percentage_is_told(thresholds: list[dict[str, Any]], output: str) -> None:
-    """How far off the printed values are, relative to the exact ones, as the README has it too."""
+    """How far off the printed values are, relative to the exact ones; the tutorial has it too."""
     off = {
         gamma: max(
             abs(one["printed"] - one["exact"]) / one["exact"]
@@ -68,10 +69,9 @@ def assert_one_percentage_is_told(thresholds: list[dict[str, Any]], output: str)
         assert f"Relative to the exact values, the printed ones are {told}" in " ".join(
             output.split()
         )
-    assert f"up to {100 * off[3.3]:.2f} % off, relative to the exact ones" in README.replace(
-        "\n", " "
-    )
-    assert f"printed order, and {100 * off[3.0]:.2f} %" in README
+    told_there = " ".join(TUTORIAL.text.split())
+    assert f"up to {100 * off[3.3]:.2f} % off, relative to the exact ones" in told_there
+    assert f"printed order, and up to {100 * off[3.0]:.2f} %" in told_there
 
 
 def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str) -> None:

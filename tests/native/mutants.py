@@ -91,7 +91,7 @@ UNSHOWN: tuple[Term, ...] = (
 
 
 def table() -> str:
-    """The terms by the widths at which their absence is noticed, as a table for the README."""
+    """The terms by the widths at which their absence is noticed, as a table for the documentation."""
     rows: dict[str, list[str]] = {}
     for term in TERMS:
         key = ", ".join(term.widths()).replace("1, 4, 8", "1, 4, 8 lanes")

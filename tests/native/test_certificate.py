@@ -100,5 +100,5 @@ def test_a_lane_does_not_depend_on_its_neighbours(core: Core) -> None:
             assert [lane[0].tobytes() for lane in seen] == [alone[i] for i in order]
 
 
-def test_the_readme_has_the_table_of_terms() -> None:
-    assert table() in (ROOT / "README.md").read_text(encoding="utf-8")
+def test_the_documentation_has_the_table_of_terms() -> None:
+    assert table() in (ROOT / "docs" / "theory" / "certificate.md").read_text(encoding="utf-8")

@@ -1,0 +1,25 @@
+"""The command line with every command imported, for the reference that is made from it."""
+
+import re
+
+import click
+from sphinx.application import Sphinx
+
+from capsule_sym.cli import group as lazy
+
+group = click.Group(lazy.name, help=lazy.help, params=lazy.params)
+for _name in lazy.commands:
+    _, _command, _ = lazy.resolve_command(click.Context(lazy), [_name])
+    assert _command is not None
+    group.add_command(_command, _name)
+
+
+def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
+    """Help texts are plain: a bar in them opens no substitution."""
+    lines[:] = [re.sub(r"\|(?=\S)", r"\\|", line) for line in lines]
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Have help texts taken as they are meant."""
+    app.connect("sphinx-click-process-description", _escape)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

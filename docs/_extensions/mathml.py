@@ -1,0 +1,44 @@
+"""Formulas as MathML, typeset by the browser: a page needs no script and no network for them."""
+
+from docutils.nodes import Element, SkipNode
+from docutils.utils.math import MathError
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+from sphinx.util.logging import getLogger
+from sphinx.writers.html5 import HTML5Translator
+
+LOGGER = getLogger(__name__)
+
+_SPELLED = {r"\iff": r"\Longleftrightarrow"}
+"""What LaTeX knows and docutils does not."""
+
+
+def _mathml(node: Element, as_block: bool) -> str:
+    formula = node.astext()
+    for name, known in _SPELLED.items():
+        formula = formula.replace(name, known)
+    try:
+        return tex2mathml(formula, as_block=as_block)
+    except MathError as error:
+        LOGGER.warning("formula not understood: %s", error, location=node)
+        return ""
+
+
+def _inline(writer: HTML5Translator, node: Element) -> None:
+    writer.body.append(_mathml(node, as_block=False))
+    raise SkipNode
+
+
+def _display(writer: HTML5Translator, node: Element) -> None:
+    # Focusable, as a formula wider than the page is scrolled.
+    shown = _mathml(node, as_block=True)
+    number = f'<span class="eqno">({node["number"]})</span>' if node["number"] else ""
+    ids = f' id="{node["ids"][0]}"' if node["ids"] else ""
+    writer.body.append(f'<div class="math"{ids} tabindex="0">{shown}{number}</div>\n')
+    raise SkipNode
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Register the renderer under the name `mathml`."""
+    app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,47 @@
+"""The documentation's settings; `make docs` builds it."""
+
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+sys.path[:0] = [str(ROOT / "docs" / "_extensions")]
+
+project = "capsule-sym"
+author = "the capsule-sym authors"
+with (ROOT / "pyproject.toml").open("rb") as file:
+    release = version = tomllib.load(file)["project"]["version"]
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_click",
+    "drawn",
+    "commands",
+    "mathml",
+]
+exclude_patterns = ["_build"]
+nitpicky = False  # types of private modules stand in signatures
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_heading_anchors = 3
+smartquotes = False  # they take -- for a dash
+default_role = "code"  # single backticks in docstrings
+html_math_renderer = "mathml"
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+napoleon_numpy_docstring = False
+
+html_theme = "furo"
+html_title = "capsule-sym"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_copy_source = False
+html_domain_indices = False
+html_show_sourcelink = False
+
+# DOIs lead to publishers that refuse robots.
+linkcheck_ignore = [r"https://doi\.org/.*"]

@@ -1,0 +1,90 @@
+"""Every example of the documentation is run, and prints what the page says; all else parses."""
+
+import contextlib
+import io
+import re
+import shlex
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym.cli import group
+from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
+
+SLOW = {"docs/howto/labels.md", "docs/howto/sweep.md"}
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+
+
+def lay(page: Page, directory) -> None:
+    for device in page.blocks("toml"):
+        (directory / "device.toml").write_text(device, encoding="utf-8")
+
+
+WITH_PYTHON = [
+    pytest.param(page, id=page.name, marks=[pytest.mark.long] if page.name in SLOW else [])
+    for page in PAGES
+    if page.blocks("python")
+]
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON)
+def test_the_python_of_a_page_prints_what_it_says(page: Page, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    lay(page, tmp_path)
+    names: dict[str, object] = {}  # shared: a page is read from its top
+    for block in page.blocks("python"):
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(block, page.name, "exec"), names)
+        assert printed.getvalue().splitlines() == shown(block)
+
+
+COMMANDS = [
+    pytest.param(page, line, id=f"{page.name}: {line}")
+    for page in PAGES
+    for line in page.console
+    if line != MAIN_JOB
+]
+
+
+@pytest.mark.parametrize(("page", "line"), COMMANDS)
+def test_the_commands_of_a_page_print_what_it_shows(page: Page, line, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lay(page, tmp_path)
+    prompt, program, *arguments = shlex.split(line)
+    assert (prompt, program) == ("$", "capsule-sym")
+    done = CliRunner().invoke(group, arguments, catch_exceptions=False)
+    assert done.exit_code == 0
+    page.assert_shown(line, done.stdout)
+
+
+def lines_of(page: Page) -> list[str]:
+    """The command lines of a page's shell blocks, continued lines joined, comments cut off."""
+    text = "\n".join(page.blocks("sh")).replace("\\\n", " ")
+    return [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+
+
+LINES = [pytest.param(line, id=line) for page in [README, *PAGES] for line in lines_of(page)]
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("device.toml", "chart.toml", "branch.json"):
+        (tmp_path / name).write_text("")
+    program, *arguments = shlex.split(line, comments=True)
+    if program == "make":
+        words = [word for word in arguments if "=" not in word]
+        assert words[:1] == ["-C"] or set(words) <= TARGETS
+    elif program.endswith("capsule-sym") and arguments:
+        name, *rest = [
+            str(tmp_path / "branch.json") if word.endswith("branch.json") else word
+            for word in arguments
+        ]
+        _, command, _ = group.resolve_command(click.Context(group), [name])
+        assert command is not None
+        with contextlib.suppress(click.exceptions.Exit):
+            command.make_context(name, rest)
+    else:
+        assert program in {"python", "python3", "eval", ".venv/bin/python"}

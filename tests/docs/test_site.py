@@ -1,0 +1,112 @@
+"""The built documentation: what it must hold, and that it loads nothing from elsewhere."""
+
+import re
+from html.parser import HTMLParser
+from importlib import import_module
+from pathlib import Path
+
+import click
+import pytest
+
+from capsule_sym.cli import group
+from tests.examples import PAGES, README, ROOT
+
+SITE = ROOT / "docs" / "_build" / "html"
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(not SITE.exists(), reason="the documentation is not built: make docs"),
+]
+
+
+def pages() -> list[Path]:
+    return sorted(SITE.rglob("*.html"))
+
+
+@pytest.fixture(scope="module")
+def documented() -> set[str]:
+    """Every name of Python that has a place in the pages."""
+    inventory = pytest.importorskip("sphinx.util.inventory")
+    with (SITE / "objects.inv").open("rb") as file:
+        loaded = inventory.InventoryFile.load(file, "", lambda base, path: path)
+    return {name for kind in loaded if kind.startswith("py:") for name in loaded[kind]}
+
+
+@pytest.mark.parametrize(
+    "module", ["capsule_sym", "capsule_sym.figures", "capsule_sym.map", "capsule_sym.sweeps"]
+)
+def test_every_public_name_is_documented(module: str, documented) -> None:
+    home = import_module(module)
+    for name in home.__all__:
+        known = {f"{module}.{name}", f"capsule_sym.{name}"}
+        assert known & documented, name
+
+
+def test_every_name_that_an_example_imports_is_documented(documented) -> None:
+    imported = {
+        f"{module}.{name.strip()}"
+        for page in [README, *PAGES]
+        for module, names in re.findall(r"^ *from (capsule_sym\S*) import (.+)$", page.text, re.M)
+        for name in names.split(",")
+    }
+    assert len(imported) > 10
+    assert imported <= documented
+
+
+def test_every_command_and_option_is_in_the_reference() -> None:
+    page = (SITE / "cli.html").read_text(encoding="utf-8")
+    for name in group.commands:
+        _, command, _ = group.resolve_command(click.Context(group), [name])
+        assert f'id="capsule-sym-{name}"' in page
+        for parameter in command.params:
+            if isinstance(parameter, click.Option):
+                for option in parameter.opts:
+                    anchor = f"cmdoption-capsule-sym-{name}-{option.strip('-')}"
+                    assert f'id="{anchor}"' in page
+
+
+class Loads(HTMLParser):
+    """What a page loads by itself, not what it links to."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+
+    def handle_starttag(self, tag, attrs) -> None:
+        named = dict(attrs)
+        if tag in {"script", "img", "iframe", "source", "object"}:
+            self.loaded += [named[key] for key in ("src", "data") if named.get(key)]
+        if tag == "link" and named.get("rel") not in {"canonical", "search", "next", "prev"}:
+            self.loaded.append(named["href"])
+
+
+@pytest.mark.parametrize("suffix", ["html", "css"])
+def test_nothing_is_loaded_from_elsewhere(suffix: str) -> None:
+    seen = 0
+    for path in SITE.rglob(f"*.{suffix}"):
+        text = path.read_text(encoding="utf-8")
+        if suffix == "html":
+            reader = Loads()
+            reader.feed(text)
+            loaded = reader.loaded
+        else:
+            loaded = re.findall(r"url\(['\"]?([^'\")]+)", text) + re.findall(
+                r"@import\S* (\S+)", text
+            )
+        seen += len(loaded)
+        assert [one for one in loaded if re.match(r"(https?:)?//", one)] == [], path
+    assert seen or suffix == "css"
+
+
+def test_formulas_are_typeset() -> None:
+    for path in pages():
+        text = path.read_text(encoding="utf-8")
+        assert "MathJax" not in text
+        assert '<span class="problematic"' not in text
+    assert (SITE / "theory" / "statements.html").read_text(encoding="utf-8").count("<math") > 300
+
+
+def test_every_picture_has_a_text() -> None:
+    for path in pages():
+        for picture in re.findall(r"<img [^>]*>", path.read_text(encoding="utf-8")):
+            assert re.search(r'alt="[^"]{10,}"', picture), (path, picture)
