@@ -39,6 +39,7 @@ html_theme = "furo"
 html_title = "capsule-sym"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
+html_js_files = ["pages.js"]
 html_copy_source = False
 html_domain_indices = False
 html_show_sourcelink = False
