@@ -88,3 +88,9 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
             command.make_context(name, rest)
     else:
         assert program in {"python", "python3", "eval", ".venv/bin/python"}
+
+
+def test_what_the_readme_links_to_is_there() -> None:
+    linked = re.findall(r"\]\(\s*((?!https?:)[^)\s]+)", README.text)
+    assert len(linked) > 10
+    assert [path for path in linked if not (ROOT / path).exists()] == []
