@@ -43,6 +43,7 @@ html_js_files = ["pages.js"]
 html_copy_source = False
 html_domain_indices = False
 html_show_sourcelink = False
+html_show_copyright = False
 
 # DOIs lead to publishers that refuse robots.
 linkcheck_ignore = [r"https://doi\.org/.*"]
