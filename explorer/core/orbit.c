@@ -36,12 +36,7 @@ static void make_fields(const double p[7])
         capsule_constants_of(f, p[0], p[1], p[2], p[3], p[4], p[5], p[6], &fields[f - 1]);
 }
 
-static segment segment_of(int f)
-{
-    const capsule_constants *c = &fields[f - 1];
-    return (segment){c->alpha, c->omega, c->delta, c->zeta, c->beta,     c->gamma, c->f_b, c->contact,
-                     c->drift, c->m,     c->kappa, c->push, c->friction, c->sigma, c->K};
-}
+static segment segment_of(int f) { return fields[f - 1]; }
 
 static int next_of(const page_orbit *o, int i) { return o->field[(i + 1) % o->n]; }
 static int before_of(const page_orbit *o, int i) { return o->field[(i + o->n - 1) % o->n]; }
