@@ -2,6 +2,8 @@
    multiples of the reach of its flow's table, the closed form gives the motion; in between it is
    expanded from there by that table, as the map's own steps are, at a tenth of the closed form's
    cost. Where those places are does not depend on which times are asked for. */
+#include <string.h>
+
 #include "internal.h"
 #include "step.h"
 
@@ -127,7 +129,12 @@ size_t capsule_states(const capsule_map *map, const capsule_segment *segments, s
         if (more && at == count - 1 && since(&c, s->end_turn, s->end_angle, time) >= 0.0)
             return i;
         double h = since(&c, s->start_turn, s->start_angle, time);
-        h = h > s->duration ? s->duration : h > 0.0 ? h : 0.0;
+        if (h >= s->duration) {
+            const double end[4] = {s->end[0], s->end[1], s->end[2], s->position + s->advance};
+            memcpy(states[i], end, sizeof end);
+            continue;
+        }
+        h = h > 0.0 ? h : 0.0;
         const table *t = &map->table[2 * CONTACT_OF[s->field - 1] + (DRIFT_OF[s->field - 1] != 0)];
         const double node = floor(h * t->per_reach);
         if (p.of != s || p.node != node) {

@@ -84,7 +84,7 @@ def final_states(
     count = len(rows)
     check_count("periods", periods)
     check_count("threads", threads)
-    starts, times = spread(states, (count, 3)), spread(phases, (count,))
+    starts, times = spread("states", states, (count, 3)), spread("phases", phases, (count,))
     if at := core().outside(starts, *_STATES):
         value = tuple(starts[at[0]].tolist())
         raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
@@ -206,6 +206,7 @@ def _finish(
     while record["turn"] < periods and not (watch and watch.over):
         run.segments.clear()
         run.stroboscopic.clear()
+        run.stroboscopic_periods.clear()
         journey = step(run, record, periods)
         if strobe is not None:
             passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
@@ -227,8 +228,11 @@ def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return rows
 
 
-def spread(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The values as an array of this shape, by the rules of broadcasting."""
     spread = np.empty(shape)
-    spread[...] = values
+    try:
+        spread[...] = values
+    except (TypeError, ValueError):
+        raise InvalidInput(name, values, f"numbers of shape {shape}, or one for all") from None
     return spread

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from numbers import Integral
 from operator import attrgetter
 
 from capsule_sym.errors import InvalidInput
@@ -69,7 +70,11 @@ def check_start(
 
 def check_count(field: str, value: int) -> None:
     """Raises InvalidInput unless the value is a whole number from 1 to 10^12."""
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= _LARGEST_COUNT:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, Integral)
+        or not 1 <= value <= _LARGEST_COUNT
+    ):
         raise InvalidInput(field, value, f"a whole number from 1 to {_LARGEST_COUNT}")
 
 

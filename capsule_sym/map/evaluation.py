@@ -7,7 +7,7 @@ from threading import local
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._native import core
 from capsule_sym.errors import InvalidInput
@@ -41,6 +41,17 @@ def check(times: NDArray[np.float64], first: float, last: float, name: str = "t"
     if times.size and not (first <= times.min() and times.max() <= last):
         outside = ~((times >= first) & (times <= last))
         raise InvalidInput(name, float(times[outside].flat[0]), f"a time in [{first!r}, {last!r}]")
+
+
+def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
+    """An array of real numbers; raises InvalidInput for anything else."""
+    try:
+        given = np.asarray(value)
+        if given.size and given.dtype.kind not in "iufO":
+            raise TypeError
+        return given.astype(float, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(name, value, allowed) from None
 
 
 def in_order(times: NDArray[np.float64]) -> NDArray[np.int64] | None:

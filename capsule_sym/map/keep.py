@@ -29,10 +29,7 @@ def checked(keep: str | ArrayLike, first: float, last: float) -> str | NDArray[n
         if keep not in CHOICES:
             raise InvalidInput("keep", keep, allowed)
         return keep
-    try:
-        times = np.array(keep, dtype=float)
-    except (TypeError, ValueError):
-        raise InvalidInput("keep", keep, allowed) from None
+    times = evaluation.real("keep", keep, allowed).copy()
     evaluation.check(times, first, last, "keep")
     return times
 
@@ -72,7 +69,9 @@ class Keeper:
     def __init__(self, parameters: Parameters, keep: str | NDArray[np.float64]) -> None:
         self.parameters = parameters
         self.what = keep if isinstance(keep, str) else "times"
-        self.strobes = Growing(float, (3,)) if self.what in ("segments", "stroboscopic") else None
+        strobed = self.what in ("segments", "stroboscopic")
+        self._strobes = Growing(float, (3,)) if strobed else None
+        self._strobe_periods = Growing(np.int64) if strobed else None
         self.count = self.evaluations = self.escalations = 0
         self._rows = Growing(SEGMENT) if self.what == "segments" else None
         self._events = Growing(EVENT) if self.what == "switches" else None
@@ -85,6 +84,12 @@ class Keeper:
             self._order = evaluation.in_order(flat)
             self._sorted = flat if self._order is None else flat[self._order]
             self._states, self._at = np.full((keep.size, 4), np.nan), 0
+
+    def strobe(self, states: NDArray[np.float64], periods: NDArray[np.int64]) -> None:
+        """Takes states at the ends of these periods."""
+        if self._strobes and self._strobe_periods:
+            self._strobes.append(states)
+            self._strobe_periods.append(periods)
 
     def room(self, most: int) -> Records:
         """Where the core may write records, at most so many."""
@@ -134,7 +139,8 @@ class Keeper:
         return Kept(
             self.what,
             segments=Segments(self._rows.done(), omega, self._tangencies) if self._rows else None,
-            stroboscopic=self.strobes.done() if self.strobes else None,
+            stroboscopic=self._strobes.done() if self._strobes else None,
+            stroboscopic_periods=self._strobe_periods.done() if self._strobe_periods else None,
             switches=self._events.done() if self._events else None,
         )
 
@@ -147,12 +153,13 @@ class Keeper:
 def reduced(run: Trajectory, keep: str | NDArray[np.float64]) -> Kept:
     """What is to be kept of a run that has all its segments."""
     if not isinstance(keep, str):
-        last = run.final[0].period * run.parameters.period + float(run.final[0].phase)
+        last = run.span[1]
         states = np.full((*keep.shape, 4), np.nan)
         states[keep <= last] = run(keep[keep <= last], position=True)
         return Kept("times", times=keep, states=states)
     if keep == "stroboscopic":
-        return Kept(keep, stroboscopic=run.stroboscopic)
+        periods = run.stroboscopic_periods
+        return Kept(keep, stroboscopic=run.stroboscopic, stroboscopic_periods=periods)
     return Kept(keep, switches=run.switches) if keep == "switches" else Kept(keep)
 
 

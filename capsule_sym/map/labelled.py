@@ -114,8 +114,7 @@ def draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
         raise InvalidInput("points", points, "a whole number from 2 on")
     if axes is None:
         axes = package("matplotlib.pyplot", "plot").subplots()[1]
-    period = run.parameters.period
-    first, last = (at.period * period + float(at.phase) for at in (run.origin[0], run.final[0]))
+    period, (first, last) = run.parameters.period, run.span
     count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
     times = np.linspace(first, last, count)
     x_r, v_r, _, x_c = run(times, position=True).T

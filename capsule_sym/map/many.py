@@ -13,14 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._native import Watch, core
-from capsule_sym.errors import Status
+from capsule_sym.errors import InvalidInput, Status
+from capsule_sym.generated.interface import EVENT, SEGMENT
 from capsule_sym.map.batch import checked_rows, final_states, spread
 from capsule_sym.map.checks import check_count, checked_seconds
 from capsule_sym.map.keep import checked
-from capsule_sym.map.segments import Segments, records_of
+from capsule_sym.map.segments import Segments, Tangencies, records_of
 from capsule_sym.map.simulate import simulate
 from capsule_sym.map.trajectory import Trajectory
 from capsule_sym.parameters import Parameters
+
+_MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,14 +51,21 @@ class Trajectories:
     """Where in `kept` the runs begin, and its length, shape (n + 1,)."""
     kept: NDArray[Any]
     """What was kept of all runs, one after another."""
+    tangencies: Tangencies
+    """Contacts that did not end a segment, by the index of the segment in `kept`."""
 
     def __len__(self) -> int:
         return len(self.parameters)
 
     def __getitem__(self, index: int) -> Any:
+        if isinstance(index, slice | bool):
+            raise InvalidInput("index", index, "a whole number")
         place = range(len(self))[index]
-        part = self.kept[self.offsets[place] : self.offsets[place + 1]]
-        return Segments(part, self.parameters[place, 1]) if self.what == "segments" else part
+        first, last = self.offsets[place : place + 2].tolist()
+        part = self.kept[first:last]
+        if self.what != "segments":
+            return part
+        return Segments(part, self.parameters[place, 1], self.tangencies, first)
 
     def __repr__(self) -> str:
         done = int(self.success.sum())
@@ -87,23 +97,24 @@ def simulate_many(
 
     Raises InvalidInput for a value that is not allowed.
     """
-    if not isinstance(parameters, np.ndarray):
-        parameters = np.array([[*one.to_dict().values()] for one in parameters]).reshape(-1, 7)
-    rows = np.ascontiguousarray(parameters, dtype=float)
+    rows = _rows(parameters)
     if core is not None:
         checked_rows(rows)
     check_count("periods", periods)
     check_count("threads", threads)
     deadline = perf_counter() + checked_seconds(max_seconds)
-    starts, times = spread(states, (len(rows), 3)), spread(phases, (len(rows),))
+    starts, times = spread("states", states, (len(rows), 3)), spread("phases", phases, (len(rows),))
     shortest = 2 * np.pi / rows[:, 1].max() if len(rows) else math.inf
     kept = checked(keep, times.max() if len(rows) else 0.0, periods * shortest)
     what = kept if isinstance(kept, str) else "times"
-    if what in ("final", "stroboscopic") and core is not None and max_segments is None:
+    side_by_side = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
+    if side_by_side and core is not None and max_segments is None:
         return _side_by_side(rows, starts, times, periods, what, deadline, threads)
 
-    def one(i: int) -> Trajectory:
+    def one(i: int) -> Trajectory | None:
         left = deadline - perf_counter()
+        if left <= 0:
+            return None
         return simulate(
             Parameters(*rows[i].tolist()),
             tuple(starts[i].tolist()),
@@ -111,25 +122,60 @@ def simulate_many(
             periods,
             keep=kept,
             max_segments=max_segments,
-            max_seconds=max(left, 1e-9),
+            max_seconds=left,
         )
 
-    with ThreadPoolExecutor(threads) as pool:
-        runs = (
-            list(pool.map(one, range(len(rows)))) if threads > 1 else [*map(one, range(len(rows)))]
-        )
-    parts = [_part(run, what) for run in runs]
+    if threads == 1:
+        runs = [one(i) for i in range(len(rows))]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            runs = list(pool.map(one, range(len(rows))))
+    empty = _empty(kept)
+    parts = [empty if run is None else _part(run, what) for run in runs]
     ends = np.cumsum([0, *map(len, parts)])
+    finals, advances = starts.copy(), np.zeros(len(rows))
+    passed, status = np.zeros(len(rows), np.int64), [Status.TIME_LIMIT.value] * len(rows)
+    tangencies: dict[int, Any] = {}
+    for i, run in enumerate(runs):
+        if run is not None:
+            finals[i], advances[i] = run.final[1], run.advance
+            passed[i], status[i] = run.final[0].period, run.status.value
+            if isinstance(run.kept.segments, Segments):
+                found = run.kept.segments.tangencies.items()
+                tangencies |= {int(ends[i]) + k: those for k, those in found}
     return Trajectories(
         rows,
-        np.array([run.final[1] for run in runs], dtype=float).reshape(-1, 3),
-        np.array([run.advance for run in runs], dtype=float),
-        np.array([run.final[0].period for run in runs], dtype=np.int64),
-        np.array([run.status.value for run in runs], dtype=np.str_),
+        finals,
+        advances,
+        passed,
+        np.array(status, dtype=np.str_),
         what,
         ends,
-        np.concatenate(parts) if parts else np.empty(0),
+        np.concatenate([empty, *parts]) if what != "times" else np.concatenate([empty[:0], *parts]),
+        tangencies,
     )
+
+
+def _rows(parameters: Sequence[Parameters] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """The parameter sets as rows, shape (n, 7)."""
+    if isinstance(parameters, np.ndarray):
+        if parameters.ndim != 2 or parameters.shape[1] != 7 or parameters.dtype.kind not in "iuf":
+            raise InvalidInput("parameters", parameters.shape, "real numbers of shape (n, 7)")
+        return np.ascontiguousarray(parameters, dtype=float)
+    if isinstance(parameters, Parameters) or not all(
+        isinstance(one, Parameters) for one in parameters
+    ):
+        raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
+    return np.array([[*one.to_dict().values()] for one in parameters]).reshape(-1, 7)
+
+
+def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
+    """What is kept of a run that was not begun."""
+    if not isinstance(kept, str):
+        return np.full((kept.size, 4), np.nan)
+    if kept in ("segments", "switches"):
+        return np.empty(0, SEGMENT if kept == "segments" else EVENT)
+    return np.empty((0, 3)) if kept == "stroboscopic" else np.empty(0)
 
 
 def _part(run: Trajectory, what: str) -> NDArray[Any]:
@@ -165,9 +211,10 @@ def _side_by_side(
     status = np.full(count, Status.FINISHED.value, dtype="<U16")
     for i in np.flatnonzero(found.stopped).tolist():
         status[i] = Status.TIME_LIMIT.value
-        if found.periods[i] < periods and not watch.over:
+        if (left := deadline - perf_counter()) > 0:
             p, state = Parameters(*rows[i].tolist()), tuple(starts[i].tolist())
-            status[i] = simulate(p, state, float(phases[i]), periods, keep="final").status.value
+            again = simulate(p, state, float(phases[i]), periods, keep="final", max_seconds=left)
+            status[i] = again.status.value
     lengths = np.zeros(count, np.int64)
     kept = np.empty(0)
     if strobe is not None:
@@ -184,4 +231,5 @@ def _side_by_side(
         what,
         np.concatenate([[0], np.cumsum(lengths)]),
         kept,
+        {},
     )

@@ -17,7 +17,7 @@ from capsule_sym.generated.interface import Precision
 from capsule_sym.map import evaluation
 from capsule_sym.map.backend import NumpyBackend
 from capsule_sym.map.keep import Keeper
-from capsule_sym.map.segments import instant, records_of
+from capsule_sym.map.segments import Instant, instant, records_of
 from capsule_sym.map.trajectory import FINISHED, TIME_IS_UP, Trajectory, after
 from capsule_sym.parameters import Parameters
 
@@ -57,8 +57,8 @@ class NativeRun:
         keeper = Keeper(self.parameters, keep)
         native = evaluation.borrowed(self.parameters.to_dict().values())
         record = native.state_at(*values, phase)
-        if keeper.strobes is not None and phase == 0.0:
-            keeper.strobes.append(np.array([values]))
+        if phase == 0.0:
+            keeper.strobe(np.array([values]), np.array([0]))
         status, message = self._run(native, record, periods, most, keeper)
         x_r, v_r, v_c, angle, position, turn = record[_FINAL].item()
         end = instant(turn, angle, omega)
@@ -67,7 +67,7 @@ class NativeRun:
         return Trajectory(
             self.parameters,
             "c",
-            (instant(0, phase * omega, omega), values),
+            (Instant(0, phase), values),
             (end, (x_r, v_r, v_c)),
             position,
             status,
@@ -82,9 +82,8 @@ class NativeRun:
         """Goes on to the end of the periods, or as far as it comes; and how it ended."""
         watch = Watch()
         watch.deadline = self.deadline
-        strobe = None
-        if keeper.strobes is not None:
-            strobe = np.empty((min(periods + 1, core().ROWS), 3))
+        # Whatever is kept, a run pauses at the same places, and so comes to the same state.
+        strobe = np.empty((min(periods + 1, core().ROWS), 3))
         while record["turn"] < periods:
             stop = self._piece(native, record, periods, most - keeper.count, strobe, watch, keeper)
             found = None
@@ -97,8 +96,8 @@ class NativeRun:
                 tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
                 keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)
                 keeper.escalations += run.settled
-                if keeper.strobes is not None:
-                    keeper.strobes.append(np.array(run.stroboscopic).reshape(-1, 3))
+                marks = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
+                keeper.strobe(marks, np.array(run.stroboscopic_periods, np.int64))
                 if journey.departure is None:
                     found = run.ended(journey, periods, most)
                 write(record, journey)
@@ -119,7 +118,7 @@ class NativeRun:
         record: NDArray[np.void],
         periods: int,
         most: int,
-        strobe: NDArray[np.float64] | None,
+        strobe: NDArray[np.float64],
         watch: Watch,
         keeper: Keeper,
     ) -> int:
@@ -128,13 +127,13 @@ class NativeRun:
         stop, count, _ = native.run(
             record, periods, room, strobe=strobe, watch=watch, precision=self.precision
         )
-        if strobe is not None and keeper.strobes is not None:
-            first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
-            if last - first >= rows and count > 1:
-                # The last segment rests for ever, and its states took the places of those before.
-                record[...] = before
-                return self._piece(native, record, periods, count - 1, strobe, watch, keeper)
-            keeper.strobes.append(strobe[np.arange(max(first, last + 1 - rows), last + 1) % rows])
+        first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
+        if last - first >= rows and count > 1:
+            # The last segment rests for ever, and its states took the places of those before it.
+            record[...] = before
+            return self._piece(native, record, periods, count - 1, strobe, watch, keeper)
+        passed = np.arange(max(first, last + 1 - rows), last + 1)
+        keeper.strobe(strobe[passed % rows], passed)
         keeper.wrote(native, count)
         return int(stop)
 

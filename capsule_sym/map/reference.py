@@ -16,7 +16,7 @@ from capsule_sym.map.backend import Backend, Number
 from capsule_sym.map.digits import fifty_digits
 from capsule_sym.map.expansion import Point
 from capsule_sym.map.location import Departure, Flow, Switch, locate
-from capsule_sym.map.segments import Segment, Triple, instant
+from capsule_sym.map.segments import Instant, Segment, Triple, instant
 from capsule_sym.map.steady import LONGEST
 from capsule_sym.map.trajectory import (
     FINISHED,
@@ -63,6 +63,7 @@ class Run:
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []
+        self.stroboscopic_periods: list[int] = []
         self.marks = 2 * LONGEST
         """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
         self.settled = 0
@@ -81,11 +82,12 @@ class Run:
         state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
+            self.stroboscopic_periods.append(0)
         state, departure = self._begin(state)
         source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
         journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
         status, message = self.ended(journey, periods, most)
-        begun = instant(0, angle, self.omega), origin
+        begun = Instant(0, number(phase)), origin
         last = self.segments[-1] if self.segments else None
         marks = np.array(
             self.stroboscopic, dtype=object if self.numbers.name == "mpmath" else float
@@ -100,7 +102,12 @@ class Run:
             status,
             message,
             Statistics(len(self.segments), evaluations, self.settled),
-            Kept("segments", tuple(self.segments), marks.reshape(-1, 3)),
+            Kept(
+                "segments",
+                tuple(self.segments),
+                marks.reshape(-1, 3),
+                np.array(self.stroboscopic_periods, np.int64),
+            ),
         )
 
     def ended(self, journey: Journey, periods: int, most: int) -> tuple[Status, str]:
@@ -145,7 +152,7 @@ class Run:
             if switch.outcome in (Outcome.END, Outcome.NEVER):
                 passed, angle = periods - turns, angle * 0
                 switch = replace(switch, point=flow.at_mark(switch.duration))
-            self._strobe(flow, state.angle, passed, switch)
+            self._strobe(flow, state.angle, turns, passed, switch)
             end_state, departure, target = self._arrive(flow, switch, angle)
             advance = self._advance(flow, switch.duration)
             self.segments.append(
@@ -262,9 +269,10 @@ class Run:
         advance = self.numbers.kernels.flow(flow.c, flow.closed, duration, True)[3]
         return self.numbers.number(advance)
 
-    def _strobe(self, flow: Flow, angle: Number, passed: int, switch: Switch) -> None:
+    def _strobe(self, flow: Flow, angle: Number, turns: int, passed: int, switch: Switch) -> None:
         """Record the states at the ends of the excitation periods that a segment passes."""
         for turn in range(max(1, passed + 1 - self.marks), passed + 1):
             h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
             point = flow.at_mark(h) if h > 0 else flow.origin
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
+            self.stroboscopic_periods.append(turns + turn)

@@ -98,7 +98,7 @@ class Segments(Sequence[Segment]):
         self, records: Records, omega: float, tangencies: Tangencies | None = None, first: int = 0
     ) -> None:
         self.records, self.omega = records, omega
-        self._tangencies, self._first = tangencies or {}, first
+        self.tangencies, self._first = tangencies or {}, first
 
     def __len__(self) -> int:
         return len(self.records)
@@ -113,7 +113,7 @@ class Segments(Sequence[Segment]):
             return self._made(place, self.records[place].item())
         start, _, step = index.indices(len(self))
         if step == 1:
-            return Segments(self.records[index], self.omega, self._tangencies, self._first + start)
+            return Segments(self.records[index], self.omega, self.tangencies, self._first + start)
         return tuple(self[i] for i in range(*index.indices(len(self))))
 
     def __iter__(self) -> Iterator[Segment]:
@@ -147,7 +147,7 @@ class Segments(Sequence[Segment]):
             end_state=tuple(end.tolist()),
             duration=duration,
             outcome=_OUTCOMES[outcome],
-            tangencies=self._tangencies.get(self._first + index, ()),
+            tangencies=self.tangencies.get(self._first + index, ()),
             evaluations=evaluations,
             position=position,
             advance=advance,

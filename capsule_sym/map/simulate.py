@@ -42,8 +42,8 @@ def simulate(
 
     `keep` names what the trajectory keeps: all its "segments", with which it can be evaluated at
     any time, and the states at the ends of periods; only these ("stroboscopic"); its "switches";
-    only the "final" state; or, as an array, the states at absolute times. Memory does not grow
-    with what is not kept.
+    only the "final" state; or, as an array, the states at absolute times. By the core memory does
+    not grow with what is not kept.
 
     The run stops early after `max_segments` segments (10^6 if nothing else is given and something
     of each is kept), after `max_seconds` of the clock, or at a point that no field leaves with
@@ -52,6 +52,7 @@ def simulate(
     a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
+    periods = int(periods)
     kept = checked(keep, phase, periods * parameters.period)
     if max_segments is not None:
         check_count("max_segments", max_segments)

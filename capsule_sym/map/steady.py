@@ -55,6 +55,7 @@ def steady_motion(run: Trajectory, tolerance: float) -> SteadyMotion | None:
     """The periodic motion at the end of a run, as `Trajectory.steady` gives it."""
     if not (_is_real(tolerance) and 0 < tolerance < math.inf):
         raise InvalidInput("tolerance", tolerance, "a finite number > 0")
+    _ = run.segments  # which have to be kept
     if _rests(run, tolerance):
         return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0)
     states = np.array(run.stroboscopic[-2 * LONGEST :], dtype=float)

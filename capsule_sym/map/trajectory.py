@@ -61,6 +61,7 @@ class Kept:
     what: str
     segments: Sequence[Segment] | None = None
     stroboscopic: NDArray[Any] | None = None
+    stroboscopic_periods: NDArray[np.int64] | None = None
     switches: Records | None = None
     times: NDArray[np.float64] | None = None
     states: NDArray[np.float64] | None = None  # with positions, times.shape + (4,)
@@ -110,7 +111,7 @@ class Trajectory(Labelled):
             Status.FINISHED,
             FINISHED,
             Statistics(len(segments), evaluations),
-            Kept("segments", segments, np.empty((0, 3))),
+            Kept("segments", segments),
         )
 
     def __repr__(self) -> str:
@@ -135,9 +136,15 @@ class Trajectory(Labelled):
     def stroboscopic(self) -> NDArray[Any]:
         """States (x_r, v_r, v_c) at phase 0 in the order of time, shape (n, 3).
 
-        Of a segment over very many periods only the last. With 50 digits they are objects.
+        Of a segment over very many periods there are only the last: 8,192 by the core, 32 by the
+        other backends; `stroboscopic_periods` numbers them. With 50 digits they are objects.
         """
         return self._kept("stroboscopic", self.kept.stroboscopic)
+
+    @property
+    def stroboscopic_periods(self) -> NDArray[np.int64]:
+        """After how many periods each stroboscopic state is, shape (n,)."""
+        return self._kept("stroboscopic", self.kept.stroboscopic_periods)
 
     @property
     def switches(self) -> Records:
@@ -167,8 +174,19 @@ class Trajectory(Labelled):
 
     def _kept(self, name: str, value: Kind | None) -> Kind:
         if value is None:
-            raise InvalidInput("keep", self.kept.what, f"{name!r} for this")
+            wanted = "an array of times" if name == "times" else f"{name!r}"
+            given = "an array of times" if self.kept.what == "times" else self.kept.what
+            raise InvalidInput("keep", given, f"{wanted} for this")
         return value
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The times at which the run begins and ends."""
+        begin, end = (
+            at.period * self.parameters.period + float(at.phase)
+            for at in (self.origin[0], self.final[0])
+        )
+        return begin, end
 
     @cached_property
     def records(self) -> Records:
@@ -198,13 +216,12 @@ class Trajectory(Labelled):
         return self._evaluate(t)[..., 3]
 
     def _evaluate(self, t: ArrayLike) -> NDArray[np.float64]:
-        times = np.asarray(t, dtype=float)
-        first, last = (
-            instant.period * self.parameters.period + float(instant.phase)
-            for instant in (self.origin[0], self.final[0])
-        )
+        times = evaluation.real("t", t, "real numbers")
         records = self.records
-        evaluation.check(times, first, last if len(records) else -np.inf)
+        evaluation.check(times, *self.span)
+        if not len(records):
+            origin = np.array([*self.origin[1], 0.0], dtype=float)
+            return np.broadcast_to(origin, (*times.shape, 4)).copy()
         if self.backend == "c" and core is not None:
             return evaluation.by_core(self.parameters, records, times)
         return evaluation.by_numpy(self.parameters, records, times)

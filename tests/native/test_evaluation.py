@@ -339,7 +339,9 @@ def test_times_after_an_early_end_have_no_state() -> None:
 def test_what_was_not_kept_is_refused_in_a_line() -> None:
     run = simulate(Parameters(), periods=2, keep="final")
     for name in ("segments", "stroboscopic", "switches", "times", "states", "positions", "columns"):
-        with pytest.raises(InvalidInput, match=r"keep = 'final': must be '\w+' for this"):
+        with pytest.raises(
+            InvalidInput, match=r"keep = 'final': must be ('\w+'|an array of times) for this"
+        ):
             getattr(run, name)
     with pytest.raises(InvalidInput, match="keep = 'final'"):
         run(1.0)
@@ -430,3 +432,75 @@ for name, call in calls.items():
 def test_a_kept_run_of_segments_is_a_segment_a_row(run: Trajectory) -> None:
     assert all(isinstance(segment, Segment) for segment in run.segments)
     assert isinstance(run.kept, Kept)
+
+
+@pytest.mark.parametrize("backend", ["c", "numpy"])
+def test_a_run_begins_at_the_phase_given(backend: str) -> None:
+    if backend == "c" and core is None:
+        pytest.skip("the C core was not compiled")
+    p, phase = Parameters(omega=0.8), 6.916160903474577
+    assert phase * 0.8 / 0.8 != phase
+    run = simulate(p, (0.1, 0.0, 0.0), phase, 2, backend=backend)
+    np.testing.assert_allclose(run(phase), (0.1, 0.0, 0.0), rtol=0, atol=1e-14)
+    kept = simulate(p, (0.1, 0.0, 0.0), phase, 2, backend=backend, keep=[phase])
+    np.testing.assert_array_equal(kept.states, run([phase]))
+
+
+@needs_core
+def test_the_final_state_does_not_depend_on_what_is_kept() -> None:
+    p, start = Parameters(omega=1000.0, alpha=0.8, zeta=0.0, f_b=50.0), (3.0, 0.5, 0.0)
+    finals = {
+        simulate(p, start, periods=12_000, keep=keep).final
+        for keep in ("segments", "final", "stroboscopic", "switches")
+    }
+    assert len(finals) == 1
+
+
+def test_stroboscopic_states_have_their_periods() -> None:
+    for backend in ("numpy", "c") if core else ("numpy",):
+        rest = simulate(Parameters(alpha=0.005), periods=100, backend=backend)
+        assert len(rest.stroboscopic) == len(rest.stroboscopic_periods)
+        assert rest.stroboscopic_periods[-1] == 100
+        period = rest.parameters.period
+        for k, state in zip(rest.stroboscopic_periods, rest.stroboscopic, strict=True):
+            np.testing.assert_allclose(rest(k * period), state, rtol=0, atol=1e-12)
+    late = simulate(Parameters(), (0.0, 0.0, 0.0), 1.0, periods=5)
+    assert late.stroboscopic_periods.tolist() == [1, 2, 3, 4, 5]
+
+
+def test_a_run_without_segments_is_its_start() -> None:
+    run = simulate(Parameters(), (0.1, 0.0, 0.0), periods=2, backend="numpy", max_seconds=1e-9)
+    assert len(run.segments) == 0
+    np.testing.assert_array_equal(run(0.0), (0.1, 0.0, 0.0))
+    with pytest.raises(InvalidInput, match=r"t = 1\.0"):
+        run(1.0)
+    kept = simulate(
+        Parameters(), (0.1, 0, 0), periods=2, backend="numpy", max_seconds=1e-9, keep=[0.0, 1.0]
+    )
+    np.testing.assert_array_equal(kept.states, [(0.1, 0.0, 0.0), [np.nan] * 3])
+
+
+@needs_core
+def test_the_end_is_the_final_state(run: Trajectory) -> None:
+    native_map, end = core.Map(np.array([*SIX.to_dict().values()])), np.empty((1, 4))
+    native_map.evaluate(run.records, np.array([12 * SIX.period + 1e-9]), end)
+    assert tuple(end[0]) == (*run.final[1], run.advance)
+
+
+def test_other_kinds_of_input_are_refused_or_taken(run: Trajectory) -> None:
+    for bad in (1j, "a", None, True, [[1.0], [1.0, 2.0]]):
+        with pytest.raises(InvalidInput, match=r"^t = "):
+            run(bad)
+    for bad in (True, ["x"] * 2000):
+        with pytest.raises(InvalidInput, match=r"^keep = ") as caught:
+            simulate(SIX, periods=1, keep=bad)
+        assert len(str(caught.value)) < 500
+    assert simulate(SIX, periods=np.int64(2)).final == simulate(SIX, periods=2).final
+
+
+def test_a_message_asks_for_what_can_be_kept() -> None:
+    run = simulate(SIX, periods=2, keep=[1.0])
+    with pytest.raises(InvalidInput, match="keep = 'an array of times': must be 'segments'"):
+        run.steady()
+    with pytest.raises(InvalidInput, match="must be an array of times for this"):
+        _ = simulate(SIX, periods=2, keep="final").states

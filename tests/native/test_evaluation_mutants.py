@@ -34,7 +34,7 @@ MUTANTS = {
     "the expansion before": ("if (p.of != s || p.node != node)", "if (p.of != s)"),
     "the constants of another field": ("    if (p->of != s) {", "    if (!p->of) {"),
     "whole periods without their rest": ("((double)turn * c->rest + ", "(0.0 * c->rest + "),
-    "times beyond a duration": ("h > s->duration ? s->duration : ", ""),
+    "times beyond a duration": ("if (h >= s->duration) {", "if (0) {"),
     "x_c from the segment's start": ("            p->begin.position +=", "            (void)"),
     "an angle that does not turn": ("    if (node > 0.0) {", "    if (node > 1.0) {"),
 }

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, Status, Trajectories, simulate, simulate_many
+from capsule_sym.map import many
 from capsule_sym.map.segments import Segments
 
 SETS = [Parameters(alpha=a, omega=w) for a, w in ((0.7, 0.8), (1.2, 0.9), (0.005, 0.8), (1.5, 0.7))]
@@ -93,3 +94,44 @@ def test_bad_input_is_refused_by_name(field: str, bad: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput) as caught:
         simulate_many(**{"parameters": SETS, "periods": 2, **bad})
     assert caught.value.field == field
+
+
+def test_tangencies_are_kept() -> None:
+    free = Parameters(alpha=0.0, zeta=0.0, delta=0.5)
+    alone = simulate(free, (-0.5, 0.0, 0.0), periods=3)
+    assert alone.segments[0].tangencies
+    found = simulate_many([SETS[0], free], (-0.5, 0.0, 0.0), periods=3, keep="segments")
+    assert found[1] == alone.segments
+
+
+def test_rows_that_were_not_begun_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([0.0, *[1e9] * 1000])
+    monkeypatch.setattr(many, "perf_counter", lambda: next(clock))
+    for keep in ("segments", "switches", TIMES):
+        clock = iter([0.0, *[1e9] * 1000])
+        found = simulate_many(SETS, STARTS, keep=keep, max_seconds=1.0)
+        assert set(found.status.tolist()) == {Status.TIME_LIMIT}
+        np.testing.assert_array_equal(found.states, STARTS)
+
+
+def test_states_at_the_ends_of_very_many_periods_are_kept_in_pieces() -> None:
+    found = simulate_many(
+        [Parameters(alpha=0.005)], periods=10**9, keep="stroboscopic", max_seconds=30
+    )
+    assert found.status.tolist() == ["finished"]
+    assert found.kept.nbytes < 10**6
+
+
+def test_kinds_and_shapes_that_do_not_fit_are_refused() -> None:
+    for bad in (
+        {"parameters": SETS[0]},
+        {"parameters": ["a"]},
+        {"parameters": np.zeros((1, 7), complex)},
+        {"states": np.zeros((3, 3))},
+        {"states": "abc"},
+        {"phases": [0.0, 1.0]},
+    ):
+        with pytest.raises(InvalidInput):
+            simulate_many(**{"parameters": SETS, "periods": 2, **bad})
+    with pytest.raises(InvalidInput, match="index"):
+        simulate_many(SETS, periods=1)[0:2]  # type: ignore[index]
