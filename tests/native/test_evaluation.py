@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import signal
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -485,6 +486,27 @@ def test_the_end_is_the_final_state(run: Trajectory) -> None:
     native_map, end = core.Map(np.array([*SIX.to_dict().values()])), np.empty((1, 4))
     native_map.evaluate(run.records, np.array([12 * SIX.period + 1e-9]), end)
     assert tuple(end[0]) == (*run.final[1], run.advance)
+
+
+@needs_core
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="no timer here")
+def test_an_interrupt_ends_an_evaluation(run: Trajectory) -> None:
+    """Also where all times are on one expansion of one segment."""
+    native_map, count = core.Map(np.array([*SIX.to_dict().values()])), 4_000_000
+    times, states = np.full(count, 1.26), np.full((count, 4), np.nan)
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGALRM, stop)
+    try:
+        with pytest.raises(KeyboardInterrupt):  # noqa: PT012
+            signal.setitimer(signal.ITIMER_REAL, 1e-3)
+            native_map.evaluate(run.records, times, states)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert np.isnan(states[-1]).all()
 
 
 def test_other_kinds_of_input_are_refused_or_taken(run: Trajectory) -> None:

@@ -35,6 +35,7 @@ MUTANTS = {
     "the constants of another field": ("    if (p->of != s) {", "    if (!p->of) {"),
     "whole periods without their rest": ("((double)turn * c->rest + ", "(0.0 * c->rest + "),
     "times beyond a duration": ("if (h >= s->duration) {", "if (0) {"),
+    "times before a start": ("h = h > 0.0 ? h : 0.0;", ""),
     "x_c from the segment's start": ("            p->begin.position +=", "            (void)"),
     "an angle that does not turn": ("    if (node > 0.0) {", "    if (node > 1.0) {"),
 }
@@ -91,7 +92,7 @@ def runs() -> list[tuple[Trajectory, NDArray[np.float64]]]:
     """A short run densely, and a long one late and now and then, its end among the times."""
     short, late = simulate(P, (0.1, -0.2, 0.3), 1.25, 6), simulate(P, periods=20_000)
     random, period = np.random.default_rng(0), P.period
-    dense = random.uniform(1.25, 6 * period, 1500)
+    dense = np.append(random.uniform(1.25, 6 * period, 1500), 0.75)  # the last before the start
     sparse = np.sort(random.uniform(0, 20_000, 200)) * period
     sparse = np.append(sparse, 20_000 * period * (1 + 1e-12))
     return [(short, dense), (late, sparse)]
@@ -102,7 +103,7 @@ def off(library: Library, runs: list[tuple[Trajectory, NDArray[np.float64]]]) ->
     worst = 0.0
     for run, times in runs:
         end = run.final[0].period * P.period
-        true = run(np.minimum(times, end), position=True)
+        true = run(np.clip(times, run.origin[0].phase, end), position=True)
         true[times > end] = (*run.final[1], run.advance)
         difference = library.states(run, times) - true
         scale = np.array([1.0, 1.0, 1.0, 1e-3 * len(run.stroboscopic) + 1.0])
