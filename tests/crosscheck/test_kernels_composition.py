@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from capsule_sym.generated.py import kernels as double
@@ -37,6 +37,9 @@ def advanced(case: Case) -> tuple[tuple[float, float, float], float]:
 
 
 @settings(max_examples=300)
+@example(  # x_r = -f_b: no margin at the start, and a rounded one halfway
+    Parameters(0.0, 1.0, 0.0, 0.0, 0.0, 8.0, 1.0), 3, (-1.0, 0.0, 0.0), 0.0, 0.015625, 0.0625
+)
 @given(parameters, st.integers(1, 6), states, st.floats(0, 6.28), durations, durations)
 def test_durations_add(
     p: Parameters,
@@ -55,7 +58,15 @@ def test_durations_add(
     position, velocity, drift, path = flow_scale(whole)
     # The rounding of a state that is added to, and of the angle in between, come on top.
     angle = UNIT * p.omega * first * p.alpha * second
-    sizes = (abs(state[0]) + position, velocity, abs(state[2]) + drift, abs(state[2]) + path)
+    # So does the rounding of the x_r halfway in a margin that cancels: it is carried to v_c.
+    c = rest.constants(double, float)
+    carried = abs(c.drift) * (1 + c.kappa) * abs(halfway[0]) * second / p.gamma
+    sizes = (
+        abs(state[0]) + position,
+        velocity,
+        abs(state[2]) + drift + carried,
+        abs(state[2]) + path + carried * second,
+    )
     pairs = zip((*direct, advance), (*end, gained + more), sizes, strict=True)
     for one, two, size in pairs:
         assert abs(one - two) <= BOUND * (UNIT * size + angle * (1 + second))
