@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
@@ -52,6 +53,19 @@ Part = tuple[float, float, float, float]
 _TRIALS = 5
 _DEEPEST = 4  # halvings of a patch for the proof of its guards
 _LARGEST = 0.9  # of what is left of the unit matrix
+_PROMISING = 0.03  # of that about the polynomial itself, as guessed: with more, radii only grow
+_FAR = 2e3  # times that, beyond which it tells nothing any more
+
+
+class TooLarge(Unproved):
+    """A patch whose orbits are not proved to exist; `halvings` guesses what would be small enough.
+
+    They are the directions in which to halve, one after the other.
+    """
+
+    def __init__(self, halvings: tuple[int, ...]) -> None:
+        super().__init__("existence", "the patch is too large")
+        self.halvings = halvings
 
 
 @dataclass(frozen=True)
@@ -95,11 +109,14 @@ class Patch:
         found = [slope * x for x in share.p]
         return Form([one - slope + found[0], *found[1:]], slope * share.e)
 
-    @property
-    def steeper(self) -> int:
-        """The direction in which the orbit changes more over the patch."""
+    def halvings(self, count: int) -> tuple[int, ...]:
+        """Directions to halve the patch in: each time that in which the orbit changes more."""
         reached = np.abs(self.path[:, 1:3]).max(axis=0)
-        return int(reached[1] > reached[0])
+        found = []
+        for _ in range(count):
+            found.append(int(reached[1] > reached[0]))
+            reached[found[-1]] /= 2
+        return tuple(found)
 
     def columns(self, radii: Sequence[float]) -> list[Form]:
         """Every unknown over the patch, within radii of its polynomial."""
@@ -214,8 +231,9 @@ class Patch:
             near = legs.by.before(inverse)  # close to the unit matrix
             tilt = _inverse(near)
             left = _sizes((identity(size) - tilt * near).hull)
-            if not np.all(np.isfinite(left)) or max(abs(np.linalg.eigvals(left))) > _LARGEST:
-                break
+            most = max(abs(np.linalg.eigvals(left))) if np.all(np.isfinite(left)) else np.inf
+            if most > (_LARGEST if trial else _PROMISING):
+                raise TooLarge(self.halvings(1 if trial else _missing(most)))
             moved = _sizes((tilt * residual).hull)[:, 0]
             image = (moved + left @ radii) * (1 + 1e-12) + 1e-300
             if trial and np.all(image < radii):
@@ -223,7 +241,7 @@ class Patch:
             least = np.linalg.solve(np.eye(size) - left, moved)
             radii = 1.3 * least + 0.02 * max(least) + 1e-15
             legs = self.evaluate(self.columns(radii.tolist()))
-        raise Unproved("existence", "the patch is too large")
+        raise TooLarge(self.halvings(1))
 
     def admissible(self, legs: Legs) -> None:
         """Prove the itinerary of every orbit, or raise Unproved.
@@ -306,6 +324,11 @@ class Patch:
         entries = {(i, j): entry(found, i, j) for i in range(3) for j in range(3)}
         entries[V, C], entries[C, C] = lost, kept
         return assembled(3, 3, entries)
+
+
+def _missing(most: float) -> int:
+    """Halvings after which what is left, of third order, may be small: a guess from below."""
+    return 1 + int(log(min(most / _PROMISING, _FAR)) / log(8))
 
 
 def _minor(m: list[list[Form]], i: int, j: int) -> Form:

@@ -6,6 +6,7 @@ import json
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
+from types import ModuleType
 
 import grimp
 import numpy as np
@@ -13,22 +14,15 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import Parameters
-from capsule_sym.enclosures import forms
+from capsule_sym.enclosures import cells, forms, patches
 from capsule_sym.enclosures.balls import Unproved, arb, ball, floats, largest, precision
+from capsule_sym.enclosures.cells import ALPHA, EXACT, GAMMA, Cell, attempt
+from capsule_sym.enclosures.digest import closure, digest
 from capsule_sym.enclosures.fields import Field
 from capsule_sym.enclosures.forms import Form, exponential, polynomial
 from capsule_sym.enclosures.orbits import guess_of, shooting_of
 from capsule_sym.enclosures.patches import Patch
-from capsule_sym.enclosures.regions import (
-    ALPHA,
-    EXACT,
-    PROVING,
-    Cell,
-    attempt,
-    begun,
-    code,
-    prove,
-)
+from capsule_sym.enclosures.regions import begun, code, prove
 from capsule_sym.errors import InvalidInput
 from capsule_sym.orbits.equations import PARAMETERS
 from capsule_sym.orbits.orbit import Orbit, close
@@ -150,7 +144,7 @@ def test_a_guard_that_is_negative_somewhere_is_found_in_no_part() -> None:
 def test_halves_tile_their_patch() -> None:
     cell = Cell(5, 7, 4, 3)
     for along in (0, 1):
-        low, high = cell.halves(along)
+        low, high = cell.halved((along,))
         assert low.area + high.area == cell.area
         (here, _), (radius, _) = (
             (cell.middle, cell.radii)
@@ -167,6 +161,27 @@ def test_halves_tile_their_patch() -> None:
             assert side * (middle - side * half.radii[along] - here) < 0
 
 
+def test_parts_of_several_halvings_are_a_grid() -> None:
+    parts = Cell(5, 7, 4, 3).halved((0, 1, 0))
+    assert {*parts} == {Cell(7, 28 + i, 5, 6 + k) for i, k in product(range(4), range(2))}
+    assert len(parts) == 8
+    assert sum(part.area for part in parts) == Cell(5, 7, 4, 3).area
+
+
+@pytest.mark.parametrize(
+    ("alpha", "gamma", "levels", "along"),
+    [(0.941, 3.3, (8, 6), 0), (1.5514, 3.3, (11, 4), 1), (1.2, 3.3, (8, 6), None)],
+)
+def test_a_patch_across_a_border_is_halved_where_its_corners_differ(
+    alpha: float, gamma: float, levels: tuple[int, int], along: int | None
+) -> None:
+    """The border at 0.941 hardly depends on gamma, that at 1.5514 falls by 0.5 as gamma grows."""
+    a, g = levels
+    shares = ((x - ends[0]) / (ends[1] - ends[0]) for x, ends in ((alpha, ALPHA), (gamma, GAMMA)))
+    i, k = (int(share * 2**level) for share, level in zip(shares, levels, strict=True))
+    assert cells._border(Cell(a, i, g, k), REST) == along
+
+
 def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
     small = Cell(9, 300, 6, 40)
     alpha, gamma = small.middle
@@ -176,7 +191,8 @@ def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
     assert word == str(orbit.word)
     large = attempt(Cell(0, 0, 0, 0), REST)
     assert large.word is None
-    assert large.along in (0, 1)
+    assert large.along
+    assert {*large.along} <= {0, 1}
 
 
 def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
@@ -184,10 +200,10 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     fresh = begun(path)
     assert sum(-area for area, *_ in fresh.open) == pytest.approx(1.0)
     first, second = (cell for _, cell, _ in sorted(fresh.open)[:2])
-    low, high = second.halves(1)
+    low, high = second.halved((1,))
     records = (
         {"cell": first, "seconds": 1.0, "work": 0.5, "word": "F5 F2"},
-        {"cell": second, "seconds": 2.0, "work": 0.5, "along": 1},
+        {"cell": second, "seconds": 2.0, "work": 0.5, "along": [1]},
         {"cell": low, "seconds": 3.0, "work": 0.25, "word": "F2"},
     )
     path.write_text("".join(json.dumps(one) + "\n" for one in ({"code": code()}, *records)))
@@ -213,7 +229,7 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     [
         ['{"certificates": []}'],
         ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0}'],
-        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "along": 2}'],
+        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "along": [2]}'],
         ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "word": ""}'],
         ['{"code": "CODE"}', '{"cell": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "word": "F2"}'],
         ['{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "word": "F2"}'],
@@ -228,9 +244,28 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -
 
 def test_the_digest_covers_all_that_proves() -> None:
     graph = grimp.build_graph("capsule_sym")
-    home = "capsule_sym.enclosures"
-    below = graph.find_upstream_modules(f"{home}.patches") | {f"{home}.patches", f"{home}.regions"}
-    assert {f"{home}.{name}" for name in PROVING} == {one for one in below if home in one}
+    below = graph.find_upstream_modules(patches.__name__) | {patches.__name__}
+    home = patches.__name__.rpartition(".")[0] + "."
+    assert {one.__name__ for one in closure(patches)} == {one for one in below if home in one}
+
+
+def test_a_digest_is_of_what_is_said_not_where(tmp_path: Path) -> None:
+    def of(text: str, name: str) -> str:
+        path = tmp_path / f"{name}.py"
+        path.write_text(text)
+        module = ModuleType(name)
+        module.__file__ = str(path)
+        return digest((module,))
+
+    text = '''"""What."""\nfrom capsule_sym.a.b import c\nfrom math import exp\n\n
+def f(x):\n    """How."""\n    # Why.\n    return c(x, 2) > exp(x)\n'''
+    was = of(text, "one")
+    moved = ("What", "Whatever"), ("How", "However"), ("# Why.", ""), ("sym.a.b", "sym._b")
+    for number, (old, new) in enumerate(moved):
+        assert of(text.replace(old, new), f"same{number}") == was
+    changed = (">", ">="), ("2", "3"), ("exp", "log"), ("import c", "import d"), ("math", "cmath")
+    for number, (old, new) in enumerate(changed):
+        assert of(text.replace(old, new), f"other{number}") != was
 
 
 def test_what_other_code_proved_is_not_gone_on_from(tmp_path: Path) -> None:
