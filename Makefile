@@ -17,8 +17,8 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
 	$(BIN)/capsule-sym report
 
-results/verify.json: $(READY) capsule_sym/paper.toml $(wildcard capsule_sym/symbolic/*.* capsule_sym/symbolic/comparisons/*.py)
-results/hardcases.json: $(READY) $(wildcard capsule_sym/hardcases/*.py capsule_sym/map/*.py)
+results/verify.json: $(READY) capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* capsule_sym/_symbolic/*/*.*)
+results/hardcases.json: $(READY) $(wildcard capsule_sym/_hardcases/*.py capsule_sym/_map/*.py)
 results/%.json:
 	@mkdir -p results
 	$(BIN)/capsule-sym $* --json > $@.part
@@ -54,7 +54,7 @@ verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
 
 certificates: $(READY)  ## write results/certificates.json, and check it with code of its own
 	$(BIN)/capsule-sym enclose --thresholds --out results/certificates.json
-	$(BIN)/python capsule_sym/enclosures/checker.py results/certificates.json
+	$(BIN)/python capsule_sym/_enclosures/checker.py results/certificates.json
 
 SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes
@@ -81,7 +81,7 @@ check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
 
 # The documentation shows what `verify` finds: results/verify.md, made anew where the theory is newer.
-results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/symbolic/*.* capsule_sym/symbolic/comparisons/*.py) | $(READY)
+results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* capsule_sym/_symbolic/*/*.*) | $(READY)
 	$(BIN)/capsule-sym verify --write > /dev/null
 
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going docs

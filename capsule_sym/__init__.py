@@ -9,10 +9,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from capsule_sym.errors import InvalidInput, Outcome, Status
-    from capsule_sym.map import Trajectory, simulate
-    from capsule_sym.map.many import Trajectories, simulate_many
-    from capsule_sym.parameters import Parameters, PhysicalParameters, load_parameters
+    from capsule_sym._errors import InvalidInput, Outcome, Status
+    from capsule_sym._map import Trajectory, simulate
+    from capsule_sym._map.many import Trajectories, simulate_many
+    from capsule_sym._parameters import Parameters, PhysicalParameters, load_parameters
 
     __version__: str
 
@@ -31,16 +31,16 @@ __all__ = [
 ]
 
 _HOME = {
-    "InvalidInput": "errors",
-    "Outcome": "errors",
-    "Parameters": "parameters",
-    "PhysicalParameters": "parameters",
-    "Status": "errors",
-    "Trajectories": "map.many",
-    "Trajectory": "map",
-    "load_parameters": "parameters",
-    "simulate": "map",
-    "simulate_many": "map.many",
+    "InvalidInput": "_errors",
+    "Outcome": "_errors",
+    "Parameters": "_parameters",
+    "PhysicalParameters": "_parameters",
+    "Status": "_errors",
+    "Trajectories": "_map.many",
+    "Trajectory": "_map",
+    "load_parameters": "_parameters",
+    "simulate": "_map",
+    "simulate_many": "_map.many",
 }
 
 

@@ -8,7 +8,7 @@ from typing import NoReturn
 def main() -> NoReturn:
     """Run the command line and exit. Ctrl-C ends it in one line from the first import on."""
     try:
-        from capsule_sym import cli
+        from capsule_sym import _cli as cli
 
         cli.main()
     except KeyboardInterrupt:

@@ -1,6 +1,6 @@
 """Builds the explorer's page, or checks that it was built from the sources as they are.
 
-    python explorer/build.py            builds capsule_sym/explorer/page.html
+    python explorer/build.py            builds capsule_sym/_explorer/page.html
     python explorer/build.py --check    exit status 1 where the page is stale
 
 Needs Node.js with `npm ci` run in explorer/, and `pip install 'capsule-sym[explorer]'`.
@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-PAGE = ROOT / "capsule_sym" / "explorer" / "page.html"
+PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
 NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
 
 LIBRARY = ("tables.c", "pass.c", "wide.c", "run.c", "steady.c")

@@ -6,12 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-from capsule_sym.casestudy import GAMMAS, PANELS, printed_map
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.parameters import Parameters
-from capsule_sym.thresholds import FIRST, LAST, PRINTED
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._parameters import Parameters
+from capsule_sym._study.casestudy import GAMMAS, PANELS, printed_map
+from capsule_sym._study.thresholds import FIRST, LAST, PRINTED
 
 
 def presets() -> dict[str, Any]:

@@ -138,7 +138,7 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
 
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
     assert [path.name for path in plain.glob("capsule_sym/_native/_core.*")] == ["_core.pyx"]
-    explorer = "capsule_sym/explorer/page.html"
+    explorer = "capsule_sym/_explorer/page.html"
     assert (plain / explorer).read_bytes() == (ROOT / explorer).read_bytes()
     again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
     done = installed(plain, again, "-W", "always")
@@ -149,7 +149,7 @@ def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Pa
 
 
 def test_the_version_tells_which_core_is_live(plain: Path) -> None:
-    ask = "import sys; from capsule_sym.cli import main; main(['--version'])"
+    ask = "import sys; from capsule_sym._cli import main; main(['--version'])"
     assert installed(plain, ask).stdout == f"{capsule_sym.__version__} (no C core: NumPy)\n"
     if core is not None:
         lanes = f"{core.lanes()} lane{'s' * (core.lanes() > 1)}"
@@ -267,15 +267,19 @@ def test_the_import_contracts_hold(checkout: Path) -> None:
 @pytest.mark.parametrize(
     ("module", "statement", "broken"),
     [
-        ("map/__init__.py", "import sympy", "SymPy stays on the side of the derivation"),
+        ("_map/__init__.py", "import sympy", "SymPy stays on the side of the derivation"),
         ("generated/__init__.py", "import sympy", "SymPy stays on the side of the derivation"),
-        ("parameters.py", "from sympy import pi", "SymPy stays on the side of the derivation"),
-        ("map/__init__.py", "import capsule_sym.symbolic.model", "the derivation is reached"),
-        ("parameters.py", "import capsule_sym.codegen", "the derivation is reached"),
-        ("errors.py", "import capsule_sym.parameters", "imports run one way"),
-        ("symbolic/model.py", "import capsule_sym.map", "imports run one way"),
-        ("symbolic/model.py", "import capsule_sym.generated.py", "imports run one way"),
-        ("generated/py/__init__.py", "import capsule_sym.map", "imports run one way"),
+        ("_parameters.py", "from sympy import pi", "SymPy stays on the side of the derivation"),
+        (
+            "_map/__init__.py",
+            "import capsule_sym._symbolic.model.model",
+            "the derivation is reached",
+        ),
+        ("_parameters.py", "import capsule_sym.codegen", "the derivation is reached"),
+        ("_errors.py", "import capsule_sym._parameters", "imports run one way"),
+        ("_symbolic/model/model.py", "import capsule_sym._map", "imports run one way"),
+        ("_symbolic/model/model.py", "import capsule_sym.generated.py", "imports run one way"),
+        ("generated/py/__init__.py", "import capsule_sym._map", "imports run one way"),
         ("codegen/__init__.py", "import capsule_sym.generated.py", "by files, never by an import"),
     ],
 )

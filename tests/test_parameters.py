@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule_sym.errors import CapsuleError, InvalidInput
-from capsule_sym.parameters import Parameters, PhysicalParameters, load_parameters
+from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._parameters import Parameters, PhysicalParameters, load_parameters
 
 CASE_STUDY = {
     "alpha": 0.7,

@@ -8,7 +8,8 @@ from itertools import pairwise
 
 import pytest
 
-from capsule_sym import casestudy, paper, thresholds
+from capsule_sym import _paper as paper
+from capsule_sym._study import casestudy, thresholds
 
 PRINTED = paper.read()
 

@@ -6,8 +6,8 @@ from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
 
+from capsule_sym._errors import CapsuleError
 from capsule_sym._native.watch import Watch
-from capsule_sym.errors import CapsuleError
 from capsule_sym.generated.py import DIGEST
 
 __all__ = ["StaleCore", "Watch", "core", "live"]

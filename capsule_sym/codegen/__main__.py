@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from capsule_sym.codegen.render import COMMAND, INPUTS, render
+from capsule_sym.codegen._render import COMMAND, INPUTS, render
 
 _GENERATED = INPUTS.parent / "generated"
 _MANAGED = {".py", ".json", ".c", ".h", ".pxi"}

@@ -5,7 +5,7 @@ import re
 import click
 from sphinx.application import Sphinx
 
-from capsule_sym.cli import group as lazy
+from capsule_sym._cli import group as lazy
 
 group = click.Group(lazy.name, help=lazy.help, params=lazy.params)
 for _name in lazy.commands:

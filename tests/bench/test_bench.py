@@ -7,15 +7,15 @@ from shutil import copytree
 
 import pytest
 
+from capsule_sym._bench import goals, model, roots, tools, truth, whole
+from capsule_sym._bench.growth import Growth
+from capsule_sym._bench.peers import compiled, own
+from capsule_sym._bench.ratios import Ratio
+from capsule_sym._bench.study import Row
+from capsule_sym._bench.tools import ONE_ROW, OURS
+from capsule_sym._bench.whole import Study
+from capsule_sym._figures import catalogue
 from capsule_sym._native import core
-from capsule_sym.bench import goals, model, roots, tools, truth, whole
-from capsule_sym.bench.growth import Growth
-from capsule_sym.bench.peers import compiled, own
-from capsule_sym.bench.ratios import Ratio
-from capsule_sym.bench.study import Row
-from capsule_sym.bench.tools import ONE_ROW, OURS
-from capsule_sym.bench.whole import Study
-from capsule_sym.figures import catalogue
 
 PARTS = ("trajectory", "tangencies", "sweep")
 

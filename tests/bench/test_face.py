@@ -11,8 +11,8 @@ import pytest
 from click.testing import CliRunner
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.bench import face
-from capsule_sym.bench.command import bench
+from capsule_sym._bench import face
+from capsule_sym._bench.command import bench
 
 
 @pytest.mark.parametrize("build", [face._scipy, face._heyoka], ids=["scipy", "heyoka"])

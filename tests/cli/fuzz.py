@@ -21,12 +21,12 @@ import pytest
 from hypothesis import strategies as st
 
 import capsule_sym
-from capsule_sym.cli import _status, group
-from capsule_sym.hardcases import adversarial, table
+from capsule_sym._cli import _status, group
+from capsule_sym._hardcases import adversarial, table
 
 _INTERRUPTED = 130
 _LOST_IN = ("gc_callback", "remove", "_remove", "__del__")  # whose exceptions nobody gets
-_APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym.bench.peers")
+_APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym._bench.peers")
 # Lines on stderr beside the one that says why a command failed.
 _BESIDE = ("wrote ", "drawing ")
 

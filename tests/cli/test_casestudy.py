@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import casestudy
-from capsule_sym.errors import InvalidInput
-from capsule_sym.map import simulate
-from capsule_sym.parameters import Parameters
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import simulate
+from capsule_sym._parameters import Parameters
+from capsule_sym._study import casestudy
 
 LOCAL_MAP = re.compile(r"P_\{Σ(10|[1-9]),F([1-6]),Σ(10|[1-9])\}")
 # The field that holds in the subspace which each switching plane belongs to or leads into.

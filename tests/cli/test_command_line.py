@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.cli import group
+from capsule_sym._cli import group
 
 PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
 FILES = {
@@ -80,7 +80,7 @@ def test_bad_input_is_one_line_and_status_2(command, files, arguments, parts) ->
 
 def modules_after(*arguments: str) -> set[str]:
     code = (
-        "import sys\nfrom capsule_sym.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "import sys\nfrom capsule_sym._cli import main\ntry:\n    main(sys.argv[1:])\n"
         "finally:\n    print(sorted(sys.modules), file=sys.stderr)"
     )
     done = subprocess.run(
@@ -92,7 +92,7 @@ def modules_after(*arguments: str) -> set[str]:
 def test_help_imports_nothing_that_computes() -> None:
     code = (
         "import sys\n"
-        "from capsule_sym.cli import group, main\n"
+        "from capsule_sym._cli import group, main\n"
         "for name in ('', *group.commands):\n"
         "    try:\n        main([*name.split(), '--help'])\n"
         "    except SystemExit as done:\n        assert done.code == 0, name\n"
@@ -175,7 +175,7 @@ def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("name", ["capsule_sym.cli", "click", "numpy", "capsule_sym.map"])
+@pytest.mark.parametrize("name", ["capsule_sym._cli", "click", "numpy", "capsule_sym._map"])
 def test_an_interrupt_while_python_imports_is_one_line(name: str) -> None:
     code = (
         "import os, runpy, signal, sys\n"

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, Phase, find, given, settings
 
-from capsule_sym.cli import group
+from capsule_sym._cli import group
 from tests.cli.fuzz import command_lines, commands, prepare, run_in_copy, words_of
 
 _BUDGET = 0.3  # seconds after which a command is interrupted

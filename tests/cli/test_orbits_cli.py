@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.cli import main
+from capsule_sym._cli import main
 
 
 def call(capsys, *arguments: str) -> tuple[int, str, str]:
@@ -229,8 +229,8 @@ def test_no_orbit_as_json_has_the_reason(capsys) -> None:
 
 
 def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
-    from capsule_sym.orbits import search
-    from capsule_sym.orbits.orbit import NoOrbit, Reason
+    from capsule_sym._orbits.shooting import search
+    from capsule_sym._orbits.shooting.orbit import NoOrbit, Reason
 
     nothing = NoOrbit(Reason.NOT_PERIODIC, "it wanders", None, (), 0.0)
     monkeypatch.setattr(search, "find_orbit", lambda *arguments: nothing)

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 import capsule_sym
-from capsule_sym import casestudy
+from capsule_sym._map import simulate
+from capsule_sym._map.batch import final_state
+from capsule_sym._parameters import Parameters
+from capsule_sym._study import casestudy
 from capsule_sym.generated.py import DIGEST
-from capsule_sym.map import simulate
-from capsule_sym.map.batch import final_state
-from capsule_sym.parameters import Parameters
 from tests.examples import MAIN_JOB, ROOT, Page
 
 TUTORIAL = Page(ROOT / "docs" / "tutorials" / "paper.md")

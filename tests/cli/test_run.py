@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.map.backend import default_backend
-from capsule_sym.parameters import Parameters
+from capsule_sym._map.backend import default_backend
+from capsule_sym._parameters import Parameters
 from tests.cli.terminal import in_terminal
 
 OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--fb")
@@ -130,10 +130,10 @@ def test_a_run_that_stopped_early_says_why(options: tuple[str, ...]) -> None:
     code = (
         "import sys\n"
         "from functools import partial\n"
-        "import capsule_sym.map\n"
-        "from capsule_sym.cli import main\n"
+        "import capsule_sym._map\n"
+        "from capsule_sym._cli import main\n"
         # Low enough to be reached, and after periods that are steady.
-        "capsule_sym.map.simulate = partial(capsule_sym.map.simulate, max_segments=400)\n"
+        "capsule_sym._map.simulate = partial(capsule_sym._map.simulate, max_segments=400)\n"
         "main(['run', '--periods', '200', *sys.argv[1:]])"
     )
     done = subprocess.run(

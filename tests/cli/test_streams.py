@@ -7,12 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import casestudy, thresholds
-from capsule_sym.bench.whole import Study
-from capsule_sym.cli import group, main
-from capsule_sym.enclosures import section4
-from capsule_sym.hardcases import adversarial, table
-from capsule_sym.symbolic import inner_products, verify
+from capsule_sym._bench.whole import Study
+from capsule_sym._cli import group, main
+from capsule_sym._enclosures import section4
+from capsule_sym._hardcases import adversarial, table
+from capsule_sym._study import casestudy, thresholds
+from capsule_sym._symbolic import verify
+from capsule_sym._symbolic.proofs import inner_products
 
 FULL = Path("/dev/full")
 SWEEP = """periods = 2

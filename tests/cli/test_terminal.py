@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.cli import group
+from capsule_sym._cli import group
 from tests.cli.terminal import Shown, in_terminal
 
 CHART = """
@@ -131,7 +131,7 @@ def test_progress_is_gone_in_the_end(
 
 INTERRUPTED_WHILE_DRAWN = """
 import os, signal, threading
-from capsule_sym.options import make_progress
+from capsule_sym._options import make_progress
 
 bars = make_progress()
 drawn, render = [], type(bars).get_renderables

@@ -18,21 +18,19 @@ PARTS = (
     r"1(\.0)?\s*\+\s*(\w+(\.|->))*kappa\b",
 )
 # Independent by intention: other tools' integrators, the paper's own text, and the theory's proofs.
-WITNESSES = ("bench", "generated", "symbolic/comparisons", "symbolic/printed.py")
+WITNESSES = ("_bench", "generated", "_symbolic/paper")
 WITNESSES += tuple(
-    f"symbolic/{name}.py"
+    f"_symbolic/{name}.py"
     for name in (
-        "appendices",
-        "basis",
-        "errata",
-        "findings",
-        "flow_proofs",
-        "geometry_proofs",
-        "inner_products",
-        "switching",
+        "model/basis",
+        "model/switching",
+        "proofs/appendices",
+        "proofs/flow_proofs",
+        "proofs/geometry_proofs",
+        "proofs/inner_products",
     )
 )
-LOSS = "orbits/worth.py"  # 2 zeta v_r^2 is the damper's loss
+LOSS = "_orbits/metrics/worth.py"  # 2 zeta v_r^2 is the damper's loss
 
 
 def places() -> list[str]:
@@ -47,14 +45,14 @@ def places() -> list[str]:
 
 
 def test_the_force_stands_in_one_place() -> None:
-    assert places() == ["symbolic/model.py"]
+    assert places() == ["_symbolic/model/model.py"]
 
 
 @pytest.mark.long
 def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None:
     for part in ("capsule_sym", "codegen", "generated"):
         shutil.copytree(ROOT / part, tmp_path / part, symlinks=True)
-    model = tmp_path / "capsule_sym" / "symbolic" / "model.py"
+    model = tmp_path / "capsule_sym" / "_symbolic" / "model" / "model.py"
     text = model.read_text(encoding="utf-8")
     term = " + kappa * (x_r - delta)"
     assert text.count(term) == 1

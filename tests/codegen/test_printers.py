@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from capsule_sym.codegen.printers import LANGUAGES
+from capsule_sym.codegen._printers import LANGUAGES
 
 A, B, C = sp.symbols("a b c")
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 import sympy as sp
 
+from capsule_sym._symbolic.model import basis
+from capsule_sym._symbolic.model.symbols import h, omega
 from capsule_sym.generated.mp import kernels as mp_kernels
 from capsule_sym.generated.py import kernels as py_kernels
-from capsule_sym.symbolic import basis
-from capsule_sym.symbolic.symbols import h, omega
 
 TERMS = 14
 SERIES = ("G", "Gd", "H", "H1", "B", "Bd", "Bdd", "BI")

@@ -14,8 +14,8 @@ from typing import Any
 
 from mpmath import mp, mpf
 
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated.mp import kernels as exact
-from capsule_sym.parameters import Parameters
 
 UNIT = 2.0**-53  # unit roundoff of double precision
 DIGITS = 50

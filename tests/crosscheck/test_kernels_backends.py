@@ -20,10 +20,10 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.generated.py import kernels as double
-from capsule_sym.parameters import Parameters
 from tests.crosscheck import DIGITS, UNIT, Case, cases, flow_scale, jacobian_scale
 
 

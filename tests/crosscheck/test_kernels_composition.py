@@ -7,8 +7,8 @@ import math
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated.py import kernels as double
-from capsule_sym.parameters import Parameters
 from tests.crosscheck import UNIT, Case, flow_scale
 
 # 16 for each of three flows; the halfway state's error is carried on with a gain of order one.

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from mpmath import mp, mpf
 
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import kernels as double
-from capsule_sym.parameters import Parameters
 from tests.crosscheck import DIGITS, UNIT, Case, flow_scale
 from tests.judges import DRIFT, taylor
 from tests.sampling import many, sampled

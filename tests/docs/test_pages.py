@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym.cli import group
+from capsule_sym._cli import group
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {"docs/howto/labels.md", "docs/howto/sweep.md"}

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 import pytest
 
-from capsule_sym.cli import group
+from capsule_sym._cli import group
 from tests.examples import PAGES, README, ROOT
 
 SITE = ROOT / "docs" / "_build" / "html"
@@ -33,7 +33,7 @@ def documented() -> set[str]:
 
 
 @pytest.mark.parametrize(
-    "module", ["capsule_sym", "capsule_sym.figures", "capsule_sym.map", "capsule_sym.sweeps"]
+    "module", ["capsule_sym", "capsule_sym._figures", "capsule_sym._map", "capsule_sym._sweeps"]
 )
 def test_every_public_name_is_documented(module: str, documented) -> None:
     home = import_module(module)

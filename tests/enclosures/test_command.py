@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym.cli import group
-from capsule_sym.enclosures import checker, section4
-from capsule_sym.enclosures.balls import Unproved
-from capsule_sym.enclosures.trajectories import enclose_run
-from capsule_sym.map import simulate
-from capsule_sym.map.trajectory import Kept
-from capsule_sym.parameters import Parameters
+from capsule_sym._cli import group
+from capsule_sym._enclosures import checker, section4
+from capsule_sym._enclosures.balls import Unproved
+from capsule_sym._enclosures.trajectories import enclose_run
+from capsule_sym._map import simulate
+from capsule_sym._map.trajectory import Kept
+from capsule_sym._parameters import Parameters
 
 
 def certificates(path: Path) -> list[dict]:
@@ -81,7 +81,7 @@ def test_run_with_a_switch_left_out_is_not_proved() -> None:
 def test_without_python_flint_one_line_says_what_to_install() -> None:
     script = (
         "import sys; sys.modules['flint'] = None; sys.argv = ['capsule-sym', 'enclose']; "
-        "from capsule_sym.cli import main; main()"
+        "from capsule_sym._cli import main; main()"
     )
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert run.returncode == 2

@@ -17,10 +17,9 @@ import sympy as sp
 from scipy.linalg import expm
 
 from capsule_sym import Parameters
-from capsule_sym.codegen.fields import matrices
-from capsule_sym.enclosures import checker, fields, guards
-from capsule_sym.enclosures.attraction import tendency
-from capsule_sym.enclosures.balls import (
+from capsule_sym._enclosures import checker, fields, guards
+from capsule_sym._enclosures.attraction import tendency
+from capsule_sym._enclosures.balls import (
     Unproved,
     arb,
     arb_mat,
@@ -30,25 +29,26 @@ from capsule_sym.enclosures.balls import (
     precision,
     symmetric,
 )
-from capsule_sym.enclosures.branches import glue, march
-from capsule_sym.enclosures.certificates import certify_bifurcation, certify_orbit
-from capsule_sym.enclosures.events import Event
-from capsule_sym.enclosures.fields import Field
-from capsule_sym.enclosures.guards import Line, Watch, prove_admissible
-from capsule_sym.enclosures.krawczyk import enclose
-from capsule_sym.enclosures.orbits import guess_of, prove, shooting_of
-from capsule_sym.enclosures.regimes import approximate, regimes, threshold
-from capsule_sym.enclosures.stability import characteristic, monodromy
-from capsule_sym.map.expansion import Guard
-from capsule_sym.orbits.bifurcations import Bifurcation
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.stability import multipliers
-from capsule_sym.symbolic import resting
-from capsule_sym.symbolic.enclosure import EXTENDED
-from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.resting import GRAZE
-from capsule_sym.symbolic.symbols import alpha, omega, tau
+from capsule_sym._enclosures.branches import glue, march
+from capsule_sym._enclosures.certificates import certify_bifurcation, certify_orbit
+from capsule_sym._enclosures.events import Event
+from capsule_sym._enclosures.fields import Field
+from capsule_sym._enclosures.guards import Line, Watch, prove_admissible
+from capsule_sym._enclosures.krawczyk import enclose
+from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
+from capsule_sym._enclosures.regimes import approximate, regimes, threshold
+from capsule_sym._enclosures.stability import characteristic, monodromy
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.stability import multipliers
+from capsule_sym._symbolic.model.enclosure import EXTENDED
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.symbols import alpha, omega, tau
+from capsule_sym._symbolic.proofs import resting
+from capsule_sym._symbolic.proofs.resting import GRAZE
+from capsule_sym.codegen._fields import matrices
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
 with precision(256):
@@ -295,7 +295,7 @@ def test_the_force_of_the_graze_is_checked_too() -> None:
 
 
 def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
-    from capsule_sym.enclosures.events import prove_event
+    from capsule_sym._enclosures.events import prove_event
 
     orbit = found[0][3].orbit
     with pytest.raises(Unproved):

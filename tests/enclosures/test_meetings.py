@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from capsule_sym.enclosures import meetings
-from capsule_sym.enclosures.balls import Unproved, arb
-from capsule_sym.enclosures.meetings import Meeting, prove_meeting, record
-from capsule_sym.enclosures.section4 import EXACT
-from capsule_sym.orbits.curves import Curve, trace
+from capsule_sym._enclosures import meetings
+from capsule_sym._enclosures.balls import Unproved, arb
+from capsule_sym._enclosures.meetings import Meeting, prove_meeting, record
+from capsule_sym._enclosures.section4 import EXACT
+from capsule_sym._orbits.continuation.curves import Curve, trace
 from tests.orbits.branches import upwards
 
 

@@ -14,19 +14,19 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import Parameters
-from capsule_sym.enclosures import cells, forms, patches
-from capsule_sym.enclosures.balls import Unproved, arb, ball, floats, largest, precision
-from capsule_sym.enclosures.cells import ALPHA, EXACT, GAMMA, Cell, attempt
-from capsule_sym.enclosures.digest import closure, digest
-from capsule_sym.enclosures.fields import Field
-from capsule_sym.enclosures.forms import Form, exponential, polynomial
-from capsule_sym.enclosures.orbits import guess_of, shooting_of
-from capsule_sym.enclosures.patches import Patch
-from capsule_sym.enclosures.regions import begun, code, prove
-from capsule_sym.errors import InvalidInput
-from capsule_sym.orbits.equations import PARAMETERS
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.search import find_orbit
+from capsule_sym._enclosures import cells, forms, patches
+from capsule_sym._enclosures.balls import Unproved, arb, ball, floats, largest, precision
+from capsule_sym._enclosures.cells import ALPHA, EXACT, GAMMA, Cell, attempt
+from capsule_sym._enclosures.digest import closure, digest
+from capsule_sym._enclosures.fields import Field
+from capsule_sym._enclosures.forms import Form, exponential, polynomial
+from capsule_sym._enclosures.orbits import guess_of, shooting_of
+from capsule_sym._enclosures.patches import Patch
+from capsule_sym._enclosures.regions import begun, code, prove
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.search import find_orbit
 
 REST = (0.0, 0.0, 0.0)
 

@@ -15,7 +15,7 @@ import pytest
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._native import core
-from capsule_sym.orbits.stability import jacobian
+from capsule_sym._orbits.shooting.stability import jacobian
 from explorer import build
 
 PERIODS = 5

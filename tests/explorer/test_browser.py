@@ -9,9 +9,9 @@ from time import monotonic
 import pytest
 
 from capsule_sym import Parameters, PhysicalParameters, simulate
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.stability import multipliers
-from capsule_sym.orbits.worth import worth
+from capsule_sym._orbits.metrics.worth import worth
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.stability import multipliers
 
 from .conftest import AXE
 

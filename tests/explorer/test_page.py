@@ -9,9 +9,9 @@ from urllib.request import urlopen
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym.cli import group
-from capsule_sym.explorer import page
-from capsule_sym.figures.style import field_colour
+from capsule_sym._cli import group
+from capsule_sym._explorer import page
+from capsule_sym._figures.style import field_colour
 from explorer import build
 
 LARGEST = 400_000

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, load_parameters, simulate
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.sweeps import read_plan
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._sweeps import read_plan
 
 from .test_browser import _quantity, _settled, _until, _word
 

@@ -13,9 +13,9 @@ import pytest
 from matplotlib.testing.compare import compare_images
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.figures.portraits import motion
-from capsule_sym.figures.statespace import fig2
-from capsule_sym.figures.style import styled
+from capsule_sym._figures.portraits import motion
+from capsule_sym._figures.statespace import fig2
+from capsule_sym._figures.style import styled
 
 BASELINES = Path(__file__).parent / "baselines"
 _TOLERANCE = 6.0  # root mean square of pixel values: room for another version of FreeType

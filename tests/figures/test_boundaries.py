@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 
 from capsule_sym import Parameters
-from capsule_sym.figures.boundaries import corners, lines, surfaces
-from capsule_sym.figures.space import Box, add_space, box_of, draw_space, walls
-from capsule_sym.figures.statespace import GAPS, fig2, top_view
+from capsule_sym._figures.space import Box, add_space, box_of, draw_space, walls
+from capsule_sym._figures.statespace import GAPS, fig2, top_view
+from capsule_sym._study.boundaries import corners, lines, surfaces
 
 X, V = (-2.6, 4.2), (-8.5, 5.0)
 SETS = {
@@ -127,8 +127,8 @@ def test_walls_are_the_quarters_of_the_impact_plane() -> None:
 
 @pytest.mark.parametrize(("azimuth", "nearest"), [(-60, 4), (-120, 1)])
 def test_the_nearest_cell_is_drawn_last(settled, azimuth: float, nearest: int) -> None:
-    from capsule_sym.figures.arcs import cycle
-    from capsule_sym.figures.space import draw_arcs
+    from capsule_sym._figures.space import draw_arcs
+    from capsule_sym._study.arcs import cycle
 
     drawn = cycle(settled(1.2))
     figure, box = Figure(), box_of(drawn)
@@ -143,7 +143,7 @@ def test_the_nearest_cell_is_drawn_last(settled, azimuth: float, nearest: int) -
 
 
 def test_a_box_holds_its_arcs(settled) -> None:
-    from capsule_sym.figures.arcs import cycle
+    from capsule_sym._study.arcs import cycle
 
     drawn = cycle(settled(1.9))
     box = box_of(drawn)

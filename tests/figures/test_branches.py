@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym.figures.arcs import cycle
-from capsule_sym.figures.branches import bifurcations, spread
-from capsule_sym.figures.data import orbit_of
-from capsule_sym.figures.energy import energies
-from capsule_sym.figures.events import CROSSINGS, SLIDINGS, around, exact, nearest
-from capsule_sym.figures.evolution import draw_itineraries, fig6, itineraries
+from capsule_sym._figures.branches import bifurcations, spread
+from capsule_sym._figures.energy import energies
+from capsule_sym._figures.events import around
+from capsule_sym._figures.evolution import draw_itineraries, fig6, itineraries
+from capsule_sym._study.arcs import cycle
+from capsule_sym._study.data import orbit_of
+from capsule_sym._study.events import CROSSINGS, SLIDINGS, exact, nearest
 from tests.figures import SAFE
 
 PRINTED = (0.0074, 0.3687, 0.5245, 0.939, 1.443, 1.6148, 1.661, 1.7126)

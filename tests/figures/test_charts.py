@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 from capsule_sym import Parameters
-from capsule_sym.figures.charts import chart, regions
-from capsule_sym.figures.data import Range, Store
+from capsule_sym._figures.charts import chart, regions
+from capsule_sym._study.data import Range, Store
 
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
 
@@ -74,7 +74,7 @@ def test_a_chart_is_computed_once_and_meets_its_curves(store: Store, monkeypatch
     first, second = Range("alpha", 0.2, 0.8, 24), Range("gamma", 2.5, 3.5, 8)
     with store.chart(Parameters(), first, second) as results:
         numbers, words = regions(results)
-    monkeypatch.setattr("capsule_sym.sweeps.refine", lambda *_, **__: pytest.fail("again"))
+    monkeypatch.setattr("capsule_sym._sweeps.refine", lambda *_, **__: pytest.fail("again"))
     with store.chart(Parameters(), first, second) as again:
         assert np.array_equal(regions(again)[0], numbers)
     assert {"52", "5452", "5412"} <= set(words)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.figures.catalogue import FIGURES
+from capsule_sym._figures.catalogue import FIGURES
 
 
 def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProcess[str]:
@@ -52,7 +52,7 @@ def test_a_path_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
 
 def test_help_lists_every_name_and_draws_nothing(tmp_path: Path) -> None:
     code = (
-        "import sys\nfrom capsule_sym.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "import sys\nfrom capsule_sym._cli import main\ntry:\n    main(sys.argv[1:])\n"
         "finally:\n    print(sorted({m.split('.')[0] for m in sys.modules}), file=sys.stderr)"
     )
     done = call("figure", "--help", cwd=tmp_path, code=code)
@@ -64,7 +64,7 @@ def test_help_lists_every_name_and_draws_nothing(tmp_path: Path) -> None:
 
 def test_a_figure_is_written_and_pyplot_stays_out(tmp_path: Path) -> None:
     code = (
-        "import sys\nfrom capsule_sym.cli import main\ntry:\n    main(sys.argv[1:])\n"
+        "import sys\nfrom capsule_sym._cli import main\ntry:\n    main(sys.argv[1:])\n"
         "finally:\n    print('LOADED', 'matplotlib.pyplot' in sys.modules, 'sympy' in sys.modules)"
     )
     done = call("figure", "fig3", "--out", "new/x.svg", cwd=tmp_path, code=code)

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym.figures import data
-from capsule_sym.figures.arcs import cycle
-from capsule_sym.figures.data import Store, orbit_of
+from capsule_sym._study import data
+from capsule_sym._study.arcs import cycle
+from capsule_sym._study.data import Store, orbit_of
 
 
 def count_items(items: Iterable[Any], text: str, total: int | None) -> Iterable[Any]:

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from capsule_sym.cli import main
-from capsule_sym.errors import InvalidInput
-from capsule_sym.figures.diagram import diagram
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.records import branch_record
-from capsule_sym.orbits.switching import cascade
-from capsule_sym.records import dumps
+from capsule_sym._cli import main
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.diagram import diagram
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.continuation.records import branch_record
+from capsule_sym._orbits.continuation.switching import cascade
+from capsule_sym._records import dumps
 from tests.orbits.branches import settled
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import InvalidInput, figures
-from capsule_sym.figures.portraits import motion
-from capsule_sym.figures.style import COLUMN, PAGE, NotInstalled, new_figure, save, styled
+from capsule_sym import InvalidInput
+from capsule_sym import _figures as figures
+from capsule_sym._figures.portraits import motion
+from capsule_sym._figures.style import COLUMN, PAGE, NotInstalled, new_figure, save, styled
 
 
 def test_every_public_name_resolves() -> None:
@@ -24,7 +25,7 @@ def test_every_public_name_resolves() -> None:
 def test_matplotlib_is_imported_when_something_is_drawn() -> None:
     code = (
         "import sys\nfrom capsule_sym import Parameters, simulate\n"
-        "from capsule_sym.figures import plot, motion, fig7\nprint('matplotlib' in sys.modules)\n"
+        "from capsule_sym._figures import plot, motion, fig7\nprint('matplotlib' in sys.modules)\n"
         "plot(simulate(Parameters(), periods=4))\n"
         "print('matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
@@ -33,8 +34,8 @@ def test_matplotlib_is_imported_when_something_is_drawn() -> None:
 
 
 def test_plot_draws_what_it_is_given(settled, branch) -> None:
-    from capsule_sym.orbits.continuation import follow
-    from capsule_sym.orbits.search import find_orbit
+    from capsule_sym._orbits.continuation.continuation import follow
+    from capsule_sym._orbits.shooting.search import find_orbit
 
     run = settled(1.2)
     orbit = find_orbit(run.parameters)
@@ -80,7 +81,7 @@ def test_equal_figures_are_equal_files(tmp_path: Path, kind: str) -> None:
 def test_the_style_is_found_by_matplotlib_too() -> None:
     import matplotlib.style
 
-    with matplotlib.style.context("capsule_sym.figures.capsule"):
+    with matplotlib.style.context("capsule_sym._figures.capsule"):
         assert matplotlib.rcParams["svg.hashsalt"] == "capsule-sym"
 
 

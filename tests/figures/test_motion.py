@@ -11,10 +11,10 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from capsule_sym import InvalidInput, Parameters, simulate
-from capsule_sym.figures.arcs import arcs, cycle, opening
-from capsule_sym.figures.guards import margins
-from capsule_sym.figures.panels import fig7
-from capsule_sym.figures.portraits import displacements, motion, phase_portrait
+from capsule_sym._figures.guards import margins
+from capsule_sym._figures.panels import fig7
+from capsule_sym._figures.portraits import displacements, motion, phase_portrait
+from capsule_sym._study.arcs import arcs, cycle, opening
 from tests.figures import PAPER, SAFE, integrated
 
 
@@ -146,7 +146,7 @@ def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
 
 
 def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
-    from capsule_sym.orbits.search import find_orbit
+    from capsule_sym._orbits.shooting.search import find_orbit
 
     run = settled(1.2)
     orbit = find_orbit(run.parameters)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
-from capsule_sym.figures.precision import work_precision
+from capsule_sym._figures.precision import work_precision
 
 
 def row(

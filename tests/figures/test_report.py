@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import explorer, paper
-from capsule_sym.figures import catalogue, report
+from capsule_sym import _explorer as explorer
+from capsule_sym import _paper as paper
+from capsule_sym._figures import catalogue, report
 from tests.figures.conftest import untracked
 
 FEW = ("margins", "work-precision")

@@ -8,16 +8,25 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from capsule_sym import simulate
-from capsule_sym.figures import sections
-from capsule_sym.figures.data import Store
-from capsule_sym.figures.sections import Section, draw_section, line_point
-from capsule_sym.figures.statespace import SCHEMATIC
-from capsule_sym.figures.switching import FIG3, FIG4, FIG5, derivatives, fig3, fig4, fig5
+from capsule_sym._figures.sections import draw_section
+from capsule_sym._figures.style import mathematical
+from capsule_sym._figures.switching import fig3, fig4, fig5
+from capsule_sym._study import sections
+from capsule_sym._study.data import Store
+from capsule_sym._study.sections import (
+    FIG3,
+    FIG4,
+    FIG5,
+    SCHEMATIC,
+    Section,
+    derivatives,
+    line_point,
+)
 from tests.figures import SAFE
 from tests.judges.dop853 import derivative
 
 FIELDS = {to_hex(colour): field for field, colour in enumerate(SAFE, start=1)}
-SECTIONS = {section.name: section for section in (*FIG3, *FIG4, *FIG5)}
+SECTIONS = {mathematical(section.name): section for section in (*FIG3, *FIG4, *FIG5)}
 
 
 @pytest.fixture(scope="module")

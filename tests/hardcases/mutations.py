@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym.map import isolation, location, quasistatic
+from capsule_sym._map import isolation, location, quasistatic
 
 Mutation = Callable[[pytest.MonkeyPatch], None]
 

@@ -12,14 +12,14 @@ from typing import Any
 import pytest
 
 from capsule_sym import Parameters
+from capsule_sym._hardcases import adversarial
+from capsule_sym._hardcases.adversarial import CHUNK, Tally, chunk, compare, run
+from capsule_sym._hardcases.judge import Start
+from capsule_sym._hardcases.lanes import LaneSwitch
+from capsule_sym._hardcases.starts import KINDS, RandomStart, random_start
+from capsule_sym._map import Segment, Trajectory
+from capsule_sym._map.backend import Backend
 from capsule_sym._native import core
-from capsule_sym.hardcases import adversarial
-from capsule_sym.hardcases.adversarial import CHUNK, Tally, chunk, compare, run
-from capsule_sym.hardcases.judge import Start
-from capsule_sym.hardcases.lanes import LaneSwitch
-from capsule_sym.hardcases.starts import KINDS, RandomStart, random_start
-from capsule_sym.map import Segment, Trajectory
-from capsule_sym.map.backend import Backend
 
 
 def test_a_small_run_agrees_with_50_digits() -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from capsule_sym._hardcases.cases import Case, cases
+from capsule_sym._hardcases.judge import judge
 from capsule_sym._native import core
-from capsule_sym.hardcases.cases import Case, cases
-from capsule_sym.hardcases.judge import judge
 from tests.judges import taylor_events
 
 CASES = {case.name: case for case in cases()}

@@ -17,10 +17,10 @@ import pytest
 import sympy as sp
 
 from capsule_sym import Parameters
-from capsule_sym.map.backend import Backend, MpmathBackend, NumpyBackend
-from capsule_sym.map.transitions import State, depart, place_of
-from capsule_sym.symbolic import symbols as s
-from capsule_sym.symbolic.switching import line_transitions, surface_transitions
+from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
+from capsule_sym._map.transitions import State, depart, place_of
+from capsule_sym._symbolic.model import symbols as s
+from capsule_sym._symbolic.model.switching import line_transitions, surface_transitions
 
 SAMPLES = 40
 SYMBOLS = (s.alpha, s.omega, s.delta, s.zeta, s.beta, s.gamma, s.f_b, s.x_r, s.v_r, s.v_c, s.tau)

@@ -10,12 +10,12 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.hardcases.cases import cases, flow_from
-from capsule_sym.map import digits
-from capsule_sym.map.backend import backend
-from capsule_sym.map.digits import fifty_digits
-from capsule_sym.map.expansion import Expansion
-from capsule_sym.map.isolation import search
+from capsule_sym._hardcases.cases import cases, flow_from
+from capsule_sym._map import digits
+from capsule_sym._map.backend import backend
+from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.expansion import Expansion
+from capsule_sym._map.isolation import search
 
 gmpy2 = pytest.importorskip("gmpy2")
 

@@ -8,10 +8,10 @@ import pytest
 from mpmath import findroot
 
 from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym.errors import Outcome
-from capsule_sym.hardcases.cases import cases, flow_from
-from capsule_sym.hardcases.judge import judge
-from capsule_sym.map.backend import backend
+from capsule_sym._errors import Outcome
+from capsule_sym._hardcases.cases import cases, flow_from
+from capsule_sym._hardcases.judge import judge
+from capsule_sym._map.backend import backend
 from tests.hardcases.mutations import MUTATIONS
 
 CASES = {case.name: case for case in cases()}

@@ -10,11 +10,11 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters, simulate
+from capsule_sym._errors import InvalidInput, Outcome, Status
+from capsule_sym._hardcases.cases import cases, flow_from
+from capsule_sym._map import location, native, reference
+from capsule_sym._map.digits import fifty_digits
 from capsule_sym._native import core
-from capsule_sym.errors import InvalidInput, Outcome, Status
-from capsule_sym.hardcases.cases import cases, flow_from
-from capsule_sym.map import location, native, reference
-from capsule_sym.map.digits import fifty_digits
 
 FREE = Parameters(alpha=0.0, zeta=0.0, omega=1.0)
 CASES = {case.name: case for case in cases()}

@@ -12,9 +12,9 @@ from typing import Any
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.map.backend import Backend, NumpyBackend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.map.location import Departure, Flow, Start
+from capsule_sym._map.backend import Backend, NumpyBackend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._map.location import Departure, Flow, Start
 from tests.judges import CONTACT, DRIFT, taylor
 
 FIELDS = tuple(DRIFT)

@@ -13,12 +13,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from capsule_sym import Parameters, simulate
+from capsule_sym._errors import Outcome
+from capsule_sym._map.arrival import reached, tells
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._map.location import Switch
 from capsule_sym._native import core
-from capsule_sym.errors import Outcome
-from capsule_sym.map.arrival import reached, tells
-from capsule_sym.map.backend import NumpyBackend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.map.location import Switch
 from tests.map import Motion
 
 BACKENDS = ["numpy", "mpmath"] if core is None else ["c", "numpy", "mpmath"]

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from capsule_sym import Outcome, Parameters, simulate
-from capsule_sym.map.backend import default_backend
+from capsule_sym._map.backend import default_backend
 
 OFF_REST = (0.5, 0.3, -0.2)
 BACKENDS = sorted({default_backend(), "numpy"})

@@ -12,9 +12,9 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.map import quasistatic
-from capsule_sym.map.backend import Backend, MpmathBackend, NumpyBackend
-from capsule_sym.map.expansion import Expansion, Guard, expand, watched
+from capsule_sym._map import quasistatic
+from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
+from capsule_sym._map.expansion import Expansion, Guard, expand, watched
 from tests.map import CASES, DIGITS, FIELDS, Motion, constants, random_motion
 from tests.sampling import sampled, some
 

@@ -15,9 +15,9 @@ from mpmath import mp, mpf
 from scipy.optimize import brentq
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.map import isolation, location
-from capsule_sym.map.expansion import Expansion
-from capsule_sym.map.isolation import Search, search
+from capsule_sym._map import isolation, location
+from capsule_sym._map.expansion import Expansion
+from capsule_sym._map.isolation import Search, search
 
 UNIT = 2.0**-53
 NARROW = 1e-5  # relative width above which a bracket is not worth polishing

@@ -12,11 +12,11 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.errors import Outcome
-from capsule_sym.map.backend import MpmathBackend, NumpyBackend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.map.location import Departure, Flow, Start, Switch, locate
-from capsule_sym.map.transitions import State, depart
+from capsule_sym._errors import Outcome
+from capsule_sym._map.backend import MpmathBackend, NumpyBackend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._map.location import Departure, Flow, Start, Switch, locate
+from capsule_sym._map.transitions import State, depart
 from tests.map import CASES, DIGITS, Motion
 from tests.sampling import many, sampled
 

@@ -11,7 +11,7 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym.errors import Outcome
+from capsule_sym._errors import Outcome
 from tests.judges import CONTACT, DRIFT, taylor
 from tests.sampling import many, sampled
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
-from capsule_sym.map.backend import NumpyBackend
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.curves import Curve
-from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.states import Ending
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.continuation.curves import Curve
+from capsule_sym._orbits.continuation.states import Ending
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
+from capsule_sym._orbits.shooting.search import find_orbit
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.errors import Outcome, Status
-from capsule_sym.map.backend import default_backend
+from capsule_sym._errors import Outcome, Status
+from capsule_sym._map.backend import default_backend
 
 _GENEROUS = 120  # seconds, for what takes a few; before, these took hours
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from capsule_sym.errors import Status
+from capsule_sym._errors import Status
+from capsule_sym._map import reference, simulate
+from capsule_sym._map.transitions import depart
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated.switching import LOCAL_MAPS
-from capsule_sym.map import reference, simulate
-from capsule_sym.map.transitions import depart
-from capsule_sym.parameters import Parameters
 
 
 def _random_case(rng: random.Random, scenario: int) -> tuple[Parameters, Any, float]:

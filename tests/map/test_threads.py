@@ -21,9 +21,9 @@ from concurrent.futures import ThreadPoolExecutor
 from random import Random
 from threading import Event, Thread
 import mpmath
-from capsule_sym.hardcases.starts import random_start
-from capsule_sym.map import simulate
-from capsule_sym.map.digits import fifty_digits
+from capsule_sym._hardcases.starts import random_start
+from capsule_sym._map import simulate
+from capsule_sym._map.digits import fifty_digits
 
 with fifty_digits() as numbers:
     assert numbers.name == ("mpmath" if blocked else "mpfr"), numbers.name

@@ -12,8 +12,8 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
-from capsule_sym.errors import Outcome
-from capsule_sym.map.backend import MpmathBackend, NumpyBackend
+from capsule_sym._errors import Outcome
+from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from tests.judges import dop853, taylor
 from tests.sampling import sampled, some
 

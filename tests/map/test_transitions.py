@@ -16,10 +16,10 @@ import pytest
 from mpmath import mp
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.errors import Outcome
-from capsule_sym.map.backend import Backend, MpmathBackend, NumpyBackend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.map.transitions import State, Undetermined, depart, place_of
+from capsule_sym._errors import Outcome
+from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._map.transitions import State, Undetermined, depart, place_of
 
 NEAR = Parameters(alpha=0.7, gamma=3.0, zeta=0.25, delta=0.5)
 FAR = NEAR.replace(delta=2.0)
@@ -194,7 +194,7 @@ def test_without_what_vanishes_exactly_no_start_on_a_line_is_decided(
     numbers = NumpyBackend()
     every = constants(numbers, NEAR)
     lines = [start for start in STARTS if start[2].startswith(("L", "O")) and start[0] is NEAR]
-    monkeypatch.setattr("capsule_sym.map.transitions._exact_zeros", lambda *_: ())
+    monkeypatch.setattr("capsule_sym._map.transitions._exact_zeros", lambda *_: ())
     for _, alpha, _, at, bound, angle, _, _ in lines:
         if alpha != NEAR.alpha:
             continue

@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 
 from capsule_sym import Parameters, simulate
 from capsule_sym import _native as native
+from capsule_sym._errors import InvalidInput, Stopped
+from capsule_sym._hardcases.judge import CONTRACT, error
+from capsule_sym._map.backend import NumpyBackend, default_backend
+from capsule_sym._map.batch import final_state, final_states, parameter_rows, switches
+from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.reference import Run
+from capsule_sym._map.trajectory import Trajectory
+from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import Watch, core
-from capsule_sym.errors import InvalidInput, Stopped
 from capsule_sym.generated.interface import Precision
 from capsule_sym.generated.py import DIGEST
-from capsule_sym.hardcases.judge import CONTRACT, error
-from capsule_sym.map.backend import NumpyBackend, default_backend
-from capsule_sym.map.batch import final_state, final_states, parameter_rows, switches
-from capsule_sym.map.digits import fifty_digits
-from capsule_sym.map.location import Departure, Flow, Switch, locate
-from capsule_sym.map.reference import Run
-from capsule_sym.map.trajectory import Trajectory
-from capsule_sym.map.transitions import State, start_at
 from tests.sampling import many, sampled
 
 DATA = Path(__file__).parents[1] / "judges" / "data"

@@ -14,9 +14,9 @@ from random import Random
 import pytest
 
 from capsule_sym import simulate
-from capsule_sym.errors import Outcome
-from capsule_sym.hardcases.judge import Start
-from capsule_sym.hardcases.starts import random_start
+from capsule_sym._errors import Outcome
+from capsule_sym._hardcases.judge import Start
+from capsule_sym._hardcases.starts import random_start
 from tests.native import built
 
 SURE = (Outcome.REGULAR, Outcome.NEVER, Outcome.END)

@@ -15,12 +15,12 @@ from mpmath import mp, mpf
 from numpy.typing import NDArray
 
 from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
+from capsule_sym._errors import Status
+from capsule_sym._map import evaluation, native
+from capsule_sym._map.backend import MpmathBackend
+from capsule_sym._map.segments import Segment, Segments, records_of
+from capsule_sym._map.trajectory import Kept
 from capsule_sym._native import core
-from capsule_sym.errors import Status
-from capsule_sym.map import evaluation, native
-from capsule_sym.map.backend import MpmathBackend
-from capsule_sym.map.segments import Segment, Segments, records_of
-from capsule_sym.map.trajectory import Kept
 from tests.judges import dop853
 
 needs_core = pytest.mark.skipif(core is None, reason="the C core was not compiled")

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym._errors import Outcome
 from capsule_sym._native import core
-from capsule_sym.errors import Outcome
 from capsule_sym.generated import interface
 
 HEADER = Path(__file__).parents[2] / "generated" / "c" / "capsule_interface.h"

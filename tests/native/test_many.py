@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, Status, Trajectories, simulate, simulate_many
-from capsule_sym.map import many
-from capsule_sym.map.segments import Segments
+from capsule_sym._map import many
+from capsule_sym._map.segments import Segments
 
 SETS = [Parameters(alpha=a, omega=w) for a, w in ((0.7, 0.8), (1.2, 0.9), (0.005, 0.8), (1.5, 0.7))]
 STARTS = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [0.01, 0.0, 0.0], [-0.4, 0.2, -0.1]])

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import core
-from capsule_sym.errors import InvalidInput
-from capsule_sym.map.batch import final_states, parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 

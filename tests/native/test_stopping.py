@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
+from capsule_sym._errors import Outcome
+from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import Watch, core
-from capsule_sym.errors import Outcome
-from capsule_sym.map.batch import final_states, parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
@@ -25,7 +25,7 @@ INTERRUPTED = """
 import os, signal, threading
 import numpy as np
 from capsule_sym import Parameters, simulate
-from capsule_sym.map.batch import final_state, final_states, parameter_rows, switches
+from capsule_sym._map.batch import final_state, final_states, parameter_rows, switches
 
 rows = parameter_rows(Parameters(), alpha=np.linspace(0.5, 0.9, 21))
 apart = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 21))

@@ -2,10 +2,10 @@
 
 from functools import lru_cache
 
-from capsule_sym.orbits.continuation import Branch, follow
-from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.parameters import Parameters
+from capsule_sym._orbits.continuation.continuation import Branch, follow
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._parameters import Parameters
 
 LOW, HIGH = 0.005, 2.0
 

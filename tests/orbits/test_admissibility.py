@@ -2,10 +2,10 @@
 
 import pytest
 
-from capsule_sym.map import simulate
-from capsule_sym.map.backend import backend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.orbits.admissibility import (
+from capsule_sym._map import simulate
+from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.admissibility import (
     LANDING,
     MINIMUM,
     Inequality,
@@ -13,8 +13,8 @@ from capsule_sym.orbits.admissibility import (
     realised,
     tightest,
 )
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.parameters import Parameters
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._parameters import Parameters
 from tests.orbits.branches import settled
 
 

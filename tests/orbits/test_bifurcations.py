@@ -4,27 +4,27 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from capsule_sym.map.backend import backend
-from capsule_sym.orbits import bifurcations, events
-from capsule_sym.orbits.admissibility import DURATION, inequalities
-from capsule_sym.orbits.bifurcations import (
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation import bifurcations, events
+from capsule_sym._orbits.continuation.bifurcations import (
     FOLD,
     NEIMARK_SACKER,
     PERIOD_DOUBLING,
     refined,
     root,
 )
-from capsule_sym.orbits.changes import exchanged, inserted, shortened
-from capsule_sym.orbits.equations import PARAMETERS, shoot
-from capsule_sym.orbits.events import CORNER, locate, place
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.parameter_paths import ParameterPath
-from capsule_sym.orbits.word import Word, contact, drift
-from capsule_sym.parameters import Parameters
-from capsule_sym.symbolic.appendices import PARTS
-from capsule_sym.symbolic.geometry import PIECES, SURFACES, meets
-from capsule_sym.symbolic.symbols import PARAMETERS as SYMBOLS
-from capsule_sym.symbolic.symbols import STATE
+from capsule_sym._orbits.continuation.events import CORNER, locate, place
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.shooting.admissibility import DURATION, inequalities
+from capsule_sym._orbits.shooting.changes import exchanged, inserted, shortened
+from capsule_sym._orbits.shooting.equations import PARAMETERS, shoot
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.word import Word, contact, drift
+from capsule_sym._parameters import Parameters
+from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
+from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
+from capsule_sym._symbolic.model.symbols import STATE
+from capsule_sym._symbolic.proofs.appendices import PARTS
 from tests.orbits.branches import hysteretic, settled, upwards
 
 EVERY = [(gamma, index) for gamma in (3.3, 3.0) for index in range(8)]
@@ -94,7 +94,7 @@ def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
 
 
 def bifurcations_of(part) -> frozenset[str]:
-    from capsule_sym.symbolic.appendices import bifurcations
+    from capsule_sym._symbolic.proofs.appendices import bifurcations
 
     return bifurcations(part)
 

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from capsule_sym.errors import InvalidInput, Outcome
-from capsule_sym.map import simulate
-from capsule_sym.orbits import continuation
-from capsule_sym.orbits.admissibility import realised
-from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym.orbits.closed import ClosedForms
-from capsule_sym.orbits.continuation import Branch, follow
-from capsule_sym.orbits.events import (
+from capsule_sym._errors import InvalidInput, Outcome
+from capsule_sym._map import simulate
+from capsule_sym._orbits.continuation import continuation
+from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.continuation import Branch, follow
+from capsule_sym._orbits.continuation.events import (
     ADDING,
     CORNER,
     CROSSING,
@@ -18,11 +16,13 @@ from capsule_sym.orbits.events import (
     GRAZING_SLIDING,
     SWITCHING,
 )
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.states import Ending
-from capsule_sym.orbits.word import Word
-from capsule_sym.parameters import Parameters
+from capsule_sym._orbits.continuation.states import Ending
+from capsule_sym._orbits.shooting.admissibility import realised
+from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.word import Word
+from capsule_sym._parameters import Parameters
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
 FIRST_FIVE = [
@@ -265,7 +265,9 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
 
 
 def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
-    monkeypatch.setattr("capsule_sym.orbits.following.corrected", lambda *arguments: None)
+    monkeypatch.setattr(
+        "capsule_sym._orbits.continuation.following.corrected", lambda *arguments: None
+    )
     branch = follow(settled(alpha=0.9), "alpha", 1.0)
     assert branch.ending is Ending.NOT_CONVERGED
     assert "alpha = 0.9" in branch.detail

@@ -5,13 +5,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capsule_sym.errors import InvalidInput
-from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING, moduli
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.curves import Curve, trace
-from capsule_sym.orbits.events import CROSSING, GRAZING, GRAZING_SLIDING, SWITCHING
-from capsule_sym.orbits.records import codimension_two_rows, curve_rows
-from capsule_sym.orbits.states import Ending
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING, moduli
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.continuation.curves import Curve, trace
+from capsule_sym._orbits.continuation.events import CROSSING, GRAZING, GRAZING_SLIDING, SWITCHING
+from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
+from capsule_sym._orbits.continuation.states import Ending
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))

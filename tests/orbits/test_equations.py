@@ -10,12 +10,12 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters
-from capsule_sym.errors import InvalidInput
-from capsule_sym.map.backend import backend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.orbits import closed
-from capsule_sym.orbits.equations import PARAMETERS, Shot, shoot, solve
-from capsule_sym.orbits.word import Leg, Word
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting import closed
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Shot, shoot, solve
+from capsule_sym._orbits.shooting.word import Leg, Word
 
 STEP = mpf("1e-20")
 # Every field and guard, with roots divided out once and twice.

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from capsule_sym import Parameters
-from capsule_sym.map.backend import Backend, MpmathBackend, NumpyBackend, backend
-from capsule_sym.map.expansion import Guard
-from capsule_sym.orbits import extrema
-from capsule_sym.orbits.equations import Span, shoot
-from capsule_sym.orbits.extrema import Quantity, Turn, minima, turns
-from capsule_sym.orbits.word import Word
+from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend, backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting import extrema
+from capsule_sym._orbits.shooting.equations import Span, shoot
+from capsule_sym._orbits.shooting.extrema import Quantity, Turn, minima, turns
+from capsule_sym._orbits.shooting.word import Word
 
 WORDS = {1: "14", 2: "21", 3: "36", 4: "41", 5: "54", 6: "63"}
 Values = tuple[float, ...]  # alpha, omega, delta, zeta, beta, gamma, f_b

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from capsule_sym.orbits.identity import primitive, same
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.word import Word
+from capsule_sym._orbits.shooting.identity import primitive, same
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.word import Word
 from tests.orbits.branches import settled
 
 

@@ -9,10 +9,10 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.errors import InvalidInput
-from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason, close
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.word import Word
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.word import Word
 from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the words are the paper's.

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from capsule_sym.errors import InvalidInput
-from capsule_sym.orbits.continuation import follow
-from capsule_sym.orbits.equations import PARAMETERS
-from capsule_sym.orbits.parameter_paths import device_path, parameter_path
-from capsule_sym.orbits.records import branch_record
-from capsule_sym.orbits.states import Ending
-from capsule_sym.orbits.switching import continue_from
-from capsule_sym.parameters import Parameters, PhysicalParameters
-from capsule_sym.records import dumps
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.continuation.parameter_paths import device_path, parameter_path
+from capsule_sym._orbits.continuation.records import branch_record
+from capsule_sym._orbits.continuation.states import Ending
+from capsule_sym._orbits.continuation.switching import continue_from
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._records import dumps
 from tests.orbits.branches import settled
 
 ALPHA = PARAMETERS.index("alpha")

@@ -9,14 +9,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capsule_sym.map.backend import backend
-from capsule_sym.orbits import following
-from capsule_sym.orbits.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, root
-from capsule_sym.orbits.continuation import Branch, follow
-from capsule_sym.orbits.curves import trace
-from capsule_sym.orbits.equations import shoot
-from capsule_sym.orbits.orbit import NoOrbit, Orbit, close
-from capsule_sym.orbits.records import (
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation import following
+from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, root
+from capsule_sym._orbits.continuation.continuation import Branch, follow
+from capsule_sym._orbits.continuation.curves import trace
+from capsule_sym._orbits.continuation.records import (
     bifurcation_rows,
     branch_record,
     codimension_two_rows,
@@ -26,6 +24,8 @@ from capsule_sym.orbits.records import (
     orbit_record,
     point_rows,
 )
+from capsule_sym._orbits.shooting.equations import shoot
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, close
 from tests.orbits.branches import settled, upwards
 
 SAID = ("residual", "iterations", "status", "converged")

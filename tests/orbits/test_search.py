@@ -7,11 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.map.batch import final_states, parameter_rows
-from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason
-from capsule_sym.orbits.search import find_orbit, random_search, realise
-from capsule_sym.orbits.stability import multipliers
-from capsule_sym.orbits.word import Word
+from capsule_sym._map.batch import final_states, parameter_rows
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason
+from capsule_sym._orbits.shooting.search import find_orbit, random_search, realise
+from capsule_sym._orbits.shooting.stability import multipliers
+from capsule_sym._orbits.shooting.word import Word
 
 # Three capsules with more than one attractor, and the period multiples of these.
 MULTISTABLE = {

@@ -7,11 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.map import SteadyMotion, Trajectory
-from capsule_sym.orbits.admissibility import realised
-from capsule_sym.orbits.orbit import NoOrbit, Orbit, Reason
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.stability import multipliers
+from capsule_sym._map import SteadyMotion, Trajectory
+from capsule_sym._orbits.shooting.admissibility import realised
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.stability import multipliers
 
 PERIODS = 2000
 STEP = 1e-7  # of the differences

@@ -13,10 +13,10 @@ from mpmath import mp
 from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.errors import InvalidInput
-from capsule_sym.orbits import stability
-from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.stability import field, jacobian, lyapunov, monodromy, multipliers
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.shooting import stability
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.stability import field, jacobian, lyapunov, monodromy, multipliers
 from tests.orbits.branches import settled
 
 # All three directions alive, drift reversed at once, stick once and twice, at phase 0 and not.

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym.errors import InvalidInput
-from capsule_sym.orbits.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym.orbits.continuation import Branch, follow
-from capsule_sym.orbits.identity import same
-from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.records import branch_record
-from capsule_sym.orbits.states import Ending
-from capsule_sym.orbits.switching import cascade, continue_from
-from capsule_sym.records import dumps
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.continuation import Branch, follow
+from capsule_sym._orbits.continuation.records import branch_record
+from capsule_sym._orbits.continuation.states import Ending
+from capsule_sym._orbits.continuation.switching import cascade, continue_from
+from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._records import dumps
 from tests.orbits.branches import hysteretic, settled, upwards
 
 
@@ -156,7 +156,7 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 
 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("capsule_sym.orbits.switching._doubled", lambda *_: None)
+    monkeypatch.setattr("capsule_sym._orbits.continuation.switching._doubled", lambda *_: None)
     (lost,) = cascade(light(), 1)
     assert (lost.origin, lost.ending, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
     assert lost.detail == "no doubled orbit is found beside PD1"

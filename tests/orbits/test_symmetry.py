@@ -10,17 +10,17 @@ import pytest
 from scipy.linalg import sqrtm
 from scipy.optimize import fsolve
 
-from capsule_sym.map import simulate
-from capsule_sym.map.backend import backend
-from capsule_sym.orbits.continuation import Branch, follow
-from capsule_sym.orbits.curves import trace
-from capsule_sym.orbits.equations import shoot
-from capsule_sym.orbits.events import ADDING, CORNER, CROSSING, GRAZING
-from capsule_sym.orbits.stability import monodromy, multipliers
-from capsule_sym.orbits.states import Ending
-from capsule_sym.orbits.symmetry import halved, mirrored, whole
-from capsule_sym.orbits.word import Word
-from capsule_sym.parameters import Parameters
+from capsule_sym._map import simulate
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.continuation import Branch, follow
+from capsule_sym._orbits.continuation.curves import trace
+from capsule_sym._orbits.continuation.events import ADDING, CORNER, CROSSING, GRAZING
+from capsule_sym._orbits.continuation.states import Ending
+from capsule_sym._orbits.shooting.equations import shoot
+from capsule_sym._orbits.shooting.stability import monodromy, multipliers
+from capsule_sym._orbits.shooting.symmetry import halved, mirrored, whole
+from capsule_sym._orbits.shooting.word import Word
+from capsule_sym._parameters import Parameters
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters
-from capsule_sym.orbits.continuation import Branch, follow
-from capsule_sym.orbits.curves import Curve, trace
-from capsule_sym.orbits.orbit import Orbit
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.stability import multipliers
+from capsule_sym._orbits.continuation.continuation import Branch, follow
+from capsule_sym._orbits.continuation.curves import Curve, trace
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.stability import multipliers
 
 pytest.importorskip("xarray")
 

@@ -12,13 +12,13 @@ from mpmath import mp, mpf
 from scipy.integrate import quad
 
 from capsule_sym import Parameters
-from capsule_sym.orbits import worth as module
-from capsule_sym.orbits.orbit import Orbit, close
-from capsule_sym.orbits.search import find_orbit
-from capsule_sym.orbits.word import Word
-from capsule_sym.orbits.worth import Worth, worth
-from capsule_sym.symbolic import model
-from capsule_sym.symbolic import symbols as s
+from capsule_sym._orbits.metrics import worth as module
+from capsule_sym._orbits.metrics.worth import Worth, worth
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.word import Word
+from capsule_sym._symbolic.model import model
+from capsule_sym._symbolic.model import symbols as s
 from tests.orbits.branches import settled
 
 ALPHAS = (0.005, 0.3, 0.45, 0.7, 1.2, 1.5, 1.9)

@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 
 from capsule_sym import InvalidInput, Parameters, simulate
-from capsule_sym.sweeps import Axis, Sweep, basin, open_results
-from capsule_sym.sweeps.basin import NONE, identify, run_basin
-from capsule_sym.sweeps.closing import NotClosed, closed
-from capsule_sym.sweeps.words import code
+from capsule_sym._sweeps import Axis, Sweep, basin, open_results
+from capsule_sym._sweeps.basin import NONE, identify, run_basin
+from capsule_sym._sweeps.closing import NotClosed, closed
+from capsule_sym._sweeps.words import code
 
 # Two motions coexist here, of one and of two excitation periods.
 TWO = Parameters(1.139284451807824, 1.2060847203112472, 0.01003369298122625, 0.05188929819462264,

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
+from capsule_sym._errors import Outcome
+from capsule_sym._map import SteadyMotion
 from capsule_sym._native import core
-from capsule_sym.errors import Outcome
-from capsule_sym.map import SteadyMotion
-from capsule_sym.sweeps import Axis, Sweep, cells
-from capsule_sym.sweeps.cells import compute
-from capsule_sym.sweeps.quantities import CellOutcome
-from capsule_sym.sweeps.words import code
+from capsule_sym._sweeps import Axis, Sweep, cells
+from capsule_sym._sweeps.cells import compute
+from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.words import code
 from tests.sweeps import chart
 
 RANGES = {
@@ -139,8 +139,8 @@ def test_only_what_is_asked_for_is_there() -> None:
 
 
 def test_multipliers_and_exponents_are_those_of_the_closed_orbit() -> None:
-    from capsule_sym.orbits.search import find_orbit
-    from capsule_sym.orbits.stability import multipliers
+    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym._orbits.shooting.stability import multipliers
 
     sweep = Sweep((Axis.of("alpha", [0.7, 1.2]),), compute=("multipliers", "lyapunov"))
     block = compute(sweep)

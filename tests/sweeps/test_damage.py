@@ -13,10 +13,10 @@ import pytest
 import xarray as xr
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym.errors import CapsuleError
-from capsule_sym.sweeps import Axis, Sweep, open_results, refine, run, run_basin
-from capsule_sym.sweeps.files import sealed
-from capsule_sym.sweeps.info import damaged_parts, info_record
+from capsule_sym._errors import CapsuleError
+from capsule_sym._sweeps import Axis, Sweep, open_results, refine, run, run_basin
+from capsule_sym._sweeps.files import sealed
+from capsule_sym._sweeps.info import damaged_parts, info_record
 from tests.sweeps import chart, contents
 
 SMALL = chart(4, 3, periods=5, compute=("word",), chunk=(2, 3))

@@ -16,11 +16,11 @@ from typing import Any
 import pytest
 
 from capsule_sym._native import Watch, core
-from capsule_sym.processes import undisturbed
-from capsule_sym.sweeps import Axis, Sweep, cells, run
-from capsule_sym.sweeps.cells import Abandoned, Block, compute
-from capsule_sym.sweeps.pools import Lost, pool_of
-from capsule_sym.sweeps.store import Store
+from capsule_sym._processes import undisturbed
+from capsule_sym._sweeps import Axis, Sweep, cells, run
+from capsule_sym._sweeps.cells import Abandoned, Block, compute
+from capsule_sym._sweeps.pools import Lost, pool_of
+from capsule_sym._sweeps.store import Store
 from tests.sweeps import chart
 
 DAYS = Sweep((Axis.linear("alpha", 0.5, 2.0, 16),), periods=10**10, chunk=(4,))

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.sweeps import run
-from capsule_sym.sweeps.pools import Lost
+from capsule_sym._sweeps import run
+from capsule_sym._sweeps.pools import Lost
 from tests.sweeps import chart, contents, deadly_corner
 
 ROOT = Path(__file__).parents[2]
@@ -27,7 +27,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 from tests.sweeps.test_kill import SWEEPS
-from capsule_sym.sweeps import run
+from capsule_sym._sweeps import run
 
 if __name__ == "__main__":
     if sys.argv[2] == "dask":
@@ -144,7 +144,7 @@ def test_a_chunk_under_which_workers_always_die_is_named_and_all_others_are_fini
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("capsule_sym.sweeps.pools.compute", deadly_corner)
+        patch.setattr("capsule_sym._sweeps.pools.compute", deadly_corner)
         with pytest.raises(Lost, match=r"a worker died under one of the chunks \[0\]"):
             run(chart(), tmp_path / "store", executor="processes", workers=1)
     assert len(finished(tmp_path / "store")) == 8
@@ -164,7 +164,7 @@ def test_a_file_that_may_not_grow_stops_the_run_clearly(tmp_path: Path) -> None:
     sweep = chart(40, 40, periods=3, chunk=(40, 40))
     code = (
         "from tests.sweeps import chart\n"
-        "from capsule_sym.sweeps import run\n"
+        "from capsule_sym._sweeps import run\n"
         f"run(chart(40, 40, periods=3, chunk=(40, 40)), {str(tmp_path / 'store')!r})"
     )
     done = subprocess.run(

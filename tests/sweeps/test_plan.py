@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym.sweeps import Axis, Sweep, load_sweep, read_plan
-from capsule_sym.sweeps.quantities import TAKEN
+from capsule_sym._sweeps import Axis, Sweep, load_sweep, read_plan
+from capsule_sym._sweeps.quantities import TAKEN
 
 GOOD = {"alpha": [0.5, 0.7]}
 RANGE = {"from": 0.1, "to": 1.0, "count": 4}

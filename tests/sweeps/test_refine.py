@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput
-from capsule_sym.sweeps import Axis, Sweep, cells, open_results, run
-from capsule_sym.sweeps import pools as execution_module
-from capsule_sym.sweeps.cells import Block
-from capsule_sym.sweeps.quantities import CellOutcome
-from capsule_sym.sweeps.refinement import refine
+from capsule_sym._sweeps import Axis, Sweep, cells, open_results, run
+from capsule_sym._sweeps import pools as execution_module
+from capsule_sym._sweeps.cells import Block
+from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.refinement import refine
 from tests.sweeps import chart
 
 DISK = (0.9, 2.6, 0.55, 1.1)  # centre and half axes, in alpha and gamma

@@ -17,17 +17,17 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput
+from capsule_sym._errors import CapsuleError
 from capsule_sym._native import live
-from capsule_sym.errors import CapsuleError
-from capsule_sym.sweeps import Axis, Sweep, open_results, run
-from capsule_sym.sweeps import cells as cells_module
-from capsule_sym.sweeps import pools as run_module
-from capsule_sym.sweeps import store as store_module
-from capsule_sym.sweeps.cells import compute
-from capsule_sym.sweeps.pools import Lost
-from capsule_sym.sweeps.quantities import CellOutcome
-from capsule_sym.sweeps.results import Held
-from capsule_sym.sweeps.store import NotWritten, opened
+from capsule_sym._sweeps import Axis, Sweep, open_results, run
+from capsule_sym._sweeps import cells as cells_module
+from capsule_sym._sweeps import pools as run_module
+from capsule_sym._sweeps import store as store_module
+from capsule_sym._sweeps.cells import compute
+from capsule_sym._sweeps.pools import Lost
+from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.results import Held
+from capsule_sym._sweeps.store import NotWritten, opened
 from tests.sweeps import chart, contents
 
 ROOT = Path(__file__).parents[2]
@@ -355,7 +355,7 @@ def test_memory_does_not_grow_with_the_sweep() -> None:
     """Peak memory of a process is that of the chunks under way, however many there are."""
     code = (
         "import resource, sys, tempfile\n"
-        "from capsule_sym.sweeps import run\n"
+        "from capsule_sym._sweeps import run\n"
         "from tests.sweeps import chart\n"
         "side = int(sys.argv[1])\n"
         "with tempfile.TemporaryDirectory() as store:\n"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym.sweeps import Axis, Sweep, load_sweep
+from capsule_sym._sweeps import Axis, Sweep, load_sweep
 from tests.sweeps import chart
 
 

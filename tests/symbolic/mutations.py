@@ -13,10 +13,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from capsule_sym.paper import Entry, Paper
-from capsule_sym.symbolic.comparisons import everything
-from capsule_sym.symbolic.frozen import Expected, differences
-from capsule_sym.symbolic.items import Item, settle
+from capsule_sym._paper import Entry, Paper
+from capsule_sym._symbolic.frozen import Expected, differences
+from capsule_sym._symbolic.paper import everything
+from capsule_sym._symbolic.proofs.items import Item, settle
 
 Path = tuple[Any, ...]
 

@@ -9,15 +9,17 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
-from capsule_sym.casestudy import printed_map
-from capsule_sym.enclosures import attraction
-from capsule_sym.enclosures.attraction import steps_of, tendency
-from capsule_sym.enclosures.balls import Matrix, Unproved, arb, ball, matrix, precision, symmetric
-from capsule_sym.enclosures.fields import Field
-from capsule_sym.enclosures.guards import Watch
-from capsule_sym.enclosures.trajectories import Step, System, contraction
-from capsule_sym.paper import events, read
-from capsule_sym.symbolic.case_study import (
+from capsule_sym._enclosures import attraction
+from capsule_sym._enclosures.attraction import steps_of, tendency
+from capsule_sym._enclosures.balls import Matrix, Unproved, arb, ball, matrix, precision, symmetric
+from capsule_sym._enclosures.fields import Field
+from capsule_sym._enclosures.guards import Watch
+from capsule_sym._enclosures.trajectories import Step, System, contraction
+from capsule_sym._paper import events, read
+from capsule_sym._study.casestudy import printed_map
+from capsule_sym._symbolic.model.elimination import Undecided
+from capsule_sym._symbolic.paper import bifurcations, captions, motions
+from capsule_sym._symbolic.paper.case_study import (
     BRACKETS,
     OTHER,
     Point,
@@ -28,9 +30,7 @@ from capsule_sym.symbolic.case_study import (
     point,
     settled,
 )
-from capsule_sym.symbolic.comparisons import bifurcations, captions, motions
-from capsule_sym.symbolic.elimination import Undecided
-from capsule_sym.symbolic.items import Item, settle
+from capsule_sym._symbolic.proofs.items import Item, settle
 
 POINT = point(read(), "1.64")
 

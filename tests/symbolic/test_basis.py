@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import pytest
 import sympy as sp
 
-from capsule_sym.symbolic import basis
-from capsule_sym.symbolic.basis_proofs import Proof, image, proofs
-from capsule_sym.symbolic.symbols import h
+from capsule_sym._symbolic.model import basis
+from capsule_sym._symbolic.model.symbols import h
+from capsule_sym._symbolic.proofs.basis_proofs import Proof, image, proofs
 from tests.sampling import sampled, some
 
 PROOFS = proofs()

@@ -13,8 +13,8 @@ SUBSTITUTED = """
 from fractions import Fraction
 import sympy as sp
 from sympy.external.gmpy import GROUND_TYPES
-from capsule_sym.symbolic.elimination import constraint_of
-from capsule_sym.symbolic.symbols import alpha, delta, f_b
+from capsule_sym._symbolic.model.elimination import constraint_of
+from capsule_sym._symbolic.model.symbols import alpha, delta, f_b
 
 wanted = constraint_of(sp.Eq(3 * delta + alpha - 2 * f_b, 0))
 values = [(Fraction(1, 3), 1), (Fraction(1, 3), Fraction(7, 8)), (Fraction(-1, 3), 3)]

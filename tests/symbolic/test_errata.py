@@ -8,11 +8,22 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from capsule_sym.paper import read
-from capsule_sym.symbolic.comparisons import everything
-from capsule_sym.symbolic.erratum import Erratum
-from capsule_sym.symbolic.proof import consistent
-from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, gamma, v_c, v_r, x_r, zeta
+from capsule_sym._paper import read
+from capsule_sym._symbolic.model.proof import consistent
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    delta,
+    f_b,
+    force,
+    gamma,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
+from capsule_sym._symbolic.paper import everything
+from capsule_sym._symbolic.paper.erratum import Erratum
 
 ITEMS = {item.id: item for item in everything.items(read())}
 ERRATA = tuple(item.claim for item in ITEMS.values() if isinstance(item.claim, Erratum))

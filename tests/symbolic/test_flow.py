@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from capsule_sym.symbolic import flow, jacobian, jets
-from capsule_sym.symbolic.basis_proofs import Proof
-from capsule_sym.symbolic.flow_proofs import JET_ORDER, proofs
-from capsule_sym.symbolic.model import SEGMENTS
+from capsule_sym._symbolic.model import flow, jacobian, jets
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.proofs.basis_proofs import Proof
+from capsule_sym._symbolic.proofs.flow_proofs import JET_ORDER, proofs
 from tests.sampling import sampled, some
 
 

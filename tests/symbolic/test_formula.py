@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from capsule_sym.symbolic.comparisons.formula import NotAFormula, cleared, formula, relations
-from capsule_sym.symbolic.model import P3
-from capsule_sym.symbolic.symbols import delta, f_b, gamma, v_r, zeta
+from capsule_sym._symbolic.model.model import P3
+from capsule_sym._symbolic.model.symbols import delta, f_b, gamma, v_r, zeta
+from capsule_sym._symbolic.paper.formula import NotAFormula, cleared, formula, relations
 
 
 def test_formula_is_read() -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.paper import read
-from capsule_sym.symbolic import frozen
-from capsule_sym.symbolic.comparisons import products
-from capsule_sym.symbolic.frozen import Expected, differences
-from capsule_sym.symbolic.items import Result, settle
+from capsule_sym._paper import read
+from capsule_sym._symbolic import frozen
+from capsule_sym._symbolic.frozen import Expected, differences
+from capsule_sym._symbolic.paper import products
+from capsule_sym._symbolic.proofs.items import Result, settle
 
 RESULTS = tuple(settle(item) for item in products.items(read()))
 BY_ID = {result.item.id: result for result in RESULTS}

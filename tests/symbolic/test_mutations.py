@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym.paper import read
-from capsule_sym.symbolic.frozen import expected
+from capsule_sym._paper import read
+from capsule_sym._symbolic.frozen import expected
 from tests.symbolic.mutations import Baseline, Mutation, mutations, noticed
 
 LEAST = 150  # changes, as a floor: what is transcribed may grow

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from capsule_sym.symbolic.elimination import Undecided
-from capsule_sym.symbolic.proof import (
+from capsule_sym._symbolic.model.elimination import Undecided
+from capsule_sym._symbolic.model.proof import (
     always_solvable,
     consistent,
     evaluate,
@@ -20,7 +20,18 @@ from capsule_sym.symbolic.proof import (
     implies,
     sign_under,
 )
-from capsule_sym.symbolic.symbols import alpha, beta, delta, f_b, force, gamma, v_c, v_r, x_r, zeta
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    delta,
+    f_b,
+    force,
+    gamma,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
 
 VALUES = {zeta: Fraction(1, 20), beta: Fraction(3, 2), gamma: Fraction(3), f_b: Fraction(1)}
 UNKNOWNS = (x_r, v_r, v_c, force, alpha, delta)

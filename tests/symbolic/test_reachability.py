@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from capsule_sym.symbolic.comparisons import scenarios
-from capsule_sym.symbolic.enclosure import Flow, exceeds
-from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.reachability import Witness, proves, source, target, witnesses
-from capsule_sym.symbolic.switching import LocalMap, local_maps
-from capsule_sym.symbolic.symbols import v_c, x_r
+from capsule_sym._symbolic.model.enclosure import Flow, exceeds
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.switching import LocalMap, local_maps
+from capsule_sym._symbolic.model.symbols import v_c, x_r
+from capsule_sym._symbolic.paper import scenarios
+from capsule_sym._symbolic.proofs.reachability import Witness, proves, source, target, witnesses
 
 SAMPLE = witnesses()[::9]
 

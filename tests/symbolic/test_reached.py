@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from capsule_sym.symbolic import verify
-from capsule_sym.symbolic.items import Result
-from capsule_sym.symbolic.reached import ENCLOSED, MUTATIONS, REGIONS, rows
+from capsule_sym._symbolic import verify
+from capsule_sym._symbolic.proofs.items import Result
+from capsule_sym._symbolic.reached import ENCLOSED, MUTATIONS, REGIONS, rows
 
 SECTION = {
     "thresholds": [{"radius": 1e-92}] * 8,

@@ -9,12 +9,11 @@ from itertools import islice
 import pytest
 import sympy as sp
 
-from capsule_sym.paper import read
-from capsule_sym.symbolic.comparisons.tables import printed_maps
-from capsule_sym.symbolic.enclosure import Flow, first_order
-from capsule_sym.symbolic.geometry import PIECES, SCENARIOS
-from capsule_sym.symbolic.model import SEGMENTS
-from capsule_sym.symbolic.switching import (
+from capsule_sym._paper import read
+from capsule_sym._symbolic.model.enclosure import Flow, first_order
+from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.switching import (
     allowed_maps,
     guards,
     leaves_of,
@@ -23,7 +22,7 @@ from capsule_sym.symbolic.switching import (
     never_rests,
     surface_transitions,
 )
-from capsule_sym.symbolic.symbols import (
+from capsule_sym._symbolic.model.symbols import (
     STATE,
     alpha,
     beta,
@@ -38,6 +37,7 @@ from capsule_sym.symbolic.symbols import (
     x_r,
     zeta,
 )
+from capsule_sym._symbolic.paper.tables import printed_maps
 from tests.sampling import many, sampled
 
 QUADRATURE = sp.Symbol("w", real=True)

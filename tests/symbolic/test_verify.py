@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym.errors import InvalidInput
-from capsule_sym.paper import read
-from capsule_sym.symbolic import frozen, verify
-from capsule_sym.symbolic.command import verify as command
-from capsule_sym.symbolic.comparisons import bifurcations, captions, motions
-from capsule_sym.symbolic.elimination import Undecided
-from capsule_sym.symbolic.items import Item, Result, settle
-from capsule_sym.symbolic.report import markdown, math
+from capsule_sym._errors import InvalidInput
+from capsule_sym._paper import read
+from capsule_sym._symbolic import frozen, verify
+from capsule_sym._symbolic.command import verify as command
+from capsule_sym._symbolic.model.elimination import Undecided
+from capsule_sym._symbolic.paper import bifurcations, captions, motions
+from capsule_sym._symbolic.proofs.items import Item, Result, settle
+from capsule_sym._symbolic.report import markdown, math
 from tests.sampling import sampled, some
 
 _APART = ("Closed-form flow, Eqs. (7)-(12)",)  # with tests of their own, as the case study

@@ -1,0 +1,189 @@
+"""`capsule-sym bench`: the study as tables, and its record in results/bench."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from capsule_sym._options import json_option, make_console, make_progress, make_table
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from capsule_sym._bench.goals import Goal
+    from capsule_sym._bench.growth import Growth
+    from capsule_sym._bench.ratios import Ratio
+    from capsule_sym._bench.roots import Root
+    from capsule_sym._bench.study import Row
+    from capsule_sym._bench.whole import Study
+
+_RESULTS = Path("results/bench")
+
+
+@click.command("bench")
+@click.option(
+    "--repeats",
+    type=click.IntRange(min=1),
+    default=3,
+    show_default=True,
+    help="Repeats of which the median counts.",
+)
+@click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
+@click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
+@click.option("--face", is_flag=True, help="What a person calls first, instead: under a minute.")
+@json_option
+def bench(repeats: int, only: str, quick: bool, face: bool, as_json: bool) -> None:
+    """Measure speed against error, beside other tools.
+
+    Times are processor time of calls from Python, by excitation period. Errors are those of the
+    final state against 50 digits, after 20 periods, or 100 in the sweep. Switches missed and
+    invented are the fewest that explain a run's word of fields beside the true one; in the sweep
+    the true words are those of this map, and 50 digits judge them in 11 of the 1,000.
+
+    Writes results/bench/bench.json (part.json if --only or --quick is given), what --json prints,
+    after each part, so that an interrupted study leaves the parts that were done. `figure
+    work-precision` draws bench.json, or part.json where there is no other. "trajectory"
+    (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
+    rows of tool and setting; "ratios" are of their times by ours; "growth" is ours alone; "widths"
+    counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method beside Brent's; and
+    "goals" is what has to be reached.
+
+    --face measures by the clock, the best of its repeats: a run with its segments, states at a
+    million times, a fit's inner loop, and whole processes; beside SciPy's dense output and
+    heyoka.py's over the same segments. It writes no file.
+    """
+    if face:
+        return _face(quick, repeats, as_json)
+    from capsule_sym._bench.whole import Study
+    from capsule_sym._records import dumps
+
+    study = Study(repeats, only, quick)
+    for line in study.record["skipped"]:
+        click.echo(line, err=True)
+    file = _RESULTS / ("part.json" if only or quick else "bench.json")
+    with make_progress() as progress:
+        for part, turns in study.turns().items():
+            task = progress.add_task(part, total=turns)
+            study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
+            study.write(file)
+    if as_json:
+        click.echo(dumps(study.record))
+    else:
+        _print(study)
+    click.echo(f"wrote {file}", err=True)
+
+
+def _face(quick: bool, repeats: int, as_json: bool) -> None:
+    from capsule_sym._bench.face import figures, lacking
+    from capsule_sym._bench.machine import machine, versions
+    from capsule_sym._records import dumps
+
+    for line in lacking():
+        click.echo(line, err=True)
+    found = list(figures(quick, repeats))
+    if as_json:
+        rows = [figure._asdict() for figure in found]
+        click.echo(dumps({"machine": machine(), "versions": versions(), "face": rows}))
+        return
+    table = _table("what", "tool", "", "unit", "at most", "difference")
+    for figure in found:
+        at_most = "" if figure.goal is None else f"{figure.goal:g}"
+        off = "" if figure.error is None else f"{figure.error:.0e}"
+        table.add_row(figure.what, figure.tool, f"{figure.value:.3g}", figure.unit, at_most, off)
+    make_console(width=200).print(table)
+
+
+def _print(study: Study) -> None:
+    console = make_console(width=200)
+    for title, rows in (
+        ("One trajectory, 20 periods from rest, over the case study", study.trajectory),
+        ("One trajectory, 20 periods, beside the tangencies", study.tangencies),
+        ("A sweep over alpha, 100 periods from rest", study.sweep),
+    ):
+        console.print(f"{title}:")
+        console.print(_rows(rows))
+        console.print()
+    console.print("Time of others by ours:")
+    console.print(_ratios(study.ratios))
+    console.print("\nGrowth of ours:")
+    console.print(_growth(study.growth))
+    console.print("\nBrackets with one switch, solved in Python over the closed form:")
+    console.print(_roots(study.roots))
+    console.print("\nWhat has to be reached:")
+    console.print(_goals(study.goals))
+
+
+def _rows(rows: Sequence[Row]) -> Table:
+    table = _table(
+        "tool",
+        "setting",
+        "us/period",
+        "max error",
+        "missed",
+        "invented",
+        "locked",
+        "runs",
+        "judged",
+        "set up, s",
+    )
+    for row in rows:
+        table.add_row(
+            row.tool,
+            row.setting,
+            f"{row.us_per_period:.3g}",
+            "" if row.max_error is None else f"{row.max_error:.1e}",
+            *map(str, (row.missed, row.invented, row.locked, row.runs, row.judged)),
+            f"{row.setup_s:.2f}",
+        )
+    return table
+
+
+def _ratios(ratios: Sequence[Ratio]) -> Table:
+    table = _table("tool", "setting", "part", "error up to", "ratio", "wanted")
+    for r in ratios:
+        limit = "" if r.max_error is None else f"{r.max_error:g}"
+        wanted = "" if r.wanted is None else f"{r.wanted:g}"
+        table.add_row(r.tool, r.setting, r.part, limit, f"{r.ratio:.4g}", wanted)
+    return table
+
+
+def _growth(growth: Sequence[Growth]) -> Table:
+    table = _table("against", "", "runs", "periods", "threads", "us/period", "switches/period")
+    for g in growth:
+        switches = "" if g.switches_per_period is None else f"{g.switches_per_period:g}"
+        table.add_row(
+            g.against,
+            f"{g.value:g}",
+            *map(str, (g.runs, g.periods, g.threads)),
+            f"{g.us_per_period:.3g}",
+            switches,
+        )
+    return table
+
+
+def _roots(roots: Sequence[Root]) -> Table:
+    table = _table("method", "tolerance", "us/root", "evaluations", "max error")
+    for r in roots:
+        table.add_row(
+            r.method,
+            f"{r.tolerance:g}",
+            f"{r.us_per_root:.3g}",
+            f"{r.evaluations:.3g}",
+            f"{r.max_error:.1e}",
+        )
+    return table
+
+
+def _goals(goals: Sequence[Goal]) -> Table:
+    table = _table("what", "", "reached", "goal", "met")
+    for g in goals:
+        goal = f"{g.relation} {g.goal:g}"
+        table.add_row(g.what, g.unit, f"{g.value:.3g}", goal, "yes" if g.met else "no")
+    return table
+
+
+def _table(*columns: str) -> Table:
+    return make_table(*columns, right=columns[2:])

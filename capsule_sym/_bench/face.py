@@ -1,0 +1,193 @@
+"""What a person calls first: a run with its segments, states at many times, a fit, a command.
+
+Beside it stand SciPy's dense output and heyoka.py's continuous output, over the same segments:
+where they begin and how long they last is given to these, so that they look for no switch.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._bench.model import CONTACT, DRIFT, rates
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._parameters import Parameters
+
+TOLERANCE = 1e-12
+_FIT_PERIODS, _FIT_TIMES = 20, 2000
+_COMMANDS = ((), ("--help",), ("run", "--help"), ("branch", "--help"), ("sweep", "--help"))
+_FIRST = "from capsule_sym import Parameters, simulate; simulate(Parameters(), periods=1)"
+
+
+class Figure(NamedTuple):
+    """One figure of the face: a time or a size, what it should be at most, and by whom."""
+
+    what: str
+    tool: str
+    value: float
+    unit: str
+    goal: float | None
+    error: float | None
+    """Largest difference from this map's states."""
+
+
+def figures(quick: bool, repeats: int) -> Iterator[Figure]:
+    """All figures; of the quick kind with a tenth of the periods and of the times."""
+    part = 10 if quick else 1
+    periods, count = 1000 // part, 10**6 // part
+    p = Parameters()
+
+    def best(call: Callable[[], object], more: int = 1) -> float:
+        times = []
+        for _ in range(more * repeats):
+            begin = perf_counter()
+            call()
+            times.append(perf_counter() - begin)
+        return min(times)
+
+    ours = "this map"
+    run = simulate(p, periods=periods)
+    taken = best(lambda: simulate(p, periods=periods)) / periods
+    size = (run.records.nbytes + run.stroboscopic.nbytes) / periods
+    yield Figure("simulate, all segments kept, a period", ours, taken * 1e6, "us", 4.0, None)
+    yield Figure("memory of that, a period", ours, size, "bytes", 900.0, None)
+    end = periods * p.period
+    times = np.linspace(0.0, end, count)
+    mixed = np.random.default_rng(0).permutation(times)
+    each = f"{count:.0e} times over {periods} periods, with positions".replace("e+0", "e")
+    dense, shuffled = 100.0 / part, 250.0 / part
+    taken = best(lambda: run(times, position=True))
+    yield Figure(f"{each}, sorted", ours, taken * 1e3, "ms", dense, None)
+    taken = best(lambda: run(mixed, position=True))
+    yield Figure(f"{each}, in random order", ours, taken * 1e3, "ms", shuffled, None)
+    yield Figure("a fit: 20 periods and 2,000 samples", ours, best(_fit, 50) * 1e3, "ms", 0.5, None)
+
+    true = run(times, position=True)
+    for tool, build in (("SciPy DOP853, dense output", _scipy), ("heyoka.py, c_output", _heyoka)):
+        begin = perf_counter()
+        evaluate = build(run)
+        if evaluate is None:
+            continue
+        taken = (perf_counter() - begin) / periods
+        yield Figure("integrated, switches given, a period", tool, taken * 1e6, "us", None, None)
+        begin = perf_counter()
+        off = float(np.abs(evaluate(times) - true).max())
+        taken = perf_counter() - begin
+        yield Figure(f"{each}, sorted", tool, taken * 1e3, "ms", None, off)
+
+    whole = best(lambda: _process("-c", _FIRST))
+    bare = best(lambda: _process("-c", "pass"))
+    yield Figure("python, before anything is imported", "python", bare * 1e3, "ms", None, None)
+    with_numpy = best(lambda: _process("-c", "import numpy"))
+    yield Figure("import numpy alone", "python", with_numpy * 1e3, "ms", None, None)
+    yield Figure("import and first simulate", ours, whole * 1e3, "ms", 150.0, None)
+    for words in _COMMANDS:
+        taken = best(lambda words=words: _process("-m", "capsule_sym", *words))  # type: ignore[misc]
+        name = " ".join(("capsule-sym", *words))
+        yield Figure(name, ours, taken * 1e3, "ms", 100.0, None)
+
+
+def lacking() -> list[str]:
+    """A line for each tool that is not there."""
+    try:
+        import heyoka  # type: ignore[import-not-found,import-untyped,unused-ignore] # noqa: F401
+    except ImportError:
+        return ["heyoka.py is skipped: it is not installed (pip install 'capsule-sym[peers]')"]
+    return []
+
+
+def _fit() -> NDArray[np.float64]:
+    """A model's evaluation in a fit: another amplitude and damping each time, then the samples."""
+    _fit.count += 1  # type: ignore[attr-defined]
+    shift = 1e-7 * _fit.count  # type: ignore[attr-defined]
+    p = Parameters(alpha=0.7 + shift, zeta=0.05 + shift)
+    times = np.linspace(0.0, _FIT_PERIODS * p.period, _FIT_TIMES)
+    return simulate(p, periods=_FIT_PERIODS)(times)
+
+
+_fit.count = 0  # type: ignore[attr-defined]
+
+
+def _process(*words: str) -> None:
+    subprocess.run([sys.executable, *words], check=False, stdout=subprocess.DEVNULL)
+
+
+Evaluate = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+
+def _begins(run: Trajectory) -> NDArray[np.float64]:
+    """When the segments begin, and the run ends."""
+    p, records = run.parameters, run.records
+    starts = records["start_turn"] * p.period + records["start_angle"] / p.omega
+    return np.append(starts, run.final[0].period * p.period + run.final[0].phase)
+
+
+def _scipy(run: Trajectory) -> Evaluate | None:
+    """All segments by solve_ivp, and their dense outputs as one."""
+    from scipy.integrate import OdeSolution, solve_ivp
+
+    begins, ends, parts = _begins(run), [0.0], []
+    for i, segment in enumerate(run.segments):
+        rate = rates(run.parameters, segment.field)
+
+        def derivative(t: float, z: Any, rate: Any = rate) -> tuple[float, ...]:
+            x_r, v_r, v_c, _ = z.tolist()
+            return *rate(t, x_r, v_r), v_c
+
+        found: Any = solve_ivp(
+            derivative,
+            (begins[i], begins[i + 1]),
+            np.array([*segment.start_state, segment.position]),
+            method="DOP853",
+            rtol=TOLERANCE,
+            atol=TOLERANCE,
+            dense_output=True,
+        )
+        ends += found.sol.ts[1:].tolist()
+        parts += found.sol.interpolants
+    whole: Any = OdeSolution(ends, parts)
+    return lambda times: np.asarray(whole(times)).T
+
+
+def _heyoka(run: Trajectory) -> Evaluate | None:
+    """All segments by one Taylor integrator, and their continuous outputs; None without heyoka."""
+    if lacking():
+        return None
+    import heyoka as hy
+
+    hy.set_logger_level_critical()
+    p = run.parameters
+    x, v, w, z = hy.make_vars("x", "v", "w", "z")
+    spring, slip, friction = (hy.par[i] for i in range(3))
+    pull = x + 2.0 * p.zeta * v + spring * (x - p.delta)
+    capsule = slip * pull - friction
+    system = [
+        (x, v),
+        (v, p.alpha * hy.cos(p.omega * hy.time) - pull - capsule),
+        (w, capsule),
+        (z, w),
+    ]
+    integrator = hy.taylor_adaptive(system, state=np.zeros(4), pars=np.zeros(3), tol=TOLERANCE)
+    begins, outputs = _begins(run), []
+    for i, segment in enumerate(run.segments):
+        drift = DRIFT[segment.field]
+        slips = 1 / p.gamma if drift else 0.0
+        integrator.pars[:] = (CONTACT[segment.field] * p.beta, slips, drift * p.f_b * slips)
+        integrator.state[:] = (*segment.start_state, segment.position)
+        integrator.time = begins[i]
+        outputs.append(integrator.propagate_until(begins[i + 1], c_output=True)[4])
+
+    def evaluate(times: NDArray[np.float64]) -> NDArray[np.float64]:
+        places = np.searchsorted(times, begins[:-1])
+        chunks = np.split(times, places[1:])
+        return np.concatenate(
+            [np.array(out(chunk)) for out, chunk in zip(outputs, chunks, strict=True) if len(chunk)]
+        )
+
+    return evaluate

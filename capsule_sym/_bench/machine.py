@@ -1,0 +1,50 @@
+"""What a study ran on: the processor, and the versions of everything compared."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from capsule_sym._bench.peers.compiled import compiler
+from capsule_sym.generated.py import DIGEST
+
+_PACKAGES = ("capsule-sym", "numpy", "scipy", "mpmath", "gmpy2", "heyoka", "scikit-sundae")
+
+
+def machine() -> dict[str, str | int | None]:
+    """Processor, number of its cores that are there, and operating system."""
+    return {
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+    }
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def versions() -> dict[str, str | None]:
+    """Versions of Python, the packages (None where absent), the generated kernels and cc."""
+    found: dict[str, str | None] = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = None
+    return found | {"generated": DIGEST, "cc": _compiler()}
+
+
+def _compiler() -> str | None:
+    if (path := compiler()) is None:
+        return None
+    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.partition("\n")[0] or None

@@ -1,0 +1,84 @@
+"""SciPy's solve_ivp with terminal events, restarted at each switch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._bench.model import (
+    NUDGE,
+    Clock,
+    Guard,
+    Locked,
+    Result,
+    Run,
+    Start,
+    following,
+    guards,
+    rates,
+)
+from capsule_sym._parameters import Parameters
+
+
+def build(method: Any, tolerance: float, careful: bool) -> Run:
+    """Runs by a method of solve_ivp, with the tolerance as rtol and atol.
+
+    With `careful` every guard is raised by 1e-16.
+    """
+    raised = NUDGE if careful else 0.0
+
+    def run(starts: Sequence[Start]) -> list[Result]:
+        return [_run(start, method, tolerance, raised) for start in starts]
+
+    return run
+
+
+def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
+    from scipy.integrate import solve_ivp
+
+    p, end, clock = start.parameters, start.end, Clock(start)
+    field, z, word = start.field, np.array(start.state), bytearray()
+    while clock.now < end:
+        word.append(field)
+        solution: Any = solve_ivp(
+            _rate(p, field),
+            (clock.now, end),
+            z,
+            method=method,
+            rtol=tolerance,
+            atol=tolerance,
+            events=[_event(guard) for guard in guards(p, field, raised)],
+        )
+        hits = [float(e[0]) if len(e) else inf for e in solution.t_events]
+        fired = int(np.argmin(hits))
+        if hits[fired] == inf:
+            return Result(bytes(word), tuple(solution.y[:, -1].tolist()))
+        try:
+            clock.advance(hits[fired])
+        except Locked:
+            return Result(bytes(word), None)
+        z = solution.y_events[fired][0].copy()
+        field = following(p, field, fired, z[0], z[1])
+        z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
+    return Result(bytes(word), tuple(z.tolist()))
+
+
+def _rate(p: Parameters, field: int) -> Any:
+    rate = rates(p, field)
+
+    def value(t: float, z: Any) -> tuple[float, float, float]:
+        x_r, v_r, _ = z.tolist()
+        return rate(t, x_r, v_r)
+
+    return value
+
+
+def _event(guard: Guard) -> Any:
+    def value(_: float, z: Any) -> float:
+        return guard(*z.tolist())
+
+    value.terminal, value.direction = True, -1  # type: ignore[attr-defined]
+    return value

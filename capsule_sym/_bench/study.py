@@ -1,0 +1,142 @@
+"""Time per period, error, and switches missed and invented, of every tool on the same runs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from math import ceil
+from statistics import median
+from typing import NamedTuple
+
+from capsule_sym._bench.model import Result, Run
+from capsule_sym._bench.tools import Tool
+from capsule_sym._bench.truth import Case
+
+_ENOUGH = 0.02  # seconds; quicker passes are repeated until they take so long
+LONG = 2.0  # seconds; a pass that takes longer is made once
+_STRIDE = 5  # a slow tool makes every fifth run of the tangencies
+
+
+class Row(NamedTuple):
+    """A tool at one setting, over all its runs."""
+
+    tool: str
+    setting: str
+    us_per_period: float
+    """Processor time of the calls from Python, median of the repeats."""
+    max_error: float | None
+    """Largest error of a component of a final state, of the runs that came to their end."""
+    missed: int
+    invented: int
+    """Switches lacking in the words of fields, and additional: the fewest that explain them."""
+    runs: int
+    judged: int
+    """Runs that are compared with the truth."""
+    locked: int
+    """Runs that locked up in switches without end; the rest of their word is missed."""
+    setup_s: float
+    """Time to set up or compile what all runs share, which `us_per_period` does not contain."""
+
+
+class _Timed:
+    """A tool that is set up, with its results and times so far."""
+
+    def __init__(self, tool: Tool, cases: Sequence[Case], long: float) -> None:
+        self.tool, self.cases, self.long = tool, cases, long
+        self.starts = [case.start for case in cases]
+        begin = time.perf_counter()
+        self.run: Run = tool.build()
+        self.setup = time.perf_counter() - begin
+        begin = time.thread_time()
+        self.results = self.run(self.starts)
+        first = time.thread_time() - begin
+        self.spent = [first] if first > long else []
+        self.calls = ceil(_ENOUGH / max(first, 1e-6))
+        if tool.check:
+            finals = zip(tool.check(self.starts), self.results, strict=True)
+            self.results = [Result(full.word, final.state) for full, final in finals]
+
+    def repeat(self) -> None:
+        """Makes all runs once more, unless that takes long."""
+        if self.spent and self.spent[0] > self.long:
+            return
+        begin = time.thread_time()
+        for _ in range(self.calls):
+            self.run(self.starts)
+        self.spent.append((time.thread_time() - begin) / self.calls)
+
+    def row(self) -> Row:
+        """The times and the comparison with the truth."""
+        periods = sum(start.periods for start in self.starts)
+        pairs = [
+            (found, case.truth)
+            for found, case in zip(self.results, self.cases, strict=True)
+            if case.truth
+        ]
+        wrong = [wrong_switches(found.word, true.word) for found, true in pairs]
+        errors = [error(found.state, true.state) for found, true in pairs if found.state]
+        return Row(
+            self.tool.name,
+            self.tool.setting,
+            median(self.spent) / periods * 1e6,
+            max(errors, default=None),
+            sum(missed for missed, _ in wrong),
+            sum(invented for _, invented in wrong),
+            len(self.starts),
+            len(pairs),
+            len(pairs) - len(errors),
+            self.setup,
+        )
+
+
+def compare(
+    tools: Sequence[Tool],
+    cases: Callable[[Tool], Sequence[Case]],
+    repeats: int,
+    advance: Callable[[], None],
+    long: float = LONG,
+) -> list[Row]:
+    """The rows of tools on their cases. Repeats are interleaved: every tool once, then all again.
+
+    All runs of a tool that take longer than `long` seconds are made once. `advance` is called
+    after each tool's turn, `repeats` + 1 times a tool.
+    """
+    timed = []
+    for tool in tools:
+        timed.append(_Timed(tool, cases(tool), long))
+        advance()
+    for _ in range(repeats):
+        for one in timed:
+            one.repeat()
+            advance()
+    return [one.row() for one in timed]
+
+
+def strided(cases: Sequence[Case]) -> Callable[[Tool], Sequence[Case]]:
+    """All of the cases for a fast tool, every fifth for a slow one."""
+    return lambda tool: cases[::_STRIDE] if tool.slow else cases
+
+
+def error(state: Sequence[float], true: Sequence[float] | None) -> float:
+    """Largest difference of a component."""
+    return max(abs(a - b) for a, b in zip(state, true or (), strict=True))
+
+
+def wrong_switches(word: bytes, true: bytes) -> tuple[int, int]:
+    """Switches missed and invented: what a longest common subsequence of the words leaves."""
+    same = _common(word[1:], true[1:])
+    return len(true) - 1 - same, len(word) - 1 - same
+
+
+def _common(one: bytes, other: bytes) -> int:
+    """Length of a longest common subsequence, by rows of its table in the bits of an int."""
+    places = {letter: 0 for letter in set(other)}
+    for i, letter in enumerate(one):
+        if letter in places:
+            places[letter] |= 1 << i
+    full = (1 << len(one)) - 1
+    row = full
+    for letter in other:
+        hits = row & places[letter]
+        row = ((row + hits) | (row - hits)) & full
+    return len(one) - row.bit_count()

@@ -1,0 +1,101 @@
+"""What is true: words and final states by the 50-digit map, kept in truth.json.
+
+`python -m capsule_sym._bench.truth` computes them anew, in some minutes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from importlib import resources
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from capsule_sym._bench.model import Result, Start
+from capsule_sym._parameters import Parameters
+
+ALPHAS = (0.3, 0.45, 0.7, 1.2, 1.5, 1.64, 1.69, 1.9)
+"""Excitation amplitudes of the case study, one inside each of the paper's intervals."""
+
+PERIODS = 20
+
+SWEEP_ALPHAS = tuple(k / 500 for k in range(1, 1001))
+"""Excitation amplitudes of the sweep; near 1.522 a backward phase is very short."""
+
+SWEEP_PERIODS = 100
+
+_SAMPLE = (*SWEEP_ALPHAS[99::100], 1.522)
+_REST = (0.0, 0.0, 0.0)
+_DIGITS = 25
+
+
+class Case(NamedTuple):
+    """A run to make, and what is true of it, if that is known."""
+
+    start: Start
+    truth: Result | None
+
+
+def cases(part: str) -> list[Case]:
+    """The judged runs of a part: "case study", "tangencies" or "sweep", a sample of the sweep."""
+    record = json.loads(_file().read_text(encoding="utf-8"))[part]
+    return [
+        Case(
+            Start(Parameters(alpha=run["alpha"]), tuple(run["start"]), record["periods"]),
+            Result(bytes(map(int, run["word"])), tuple(map(float, run["final"]))),
+        )
+        for run in record["runs"]
+    ]
+
+
+def sweep() -> list[Case]:
+    """All runs of the sweep, from rest; what is true is known of the sample alone."""
+    known = {case.start: case.truth for case in cases("sweep")}
+    starts = [Start(Parameters(alpha=alpha), _REST, SWEEP_PERIODS) for alpha in SWEEP_ALPHAS]
+    return [Case(start, known.get(start)) for start in starts]
+
+
+def _file() -> Any:
+    return resources.files(__package__).joinpath("truth.json")
+
+
+def compute() -> dict[str, Any]:
+    """The content of truth.json."""
+    from capsule_sym._bench import tangencies
+
+    near = [start for name in tangencies.values() for start in tangencies.starts(name)]
+    return {
+        "case study": _judged([Start(Parameters(alpha=a), _REST, PERIODS) for a in ALPHAS]),
+        "tangencies": {"alphas": tangencies.values()} | _judged(near),
+        "sweep": _judged([Start(Parameters(alpha=a), _REST, SWEEP_PERIODS) for a in _SAMPLE]),
+    }
+
+
+def _judged(starts: Sequence[Start]) -> dict[str, Any]:
+    with ProcessPoolExecutor() as pool:
+        return {"periods": starts[0].periods, "runs": list(pool.map(_run, starts))}
+
+
+def _run(start: Start) -> dict[str, Any]:
+    import mpmath
+
+    from capsule_sym._map import simulate
+
+    found = simulate(start.parameters, start.state, 0.0, start.periods, backend="mpmath")
+    return {
+        "alpha": start.parameters.alpha,
+        "start": list(start.state),
+        "word": "".join(str(segment.field) for segment in found.segments),
+        "final": [mpmath.nstr(value, _DIGITS) for value in found.final[1]],
+    }
+
+
+def main() -> None:
+    """Writes truth.json."""
+    text = json.dumps(compute(), indent=1)
+    Path(str(_file())).write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

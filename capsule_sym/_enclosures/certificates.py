@@ -1,0 +1,133 @@
+"""Certificates: what was proved of an orbit or a bifurcation, for `checker` to accept or reject.
+
+Every number is written with so many digits that it is right within 0.2 units of the last one; the
+checker lets it stand for all within 0.3 units. So each digit counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from capsule_sym._enclosures.balls import Ball, Unproved, arb, precision
+from capsule_sym._enclosures.events import Event, prove_event
+from capsule_sym._enclosures.krawczyk import Tube
+from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.curves import CurvePoint
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit
+
+_BITS = 256
+_LEAST, _MOST = 30, 56  # decimals
+
+
+def decimal(value: Ball) -> str:
+    """A decimal within 0.2 units of its last digit of every number in a narrow ball."""
+    for places in range(_LEAST, _MOST):
+        scaled = value * arb(10) ** places
+        whole = (scaled + arb("0.5")).floor().unique_fmpz()
+        if whole is not None and abs(scaled - whole) < arb("0.2"):
+            digits = str(abs(int(whole))).rjust(places + 1, "0")
+            return f"{'-' if int(whole) < 0 else ''}{digits[:-places]}.{digits[-places:]}"
+    raise Unproved("certificate", "the enclosure is too wide to be written")
+
+
+def exactly(value: float) -> str:
+    """The decimal that a double prints as."""
+    return repr(float(value))
+
+
+def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[str, Any]:
+    shooting, hull = tube.shooting, tube.hull()
+    states = [[decimal(node.state[row, 0]) for row in range(3)] for node in tube.wide.nodes]
+    return {
+        "fields": list(shooting.word.fields),
+        "periods": shooting.word.multiple,
+        "parameters": dict(parameters),
+        "angle": decimal(hull[shooting.angle]),
+        "durations": [decimal(hull[at]) for at in shooting.durations],
+        "states": states,
+        "stable": stable,
+    }
+
+
+def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """A certificate of an orbit: existence, uniqueness, itinerary, and stability if it is stable.
+
+    The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
+    with the step that failed.
+    """
+    parameters = {
+        name: (exact or {}).get(name, exactly(value))
+        for name, value in zip(PARAMETERS, orbit.values, strict=True)
+    }
+    with precision(_BITS):
+        shooting = shooting_of(orbit.word, orbit.values, (), parameters)
+        guess = guess_of(shooting, orbit)
+        try:
+            tube, stable = prove(shooting, guess, {}).tube, True
+        except Unproved as error:
+            if error.step != "stability":
+                raise
+            tube, stable = prove(shooting, guess, {}, stable=False).tube, False
+        return {"kind": "orbit", **_written(tube, parameters, stable)}
+
+
+def certify_bifurcation(
+    found: Bifurcation | CurvePoint, exact: Mapping[str, str] | None = None
+) -> tuple[dict[str, Any], Event]:
+    """A certificate of a bifurcation at which a leg has the duration 0, and what was proved.
+
+    Of a point of a curve alpha is solved for, the other parameters are those of the point. Raises
+    Unproved with the step that failed, and for a smooth bifurcation.
+    """
+    if found.leg is None:
+        raise Unproved("type", f"{_named(found)} has no leg of duration 0")
+    free = found.parameter if isinstance(found, Bifurcation) else "alpha"
+    if free != "alpha":
+        raise Unproved("certificate", "the checker solves for alpha only")
+    orbit = found.orbit
+    parameters = {
+        name: (exact or {}).get(name, exactly(value))
+        for name, value in zip(PARAMETERS, orbit.values, strict=True)
+    }
+    with precision(_BITS):
+        spans, z = orbit.shot.spans, orbit.z
+        event = prove_event(orbit.word, spans, z, orbit.values, (found.leg,), (free,), parameters)
+        written = _written(event.tube, parameters, stable=False)
+        del written["parameters"][free]
+        values = {name: decimal(value) for name, value in event.values.items()}
+        return {
+            "kind": "bifurcation",
+            # Beside what the checker proves: these follow from the legs next to that of duration 0.
+            "about": {"type": event.type, "line": event.line},
+            **written,
+            "free": values,
+            "still": [found.leg],
+        }, event
+
+
+Certified = Orbit | Bifurcation | CurvePoint
+
+
+def _named(one: Certified) -> str:
+    if isinstance(one, Orbit):
+        return str(one.word)
+    if isinstance(one, CurvePoint):
+        return f"the point {', '.join(map(repr, one.values))} of a curve"
+    return f"{one.type} {one.value!r}"
+
+
+def certificates(found: Iterable[Certified]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates of orbits and bifurcations, and why any of them is missing."""
+    proved, failed = [], []
+    for one in found:
+        try:
+            if isinstance(one, Orbit):
+                proved.append(certify_orbit(one))
+            else:
+                proved.append(certify_bifurcation(one)[0])
+        except Unproved as error:
+            failed.append(f"{_named(one)}: {error}")
+    return proved, failed

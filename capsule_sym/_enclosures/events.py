@@ -1,0 +1,192 @@
+"""A bifurcation at which a leg has the duration 0, proved with its type, line and nondegeneracy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._enclosures.balls import Ball, Unproved, arb
+from capsule_sym._enclosures.equations import Shooting
+from capsule_sym._enclosures.fields import V, X
+from capsule_sym._enclosures.guards import known, prove_admissible
+from capsule_sym._enclosures.krawczyk import Tube, enclose
+from capsule_sym._enclosures.orbits import guess_at, held, restarted, shooting_of
+from capsule_sym._enclosures.stability import Characteristic, characteristic, monodromy
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.events import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    GRAZING,
+    GRAZING_SLIDING,
+    SWITCHING,
+)
+from capsule_sym._orbits.shooting.changes import around, exchanged
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.word import Word, contact, drift
+
+NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
+
+
+@dataclass(frozen=True)
+class Event:
+    """A bifurcation that is proved to be there, alone in its tube.
+
+    `values` are balls around the parameters that were solved for. `order` is that of the contact:
+    2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
+    a switch. `other` is the tube of the word on the other side around the same orbit, at which the
+    equations are regular, and `multipliers` the characteristic polynomials on both sides.
+    """
+
+    type: str
+    line: str
+    order: int
+    values: dict[str, Ball]
+    legs: tuple[int, ...]
+    tube: Tube
+    other: Tube | None
+    multipliers: tuple[Characteristic, ...]
+
+
+def place(tube: Tube, leg: int) -> tuple[str, str, int]:
+    """Type, line and order of contact of the event at a leg of duration 0, proved."""
+    word = tube.shooting.word
+    before, during, after = around(word, leg)
+    there = known(word, leg, (leg,))
+    state = tube.wide.nodes[leg].state
+    if contact(before) != contact(after):
+        return CORNER, _corner(tube, leg), 1
+    if contact(during) != contact(before):
+        return GRAZING, "L9", 2
+    kind, order = _sliding(drift(before), drift(during), drift(after))
+    line = f"L{(1 if there.side > 0 else 2) + 2 * contact(during)}"
+    given = tube.shooting.parameters(tube.hull())
+    turn = 2 * given["zeta"] * given["f_b"] * there.side
+    reach = 2 * given["zeta"] * given["alpha"]
+    stiff = 1 + (given["beta"] if contact(during) else 0)
+    speed = stiff * state[V, 0]
+    part = 1 if speed < turn - reach else 3 if speed > turn + reach else 2
+    if part == 2 and not (turn - reach < speed and speed < turn + reach):
+        raise Unproved("line", f"the part of {line} is open")
+    return kind, f"{line}^({part})", order
+
+
+def _sliding(before: int, during: int, after: int) -> tuple[str, int]:
+    if before == after:
+        return (GRAZING_SLIDING if before else ADDING), 2
+    if during == 0 and after == -before:
+        return CROSSING, 1
+    if during == -before and after == 0:
+        return SWITCHING, 1
+    raise Unproved("type", f"drifts {before}, {during}, {after} have no name")
+
+
+def _corner(tube: Tube, leg: int) -> str:
+    word, state = tube.shooting.word, tube.wide.nodes[leg].state
+    guards = {word.legs[leg - 1].guard, word.legs[leg].guard}
+    if Guard.UPPER in guards:
+        return "O1"
+    if Guard.LOWER in guards:
+        return "O2"
+    given = tube.shooting.parameters(tube.hull())
+    v, force = state[V, 0], state[X, 0] + 2 * given["zeta"] * state[V, 0]
+    bound = given["f_b"]
+    found = {
+        "L6": v > 0 and abs(force) < bound,
+        "L5": v > 0 and force > bound,
+        "L7": v < 0 and abs(force) < bound,
+        "L8": v < 0 and force < -bound,
+        "L10": v < 0 and force > bound,
+    }
+    names = [name for name, holds in found.items() if holds]
+    if not names:
+        raise Unproved("line", "on which line the corner lies is open")
+    return names[0]
+
+
+def prove_event(
+    word: Word,
+    spans: Sequence[Any],
+    z: Iterable[Any],
+    values: Sequence[Any],
+    legs: Sequence[int],
+    free: Sequence[str],
+    exact: Mapping[str, Any] | None = None,
+) -> Event:
+    """The bifurcation near an orbit on which `legs` have the duration 0, `free` solved for.
+
+    Existence and uniqueness by Krawczyk's method, every other guard positive along every other leg,
+    the order of contact by what is left of the guards when their known zeros are divided out, and
+    the equations of the word without the leg regular. Raises Unproved with the step that failed.
+    """
+    shooting = shooting_of(word, values, free, exact)
+    guess = guess_at(shooting, spans, z, values)
+    given = {shooting.durations[leg]: 0.0 for leg in legs}
+    for at in given:
+        guess[at] = arb(0)
+    tube = enclose(shooting, guess, given)
+    prove_admissible(tube, still=tuple(legs))
+    kinds = [place(tube, leg) for leg in legs]
+    other = None if len(legs) > 1 else _other(tube, legs[0])
+    sides = (tube,) if other is None else (tube, other)
+    hull = tube.hull()
+    return Event(
+        " and ".join(kind for kind, _, _ in kinds),
+        " and ".join(line for _, line, _ in kinds),
+        max(order for _, _, order in kinds),
+        {name: hull[shooting.parameter(name)] for name in free},
+        tuple(legs),
+        tube,
+        other,
+        tuple(characteristic(monodromy(side)) for side in sides),
+    )
+
+
+def beyond(tube: Tube, leg: int) -> tuple[Shooting, list[Ball], list[int]]:
+    """The equations of the word on the other side, the event's columns for them, and its legs.
+
+    That is the word without the leg; at a corner that in which contact and drift change in the
+    other order. The legs are told by their places in the event's word.
+    """
+    shooting = tube.shooting
+    word, hull = shooting.word, tube.hull()
+    n, nodes = len(word), tube.wide.nodes
+    durations = [hull[at] for at in shooting.durations]
+    before, _, after = around(word, leg)
+    exchange = exchanged(word, np.zeros(n + 4), leg)
+    kept, fields = list(range(n)), list(word.fields)
+    if exchange is not None:
+        fields = list(exchange.word.fields)
+    else:
+        gone = {leg}
+        if before == after:
+            gone.add((leg + 1) % n)
+            if n > 2:
+                durations[leg - 1] += durations[(leg + 1) % n]
+        kept = [k for k in range(n) if k not in gone] or [(leg + 1) % n]
+    given = shooting.parameters(hull)
+    less = Shooting(
+        Word.of([fields[k] for k in kept], word.multiple),
+        [given[name] for name in PARAMETERS],
+        shooting.varied,
+    )
+    return less, restarted(shooting, hull, nodes, less, kept, durations), kept
+
+
+def _other(tube: Tube, leg: int) -> Tube:
+    """The equations on the other side, proved regular around the event's orbit."""
+    less, columns, _ = beyond(tube, leg)
+    radii = {at: NEAR for at in range(less.unknowns, less.columns)}
+    try:
+        found = enclose(less, columns, {**held(less), **radii})
+    except Unproved as error:
+        raise Unproved("regularity", f"on the other side, {error.detail}") from error
+    if less.word.legs[0].guard is None:
+        # Nothing switches, so that any start on the orbit serves: compare at the tube's angle.
+        columns[less.angle] = found.centre[less.angle]
+    if not found.holds(columns):
+        raise Unproved("regularity", "the event's orbit is not seen to be that of the other side")
+    return found

@@ -1,0 +1,112 @@
+"""Columns of a found orbit, and the orbit proved: existence, itinerary, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from capsule_sym._enclosures.balls import Ball, arb, ball
+from capsule_sym._enclosures.equations import Node, Shooting
+from capsule_sym._enclosures.guards import Watch, prove_admissible
+from capsule_sym._enclosures.krawczyk import Tube, enclose
+from capsule_sym._enclosures.stability import Characteristic, prove_stable
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.word import Word
+
+
+@dataclass(frozen=True)
+class Proved:
+    """A tube of orbits with what is proved of all of them; `characteristic` only if stable."""
+
+    tube: Tube
+    characteristic: Characteristic | None
+
+
+def columns_of(shooting: Shooting, states: Sequence[Sequence[Any]], z: Sequence[Any]) -> list[Ball]:
+    """The columns of an orbit: from its legs' start states, and forcing angle and durations."""
+    angle, *durations = z
+    found = [
+        ball(state[row]) for state, free in zip(states, shooting.free, strict=True) for row in free
+    ]
+    found += [ball(h) for h in durations] + [ball(angle)]
+    return found
+
+
+def shooting_of(
+    word: Word,
+    values: Sequence[Any],
+    varied: Sequence[str] = (),
+    exact: Mapping[str, Any] | None = None,
+) -> Shooting:
+    """The equations of a word at parameter values; `exact` replaces some of them by name."""
+    given = [
+        ball((exact or {}).get(name, value)) for name, value in zip(PARAMETERS, values, strict=True)
+    ]
+    return Shooting(word, given, varied)
+
+
+def guess_of(shooting: Shooting, orbit: Orbit) -> list[Ball]:
+    """The columns of a found orbit."""
+    return guess_at(shooting, orbit.shot.spans, orbit.z, orbit.values)
+
+
+def guess_at(
+    shooting: Shooting, spans: Sequence[Any], z: Iterable[Any], values: Sequence[Any]
+) -> list[Ball]:
+    """The columns of a solution of the shooting equations at parameter values."""
+    found = columns_of(shooting, [span.start for span in spans], list(z)[3:])
+    named = dict(zip(PARAMETERS, values, strict=True))
+    return found + [ball(named[name]) for name in shooting.varied]
+
+
+def restarted(
+    shooting: Shooting,
+    columns: Sequence[Ball],
+    nodes: Sequence[Node],
+    other: Shooting,
+    legs: Sequence[int],
+    durations: Sequence[Ball],
+) -> list[Ball]:
+    """The columns of the same orbit for equations whose legs begin where `legs` of these do."""
+    given = shooting.parameters(columns)
+    elapsed = sum((columns[at] for at in shooting.durations[: legs[0]]), arb(0))
+    states = [[nodes[k].state[row, 0] for row in range(3)] for k in legs]
+    angle = columns[shooting.angle] + given["omega"] * elapsed
+    found = columns_of(other, states, [angle, *(durations[k] for k in legs)])
+    return found + list(columns[shooting.unknowns :])
+
+
+def turned(shooting: Shooting, columns: Sequence[Ball], word: Word) -> tuple[Shooting, list[Ball]]:
+    """The equations and the columns of the same orbit for a rotation of its word."""
+    n = len(word)
+    by = next(k for k in range(n) if shooting.word.rotated(k).fields == word.fields)
+    given = shooting.parameters(columns)
+    other = Shooting(word, [given[name] for name in PARAMETERS], shooting.varied)
+    nodes = shooting.evaluate(columns, shooting.fields(columns)).nodes
+    legs = [(by + k) % n for k in range(n)]
+    durations = [columns[at] for at in shooting.durations]
+    return other, restarted(shooting, columns, nodes, other, legs, durations)
+
+
+def held(shooting: Shooting) -> dict[int, float]:
+    """Columns that an itinerary leaves free to choose: the angle, where nothing ever switches."""
+    return {} if shooting.word.legs[0].guard else {shooting.angle: 0.0}
+
+
+def prove(
+    shooting: Shooting,
+    guess: Sequence[Ball],
+    given: Mapping[int, float],
+    *,
+    stable: bool = True,
+    watch: Watch | None = None,
+) -> Proved:
+    """The orbits near a guess over a box of given columns, with itinerary and stability.
+
+    Raises Unproved with the step that failed.
+    """
+    tube = enclose(shooting, guess, {**held(shooting), **given})
+    prove_admissible(tube, watch)
+    return Proved(tube, prove_stable(tube) if stable else None)

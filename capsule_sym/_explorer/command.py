@@ -1,0 +1,87 @@
+"""`capsule-sym explore`: writes the explorer's page and opens it, or serves it to this machine."""
+
+from __future__ import annotations
+
+import webbrowser
+from functools import partial
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from tempfile import gettempdir
+
+import click
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._explorer import page
+
+_NAME = "capsule-sym-explorer.html"
+
+
+@click.command()
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.html",
+    help="Write the page here, and open nothing.",
+)
+@click.option(
+    "--serve",
+    "port",
+    type=click.IntRange(0, 65535),
+    metavar="PORT",
+    help="Serve it on this machine at a port (0: any free one) until Ctrl-C, for browsers that run "
+    "no workers in a page from a file.",
+)
+@click.option("--open/--no-open", "opens", default=True, help="Open it in a browser.")
+def explore(out: Path | None, port: int | None, opens: bool) -> None:
+    """The exact map in a browser: motions, diagrams and charts on one page, without a network.
+
+    The page is written to the directory of temporary files and opened, unless told otherwise.
+    """
+    if out is not None and port is not None:
+        raise InvalidInput("--serve", port, "absent where --out is given")
+    if port is not None:
+        _serve(port, opens)
+        return
+    path = out or Path(gettempdir()) / _NAME
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(page(), encoding="utf-8")
+    except OSError as error:
+        raise InvalidInput("--out", str(path), f"writable ({error.strerror})") from error
+    click.echo(path)
+    if out is None and opens:
+        webbrowser.open(path.resolve().as_uri())
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers with the page and nothing else."""
+
+    def __init__(self, body: bytes, *args: object) -> None:
+        self.body = body
+        super().__init__(*args)  # type: ignore[arg-type]
+
+    def do_GET(self) -> None:
+        """Answer a request for the page."""
+        found = self.path.split("?")[0] == "/"
+        self.send_response(200 if found else 404)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.send_header("Content-Length", str(len(self.body) if found else 0))
+        self.end_headers()
+        if found:
+            self.wfile.write(self.body)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing of requests."""
+
+
+def _serve(port: int, opens: bool) -> None:
+    try:
+        server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Handler, page().encode()))
+    except OSError as error:
+        raise InvalidInput("--serve", port, f"a free port ({error.strerror})") from error
+    with server:
+        address = f"http://127.0.0.1:{server.server_address[1]}/"
+        click.echo(address)
+        if opens:
+            webbrowser.open(address)
+        server.serve_forever()

@@ -1,0 +1,125 @@
+"""A branch of periodic orbits against its parameter, its exact bifurcations marked and named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from capsule_sym._figures.style import LABELS, PAGE, draw_points, mathematical, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Record = Mapping[str, Any]
+"""A branch as plain data; `data.branch_record` describes it."""
+
+_STABLE, _UNSTABLE = "#0072B2", "#D55E00"
+_ROOM = 0.028  # least distance of names, over the width of the axes
+
+
+def bifurcations(record: Record) -> Figure:
+    """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
+
+    A marker stands at every exact bifurcation point, its name above it.
+    """
+    with styled():
+        figure = new_figure(PAGE, 6.0)
+        rows = figure.subplots(3, 1, sharex=True)
+        figure.subplots_adjust(left=0.085, right=0.985, bottom=0.07, top=0.73, hspace=0.12)
+        for axes, index, label in (
+            (rows[0], 0, "stroboscopic $x_r$"),
+            (rows[1], 1, "stroboscopic $v_r$"),
+        ):
+            for place in range(max(len(p["stroboscopic"]) for p in record["points"])):
+                _curve(record, axes, lambda p, at=place, i=index: _strobe(p, at, i))
+            _markers(record, axes, lambda p, i=index: p["stroboscopic"][0][i])
+            axes.set_ylabel(label)
+        _curve(record, rows[2], lambda p: p["average_velocity"])
+        _markers(record, rows[2], lambda p: p["average_velocity"])
+        rows[2].set_ylabel(LABELS["velocity"])
+        rows[2].set_xlabel(LABELS[record["parameter"]])
+        rows[2].set_xlim(*_range(record))
+        name_bifurcations(record, rows[0])
+        for axes in rows:
+            mark_bifurcations(record, axes)
+        return figure
+
+
+def _range(record: Record) -> tuple[float, float]:
+    values = [point["value"] for point in record["points"]]
+    return min(values), max(values)
+
+
+def _strobe(point: Record, place: int, index: int) -> float:
+    """A stroboscopic coordinate, of an orbit of a lower multiple one that it repeats."""
+    states = point["stroboscopic"]
+    return float(states[place % len(states)][index])
+
+
+def _curve(record: Record, axes: Axes, of: Any) -> None:
+    """A quantity along the branch, one line for each run of orbits of one stability."""
+    points = record["points"]
+    turns = [i for i, (a, b) in enumerate(pairwise(points), 1) if a["stable"] != b["stable"]]
+    for first, last in pairwise([0, *turns, len(points)]):
+        # A run reaches to the first point of the next one.
+        run, stable = points[first : last + 1], points[first]["stable"]
+        axes.plot(
+            [point["value"] for point in run],
+            [of(point) for point in run],
+            "-" if stable else "--",
+            color=_STABLE if stable else _UNSTABLE,
+            label="stable" if stable else "unstable",
+        )
+
+
+def _markers(record: Record, axes: Axes, of: Any) -> None:
+    found = record["bifurcations"]
+    values = [one["value"] for one in found]
+    draw_points(axes, values, [of(one) for one in found], "exact bifurcation points")
+
+
+def mark_bifurcations(record: Record, axes: Axes) -> None:
+    """A thin upright line at every exact bifurcation value."""
+    for one in record["bifurcations"]:
+        axes.axvline(one["value"], color="0.6", linewidth=0.5, zorder=0)
+
+
+def name_bifurcations(record: Record, axes: Axes) -> None:
+    """The type, line and exact value of every bifurcation, above the axes, led to its value."""
+    found = sorted(record["bifurcations"], key=lambda one: one["value"])
+    low, high = _range(record)
+    at = [(one["value"] - low) / (high - low) for one in found]
+    for one, true, place in zip(found, at, spread(at, _ROOM), strict=True):
+        axes.annotate(
+            f"{_title(one)}  {one['value']:.6f}",
+            (true, 1.0),
+            xytext=(place, 1.09),
+            xycoords="axes fraction",
+            textcoords="axes fraction",
+            rotation=40,
+            ha="left",
+            va="bottom",
+            rotation_mode="anchor",
+            fontsize=6,
+            arrowprops={"arrowstyle": "-", "color": "0.6", "linewidth": 0.5, "shrinkB": 0},
+        )
+
+
+def _title(one: Record) -> str:
+    return f"{one['type']} {mathematical(one['line'])}" if one["line"] else str(one["type"])
+
+
+def spread(places: Sequence[float], room: float) -> list[float]:
+    """Ascending places in [0, 1] moved as little as needed to lie at least `room` apart."""
+    from scipy.optimize import isotonic_regression
+
+    if not places:
+        return []
+    # Less their least distances from the first, places need only ascend.
+    steps = room * np.arange(len(places))
+    ascending = isotonic_regression(np.array(places) - steps).x
+    return [float(place) for place in np.clip(ascending, 0.0, 1.0 - steps[-1]) + steps]

@@ -1,0 +1,88 @@
+"""Figs. 8 and 9: trajectories in the state space below, at and above a bifurcation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
+from capsule_sym._figures.style import LOOKS, PAGE, Colours, mathematical, new_figure, styled
+from capsule_sym._parameters import Parameters
+from capsule_sym._study.arcs import Motion, cycle
+from capsule_sym._study.boundaries import lines as boundary_lines
+from capsule_sym._study.events import Event, nearest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+_STYLES: dict[int, Any] = {
+    -1: (0, (1, 1)),
+    0: "-",
+    1: (0, (4, 1.5)),
+}  # below, at and above the bifurcation
+
+
+def around(
+    events: Sequence[Event],
+    motions: Sequence[Sequence[Motion]],
+    *,
+    colours: Colours = "safe",
+) -> Figure:
+    """The motions of each event in the state space, and the view of its line magnified.
+
+    Fig. 8 with the events `CROSSINGS`, Fig. 9 with `SLIDINGS`; the motions of an event are those
+    at its `alphas`, in their order.
+    """
+    with styled():
+        height = 2.3 * len(events) + 0.45
+        figure = new_figure(PAGE, height)
+        grid = figure.add_gridspec(
+            len(events), 2, left=0.0, right=0.97, bottom=0.2 / height, top=1 - 0.45 / height,
+            wspace=0.0, hspace=0.16,
+        )  # fmt: skip
+        for row, (event, group) in enumerate(zip(events, motions, strict=True)):
+            drawn = [cycle(motion) for motion in group]
+            parameters = group[0].parameters
+            whole = box_of([arc for one in drawn for arc in one])
+            middle = drawn[event.alphas.index(event.middle)]
+            close = whole.around(nearest(middle, event, parameters), event.zoom)
+            for column, box in enumerate((whole, close)):
+                axes = add_space(figure, grid[row, column], box)
+                draw_space(parameters, axes, box, colours)
+                for one, alpha in zip(drawn, event.alphas, strict=True):
+                    style = _STYLES[int(np.sign(alpha - event.middle))]
+                    draw_arcs(one, axes, colours, style, width=1.3 if style == "-" else 0.9)
+                _name_lines(axes, parameters, box)
+                letter = "abcdefgh"[2 * row + column]
+                title = _title(event, group) if column == 0 else "magnified"
+                axes.set_title(f"({letter})  {title}", loc="left", x=0.03, y=0.98)
+        handles = [*field_handles(colours), *_style_handles()]
+        figure.legend(handles=handles, loc="upper center", ncols=9, columnspacing=1.2)
+        return figure
+
+
+def _title(event: Event, group: Sequence[Motion]) -> str:
+    alphas = ", ".join(f"{motion.parameters.alpha:g}" for motion in group)
+    return rf"{event.name} on {mathematical(event.line)}, $\alpha$ = {alphas}"
+
+
+def _name_lines(axes: Any, parameters: Parameters, box: Box) -> None:
+    if not box.v_c[0] <= 0 <= box.v_c[1]:
+        return
+    for name, line in boundary_lines(parameters, box.x_r, box.v_r).items():
+        place = 0.12 * line[0] + 0.88 * line[1]
+        axes.text(*place, 0.0, mathematical(name), color=LOOKS[name][1], fontsize=6, zorder=20)
+
+
+def _style_handles() -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    names = {-1: "below", 0: "at", 1: "above"}
+    return [
+        Line2D([], [], color="0.4", linestyle=style, label=f"{names[side]} the value")
+        for side, style in _STYLES.items()
+    ]

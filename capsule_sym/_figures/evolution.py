@@ -1,0 +1,93 @@
+"""Motions against the excitation amplitude: Fig. 6, and which field acts when."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from capsule_sym._figures.branches import Record, name_bifurcations
+from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.style import (
+    LABELS,
+    PAGE,
+    SEAMLESS,
+    Colours,
+    column_edges,
+    field_colour,
+    new_figure,
+    styled,
+)
+from capsule_sym._study.arcs import Motion, cycle
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def fig6(
+    motions: Sequence[Motion], heavy: Sequence[Motion] = (), *, colours: Colours = "safe"
+) -> Figure:
+    """Motions in (x_r, v_r), one behind the other by alpha; the `heavy` in wide lines (Fig. 6)."""
+    with styled():
+        figure = new_figure(PAGE, 4.6)
+        axes: Any = figure.add_axes((0.0, 0.02, 1.0, 0.98), projection="3d", computed_zorder=False)
+        axes.view_init(20, -62)
+        axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.3)
+        # The least alpha is nearest to the eye, and so is drawn last.
+        widths = [(motion, 0.5) for motion in motions] + [(motion, 1.4) for motion in heavy]
+        widths.sort(key=lambda pair: -pair[0].parameters.alpha)
+        for level, (motion, width) in enumerate(widths):
+            alpha = motion.parameters.alpha
+            for arc in cycle(motion):
+                colour = field_colour(arc.field, colours)
+                depth = np.full_like(arc.x_r, alpha)
+                axes.plot(arc.x_r, depth, arc.v_r, color=colour, lw=width, zorder=level)
+        axes.set_xlabel(LABELS["x_r"], labelpad=-4)
+        axes.set_ylabel(LABELS["alpha"], labelpad=6)
+        axes.set_zlabel(LABELS["v_r"], labelpad=-6)
+        axes.tick_params(pad=-2)
+        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+            axis.pane.set_visible(False)
+            axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
+        figure.legend(handles=field_handles(colours), loc="upper center", ncols=6)
+        return figure
+
+
+def itineraries(motions: Sequence[Motion], record: Record, *, colours: Colours = "safe") -> Figure:
+    """Which field acts when, against alpha, with the exact bifurcations of a branch named."""
+    with styled():
+        figure = new_figure(PAGE, 4.4)
+        axes = figure.subplots()
+        figure.subplots_adjust(left=0.06, right=0.985, bottom=0.09, top=0.6)
+        draw_itineraries(motions, axes, colours)
+        for one in record["bifurcations"]:
+            axes.axvline(one["value"], color="white", linewidth=0.6)
+        name_bifurcations(record, axes)
+        figure.legend(handles=field_handles(colours), loc="upper center", ncols=6)
+        return figure
+
+
+def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "safe") -> None:
+    """A column for each motion: the phase of the excitation upwards, alpha to the right."""
+    from matplotlib.collections import PolyCollection
+
+    motions = sorted(motions, key=lambda m: m.parameters.alpha)
+    alphas = np.array([m.parameters.alpha for m in motions])
+    edges = column_edges(alphas)
+    bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in range(1, 7)}
+    longest = 1.0
+    for motion, left, right in zip(motions, edges[:-1], edges[1:], strict=True):
+        drawn = cycle(motion)
+        first = drawn[0].time[0]
+        longest = max(longest, drawn[-1].time[-1] - first)
+        for arc in drawn:
+            low, high = arc.time[0] - first, arc.time[-1] - first
+            bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
+    for field, corners in bars.items():
+        colour = field_colour(field, colours)
+        axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))
+    axes.set(xlim=(alphas[0], alphas[-1]), ylim=(0, longest))
+    axes.set_xlabel(LABELS["alpha"])
+    axes.set_ylabel(r"phase $\omega\tau/2\pi$")

@@ -1,0 +1,67 @@
+"""Fig. 7: displacements and phase portraits of steady motions, panel by panel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from string import ascii_lowercase
+from typing import TYPE_CHECKING
+
+from capsule_sym._figures.portraits import (
+    boundary_handles,
+    displacements,
+    field_handles,
+    phase_portrait,
+)
+from capsule_sym._figures.style import PAGE, Colours, new_figure, styled
+from capsule_sym._map import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_ACROSS = 2  # panels side by side, each a pair of axes
+_ROW, _HEAD, _FOOT = 1.1, 0.5, 0.35  # heights in inches: a row, the legend, the lowest labels
+
+
+def fig7(motions: Sequence[Trajectory], *, colours: Colours = "safe") -> Figure:
+    """Displacements of mass and capsule, and phase portraits, one panel a motion (Fig. 7)."""
+    rows = -(-len(motions) // _ACROSS)
+    height = _HEAD + rows * _ROW + _FOOT
+    with styled():
+        figure = new_figure(PAGE, height)
+        grid = figure.subplots(rows, 2 * _ACROSS, squeeze=False)
+        figure.subplots_adjust(
+            left=0.055,
+            right=0.995,
+            bottom=(_FOOT + 0.05) / height,
+            top=1 - _HEAD / height,
+            wspace=0.3,
+            hspace=0.42,
+        )
+        for index, left in enumerate(grid[:, ::2].flat):
+            right = grid[:, 1::2].flat[index]
+            if index >= len(motions):
+                left.set_axis_off()
+                right.set_axis_off()
+                continue
+            _panel(motions[index], left, right, ascii_lowercase[index], colours)
+        for axes in grid[:-1].flat:
+            axes.set_xlabel("")
+        handles = field_handles(colours) + boundary_handles()
+        figure.legend(handles=handles, loc="upper center", ncols=7, columnspacing=1.2)
+        return figure
+
+
+def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Colours) -> None:
+    displacements(motion, left, colours=colours)
+    left.set_ylabel("$x_m$, $x_c$")
+    phase_portrait(motion, right, colours=colours)
+    right.set_xlabel("$x_r$")
+    right.set_ylabel("$v_r$", labelpad=0)
+    left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")
+    steady = motion.steady()
+    if steady:
+        right.set_title(" ".join(steady.word), loc="left")
+    for axes in (left, right):
+        axes.locator_params(axis="y", nbins=4)
+        axes.locator_params(axis="x", nbins=5)

@@ -1,0 +1,90 @@
+"""Work against precision: what a period costs with each tool, and how far off it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from capsule_sym._figures.style import PAGE, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Row = Mapping[str, Any]
+_MARKERS = "osD^v<>ph*XP"
+_PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d31")
+_STYLES = ("-", ":", "--", "-.")
+_LEAST = 1e-17  # stands for an error of exactly 0, which has no place on a logarithmic axis
+_TITLES = {
+    "trajectory": "the case study",
+    "tangencies": "beside tangencies",
+    "sweep": "a sweep over α",
+}
+
+
+def work_precision(record: Mapping[str, Any]) -> Figure:
+    """Time per excitation period against the largest error, one curve a tool and way to use it.
+
+    `record` is what `capsule-sym bench` writes; the way is what follows the tolerance in a
+    row's setting. A hollow marker says that the tool missed or invented switches there.
+    """
+    rows = {name: _measured(record.get(name, ())) for name in _TITLES}
+    shown = [name for name in _TITLES if rows[name]]
+    ways = list(dict.fromkeys(_way(row) for name in shown for row in rows[name]))
+    with styled():
+        figure = new_figure(PAGE, 4.2, layout="constrained")
+        panels = figure.subplots(1, max(1, len(shown)), squeeze=False, sharey=True)
+        for axes, name in zip(panels.flat, shown, strict=False):
+            _draw(rows[name], ways, axes)
+            axes.set_title(_TITLES[name], loc="left")
+            axes.set_xlabel("time per excitation period (µs)")
+        panels[0, 0].set_ylabel("largest error of the final state")
+        lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
+        drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
+        figure.legend(handles=drawn, loc="outside lower center", ncols=4)
+        return figure
+
+
+def _measured(rows: Sequence[Row]) -> list[Row]:
+    return [row for row in rows if row.get("max_error") is not None]
+
+
+def _way(row: Row) -> tuple[str, str]:
+    """A tool and the way it is used, such as ("heyoka.py", "careful")."""
+    return row["tool"], row["setting"].partition(", ")[2]
+
+
+def _draw(rows: Sequence[Row], ways: Sequence[tuple[str, str]], axes: Axes) -> None:
+    tools = list(dict.fromkeys(tool for tool, _ in ways))
+    for tool, way in ways:
+        own = [row for row in rows if _way(row) == (tool, way)]
+        own.sort(key=lambda row: float(row["us_per_period"]))
+        index = tools.index(tool)
+        style = _STYLES[[w for t, w in ways if t == tool].index(way) % len(_STYLES)]
+        colour, marker = _PALETTE[index % len(_PALETTE)], _MARKERS[index % len(_MARKERS)]
+        points = [(row["us_per_period"], max(row["max_error"], _LEAST)) for row in own]
+        axes.plot(
+            [time for time, _ in points],
+            [error for _, error in points],
+            marker=marker,
+            linestyle=style,
+            color=colour,
+            linewidth=0.8,
+            label=f"{tool}, {way}" if way else tool,
+        )
+        wrong = [point for point, row in zip(points, own, strict=True) if _wrong(row)]
+        axes.plot(
+            [time for time, _ in wrong],
+            [error for _, error in wrong],
+            marker,
+            color=colour,
+            markerfacecolor="white",
+            label="_wrong",
+        )
+    axes.set(xscale="log", yscale="log")
+    axes.grid(visible=True)
+
+
+def _wrong(row: Row) -> bool:
+    return bool(row["missed"] or row["invented"])

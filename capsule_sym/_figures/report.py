@@ -1,0 +1,179 @@
+"""The case study as one page of HTML: tables from saved results, figures drawn for it."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import platform
+import re
+from collections import Counter
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from capsule_sym import _explorer as explorer
+from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._figures.catalogue import BENCH, FIGURES, Study, measured
+from capsule_sym._figures.style import Colours, styled
+from capsule_sym._options import Track
+from capsule_sym._paper import read
+from capsule_sym._parameters import Parameters
+from capsule_sym._records import write as write_texts
+from capsule_sym._study.casestudy import GAMMAS, THRESHOLDS
+from capsule_sym._study.data import Store
+from capsule_sym.generated.py import DIGEST
+
+EXPLORER = "explorer.html"
+"""Name of the explorer's page beside the report."""
+
+_SOURCES = {
+    "cases": (Path("results/paper/casestudy.json"), "capsule-sym paper"),
+    "proofs": (Path("results/verify.json"), "capsule-sym verify --json > results/verify.json"),
+    "hard": (
+        Path("results/hardcases.json"),
+        "capsule-sym hardcases --json > results/hardcases.json",
+    ),
+    "bench": (BENCH, "capsule-sym bench"),
+}
+_VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
+_RESOLUTION = 150  # of parts that are pixels within a drawing, in dots per inch
+
+
+class Picture(NamedTuple):
+    """A figure of the page, its `source` a data URI, and the command that draws it."""
+
+    title: str
+    caption: str
+    source: str
+    command: str
+
+
+def write(path: Path, colours: Colours, track: Track) -> None:
+    """Write the page, and the explorer to which it links beside it as `explorer.html`.
+
+    Each is written whole or not at all; raises InvalidInput when they cannot be written.
+    """
+    if path.name == EXPLORER:
+        raise InvalidInput("--out", str(path), f"a name other than {EXPLORER}, the explorer's")
+    write_texts({path.name: page(colours, track), EXPLORER: explorer.page()}, path.parent)
+
+
+def page(colours: Colours, track: Track) -> str:
+    """The page as text."""
+    try:
+        from jinja2 import Environment, StrictUndefined
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing) from missing
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"maths": maths, "line_name": _line_name, "number": _number}
+    template = environment.from_string(
+        (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
+    )
+    saved = {name: _load(path) for name, (path, _) in _SOURCES.items() if name != "bench"}
+    saved["bench"] = _load(measured())
+    return template.render(
+        **saved,
+        missing={name: command for name, (_, command) in _SOURCES.items()},
+        partly=measured() != BENCH,
+        parameters=Parameters(),
+        gammas=GAMMAS,
+        printed_thresholds=THRESHOLDS,
+        titles={name: entry.title for name, entry in FIGURES.items()},
+        errata=_errata(saved["proofs"]),
+        lines=_lines(saved["proofs"]),
+        statuses=Counter(item["status"] for item in saved["proofs"]["items"])
+        if saved["proofs"]
+        else {},
+        pictures=_pictures(colours, track, saved["bench"] is not None),
+        versions={"python": platform.python_version(), **_versions()},
+        digest=DIGEST,
+        explorer=EXPLORER,
+    )
+
+
+def _load(path: Path) -> Any:
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in _VERSIONS:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def _errata(proofs: Mapping[str, Any] | None) -> list[Mapping[str, Any]]:
+    """What was found about printed statements that do not hold as they stand."""
+    items = proofs["items"] if proofs else []
+    return [item for item in items if item.get("printed") and item["derived"] != "as printed"]
+
+
+def _lines(proofs: Mapping[str, Any] | None) -> list[tuple[str, list[Mapping[str, Any]]]]:
+    """The places of the paper in their order, each with the statements about what it prints."""
+    found: dict[str, list[Mapping[str, Any]]] = {entry.place: [] for entry in read()}
+    for item in proofs["items"] if proofs else []:
+        if item.get("printed"):
+            found.setdefault(item["equation"], []).append(item)
+    return list(found.items())
+
+
+def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[Picture]]:
+    """The figures by name, one for each gamma where they depend on it."""
+    store = Store(track)
+    wanted = [
+        (name, gamma)
+        for name, entry in FIGURES.items()
+        if measured or name != "work-precision"
+        for gamma in (GAMMAS if entry.by_gamma else GAMMAS[:1])
+    ]
+    found: dict[str, list[Picture]] = {}
+    for name, gamma in track(wanted, _drawing, len(wanted)):
+        entry = FIGURES[name]
+        title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
+        if entry.by_gamma:
+            title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
+        source = _data_uri(entry.make(Study(store, gamma, colours)))
+        found.setdefault(name, []).append(Picture(title, entry.caption, source, command))
+    return found
+
+
+def _drawing(one: tuple[str, float]) -> str:
+    name, gamma = one
+    return f"Drawing {name}, γ = {gamma}" if FIGURES[name].by_gamma else f"Drawing {name}"
+
+
+def _data_uri(figure: Any) -> str:
+    text = io.BytesIO()
+    with styled():
+        figure.savefig(text, format="svg", dpi=_RESOLUTION, metadata={"Date": None})
+    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode("ascii")
+
+
+def maths(text: str) -> Any:
+    """The text with its subscripts and superscripts, such as P_{Σ5,F2,Σ2}, as HTML."""
+    from markupsafe import Markup, escape
+
+    marked = str(escape(text))
+    # A name of several letters with an underscore, such as one_way, is no symbol.
+    marked = re.sub(r"(?<![A-Za-z])([A-Za-zΑ-ω])_(\w+)", r"\1_{\2}", marked)
+    marked = re.sub(r"_\{([^}]*)\}", r"<sub>\1</sub>", marked)
+    marked = re.sub(r"\^\{?\(?(\d)\)?\}?", r"<sup>(\1)</sup>", marked)
+    return Markup(marked)
+
+
+def _line_name(line: str) -> Any:
+    """A line's name such as L2^(1) as HTML."""
+    return maths(re.sub(r"^([LO])(\d+)", r"\1_{\2}", line))
+
+
+def _number(value: float | None, form: str) -> str:
+    """A number as text, a dash where there is none."""
+    return "–" if value is None else form % value

@@ -1,0 +1,146 @@
+"""Figs. 3 to 5: what happens on surfaces, on L1 to L4 and on L5 to L8, from exact trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.sections import draw_section
+from capsule_sym._figures.statespace import PATCH, top_view
+from capsule_sym._figures.style import PAGE, Colours, mathematical, new_figure, styled
+from capsule_sym._map import Trajectory
+from capsule_sym._parameters import Parameters
+from capsule_sym._study.boundaries import Array, lines
+from capsule_sym._study.sections import (
+    FIG3,
+    FIG4,
+    FIG5,
+    SCHEMATIC,
+    Section,
+    derivatives,
+    line_point,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Bundles = Sequence[Sequence[Trajectory]]
+
+
+_THROUGH = {"S1": ((3,), 1), "S5": ((4, 6), 5), "S7": ((1,), 4)}  # sources and target of Fig. 3
+_VIEW = (-2.2, 3.2), (-6.2, 4.2)
+_KEY = "arrows: $F_i$ at\n$\\omega\\tau=0$ (black), $\\pi$ (grey)"
+_ARROW: dict[str, Any] = {
+    **{"angles": "xy", "units": "inches", "width": 0.014, "zorder": 5},
+    **{"scale_units": "inches", "scale": 4.0},
+}
+
+
+def fig3(bundles: Bundles, *, colours: Colours = "safe") -> Figure:
+    """Trajectories through S1, S5 and S7, with the normals and fields in one point (Fig. 3).
+
+    `bundles` are those of the sections `FIG3`, in their order.
+    """
+    with styled():
+        figure = new_figure(PAGE, 2.7, layout="constrained")
+        for index, (axes, section, bundle) in enumerate(
+            zip(figure.subplots(1, 3), FIG3, bundles, strict=True)
+        ):
+            draw_section(section, bundle, axes, colours)
+            _vectors(section, SCHEMATIC, axes)
+            axes.set_title(f"({'abc'[index]})  {mathematical(section.name)}", loc="left")
+        figure.legend(handles=field_handles(colours), loc="outside upper center", ncols=6)
+        return figure
+
+
+def fig4(bundles: Bundles, *, colours: Colours = "safe") -> Figure:
+    """The plane P1 = 0 with the directions across L1 to L4, and sections of them (Fig. 4).
+
+    `bundles` are those of the sections `FIG4`, in their order. Of the two arrows in a point one
+    is the field of stick when the excitation is largest, one when it is least: on L2^(2) and
+    L3^(2) they are on different sides of the line.
+    """
+
+    def arrows(axes: Axes) -> None:
+        for name, field in (("L1", 2), ("L2", 2), ("L3", 5), ("L4", 5)):
+            _fields(name, field, axes)
+
+    return _plane_and_sections(FIG4, bundles, arrows, colours)
+
+
+def fig5(bundles: Bundles, *, colours: Colours = "safe") -> Figure:
+    """The plane P1 = 0 with the directions across L5 to L8, and sections of them (Fig. 5).
+
+    `bundles` are those of the sections `FIG5`, in their order; arrows as in `fig4`.
+    """
+
+    def arrows(axes: Axes) -> None:
+        for name, field in (("L5", 4), ("L6", 5), ("L7", 2), ("L8", 3)):
+            _fields(name, field, axes)
+
+    return _plane_and_sections(FIG5, bundles, arrows, colours)
+
+
+def _plane_and_sections(
+    sections: Sequence[Section], bundles: Bundles, arrows: Callable[[Axes], None], colours: Colours
+) -> Figure:
+    with styled():
+        figure = new_figure(PAGE, 4.4, layout="constrained")
+        columns = -(-len(sections) // 2)
+        grid = figure.add_gridspec(2, 1 + columns, width_ratios=(1.75, *[1] * columns))
+        plane = figure.add_subplot(grid[:, 0])
+        top_view(SCHEMATIC, plane, *_VIEW, colours)
+        arrows(plane)
+        plane.text(0.98, 0.98, _KEY, transform=plane.transAxes, ha="right", va="top", fontsize=6)
+        plane.set_title("(a)  plane $P_1=0$", loc="left")
+        for index, (section, bundle) in enumerate(zip(sections, bundles, strict=True)):
+            axes = figure.add_subplot(grid[index // columns, 1 + index % columns])
+            draw_section(section, bundle, axes, colours)
+            axes.set_title(f"({'bcdefg'[index]})  {mathematical(section.name)}", loc="left")
+        figure.legend(handles=field_handles(colours), loc="outside upper center", ncols=6)
+        return figure
+
+
+def _fields(name: str, field: int, axes: Axes) -> None:
+    """The field in the plane P1 = 0 at points of a line, when cos(omega tau) is 1 and -1."""
+    (_, low), (_, high) = sorted(lines(SCHEMATIC, *_VIEW)[name].tolist(), key=lambda end: end[1])
+    count = max(2, round((high - low) / 0.9))
+    for v_r in np.linspace(low, high, count + 2)[1:-1]:
+        x_r, _, _ = line_point(SCHEMATIC, name, v_r)
+        for cosine, shade in ((1.0, "0.0"), (-1.0, "0.55")):
+            step, turn, _ = derivatives(SCHEMATIC, field, (x_r, v_r), cosine)
+            size = np.hypot(step, turn)
+            axes.quiver(x_r, v_r, step / size, turn / size, color=shade, **_ARROW)
+
+
+def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
+    """Fields before and after (black), and the normals (grey), in the middle of a section."""
+    x_r, v_r, v_c = section.state
+    size = np.array([section.across, section.up])
+    sources, target = _THROUGH[section.piece]
+    plane = 2 if section.piece == "S7" else 1
+    across = np.array([1.0, 0.0]) if plane == 2 else np.array([0.0, 1.0])
+
+    def arrow(start: Array, end: Array, text: str, colour: str, place: Array) -> None:
+        (x0, y0), (x1, y1), (x2, y2) = (
+            size * p + np.array([0.0, v_c]) for p in (start, end, place)
+        )
+        looks = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", (x1, y1), xytext=(x0, y0), arrowprops=looks, zorder=6)
+        axes.text(x2, y2, text, ha="center", va="center", bbox=PATCH, zorder=7)
+
+    middle, aside = np.zeros(2), np.array([0.0, 0.12]) if plane == 2 else np.zeros(2)
+    for sign, mark in ((1, "+"), (-1, "-")):
+        normal = 0.5 * sign * across
+        name = rf"$\nabla P_{plane}^{{{mark}}}$"
+        arrow(middle, normal, name, "0.45", 1.25 * normal - aside)
+    for field, after in (*((source, False) for source in sources), (target, True)):
+        step, _, rise = derivatives(parameters, field, (x_r, v_r), 1.0)
+        way = np.array([step, rise]) / size
+        way *= (0.75 if after else -0.75) / np.hypot(*way)
+        start, end = (middle, way) if after else (way, middle)
+        arrow(start, end, f"$F_{field}$", "black", 1.12 * way + aside)

@@ -1,0 +1,137 @@
+"""The commands `hardcases` and `adversarial`: named hard cases, and random ones in numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from capsule_sym._options import json_option, make_console, make_table, track
+
+if TYPE_CHECKING:
+    from capsule_sym._hardcases.adversarial import Tally
+    from capsule_sym._hardcases.table import Row
+
+_RESULTS = Path("results/adversarial")
+_WIDTH = 200  # columns of a table that is piped
+_FAR = 1e-13  # from here on, double precision is expected to decide
+
+
+@click.command("hardcases")
+@json_option
+@click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
+def hardcases(as_json: bool, only: str) -> None:
+    """Run every hard case and judge the switches found by 50 digits.
+
+    The error is that of the worst switching time t*, in units of u (t* + M/|g'(t*)|) with M the
+    largest term of the guard g; 8 are allowed. Beside it stands what two plain approaches find:
+    200 samples per period with Brent's method, and SciPy's solve_ivp with events at 1e-10.
+    Exits with 1 if a switch is missed, invented or off by more than is allowed.
+    """
+    from capsule_sym._hardcases.cases import cases
+    from capsule_sym._hardcases.table import cost, rows
+    from capsule_sym._records import dumps
+
+    chosen = [case for case in cases() if only in case.name]
+    if not chosen:
+        raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")
+    table = list(track(rows(chosen), "Judging the hard cases", len(chosen)))
+    median, most = cost()
+    if as_json:
+        evaluations = {"median": median, "maximum": most}
+        records = [row.record() for row in table]
+        click.echo(dumps({"cases": records, "evaluations_per_segment": evaluations}))
+    else:
+        _print(table, median, most)
+    if not all(row.passed for row in table):
+        raise click.exceptions.Exit(1)
+
+
+def _print(rows: list[Row], median: float, most: int) -> None:
+    numbers, words = ("error", "events", "true"), ("outcome", "verdict", "sampling", "solve_ivp")
+    table = make_table("case", "what is hard", *numbers, *words, right=numbers)
+    for row in rows:
+        table.add_row(
+            row.name,
+            row.hard,
+            f"{row.error_ulp:.1f}",
+            str(row.events_found),
+            str(row.events_true),
+            row.outcome,
+            "[green]ok" if row.passed else f"[red]{row.verdict}",
+            row.plain["sampling"],
+            row.plain["solve_ivp"],
+        )
+    console = make_console(width=_WIDTH)
+    console.print(table)
+    console.print(
+        f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
+        f"sampling finds all switches in {_all(rows, 'sampling')}, "
+        f"solve_ivp in {_all(rows, 'solve_ivp')}; "
+        f"{sum(row.settled for row in rows)} decisions settled by 50 digits.\n"
+        f"Evaluations per segment over the case study: median {median:g}, maximum {most}."
+    )
+
+
+def _all(rows: list[Row], way: str) -> int:
+    return sum(row.plain[way] == "all" for row in rows)
+
+
+@click.command("adversarial")
+@click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
+@click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
+@json_option
+def adversarial(count: int, seed: int, as_json: bool) -> None:
+    """Compare the first switch of random starts near tangencies and corners with 50 digits.
+
+    The log results/adversarial/seed-SEED.jsonl grows by a line for every 200 starts; a run that
+    was interrupted goes on where it stopped, unless the code has changed. Exits with 1 if at a
+    single start another field takes over, another guard fires, or the time is not as accurate as
+    promised.
+    """
+    from dataclasses import asdict
+
+    from capsule_sym._hardcases.adversarial import CHUNK, Tally, run
+    from capsule_sym._records import dumps
+
+    total, log = Tally(), _RESULTS / f"seed-{seed}.jsonl"
+    for tally in track(run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)):
+        total.add(tally)
+    if as_json:
+        click.echo(dumps(asdict(total)))
+    else:
+        _print_tally(total)
+    if total.disagreements or total.inaccurate:
+        raise click.exceptions.Exit(1)
+
+
+def _print_tally(total: Tally) -> None:
+    console = make_console(width=_WIDTH)
+    for problem in total.disagreements + total.inaccurate:
+        console.print(f"[red]{problem['problem']}[/red]  {problem}")
+    columns = ("distance from", "starts", "settled by 50 digits", "open to 50 digits")
+    table = make_table(*columns, right=columns)
+    for decade in sorted(total.distances, key=_size):
+        table.add_row(decade, *map(str, total.distances[decade]))
+    console.print(table)
+    far = [n for decade, n in total.distances.items() if _size(decade) >= _FAR]
+    outcomes = ", ".join(f"{name} {count}" for name, count in sorted(total.outcomes.items()))
+    backends = ", ".join(
+        f"{name} {count}" + (f" (of {total.alone[name]} alone)" if total.alone.get(name) else "")
+        for name, count in sorted(total.backends.items())
+    )
+    console.print(
+        f"\n{total.starts} starts, {len(total.disagreements)} disagreements, "
+        f"{len(total.inaccurate)} times outside the accuracy contract. Judged: {backends}.\n"
+        f"Outcomes: {outcomes}.\n"
+        f"Left open by double precision and settled by 50 digits: {total.settled}, of which "
+        f"{sum(n[1] for n in far)} among the {sum(n[0] for n in far)} starts from {_FAR:g} on; "
+        f"open to 50 digits as well: {total.undecided}.\n"
+        f"Largest error of a switching time: {total.worst:.2f} of 8 allowed.\n"
+        f"{total.starts / total.seconds:.1f} starts per second and process."
+    )
+
+
+def _size(decade: str) -> float:
+    return float("inf") if decade == "anywhere" else float(decade)

@@ -1,0 +1,211 @@
+"""Switches of a run judged by 50 digits: which are true, and how far off their times are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._map.backend import Backend, Number, NumpyBackend
+from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.expansion import Guard, expand
+from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.native import NativeRun
+from capsule_sym._map.reference import Run
+from capsule_sym._map.transitions import State, start_at
+from capsule_sym._parameters import Parameters
+from capsule_sym.generated import formulas
+from capsule_sym.generated.interface import Precision
+
+CONTRACT = 8.0
+"""Largest error of a switching time t*, in units of u (t* + M/|g'(t*)|); see `Error` for M."""
+
+WIDE = "c, 106 bits"
+"""The C core deciding every switch by double-doubles."""
+
+_GRID = np.arange(1, 17) / 16
+
+
+@dataclass(frozen=True)
+class Start:
+    """The start of a run and its length."""
+
+    parameters: Parameters
+    state: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    phase: float = 0.0
+    periods: int = 1
+    max_segments: int = 3
+
+    def run(self, backend: str | None = None) -> Trajectory:
+        """The run, by a backend of `simulate`, or by the C core in 106 bits (`WIDE`)."""
+        if backend == WIDE:
+            run = NativeRun(self.parameters, settle=True)
+            run.precision = Precision.DOUBLE_DOUBLE
+            return run.go(self.state, self.phase, self.periods, self.max_segments)
+        return simulate(
+            self.parameters,
+            self.state,
+            self.phase,
+            self.periods,
+            backend=backend,
+            max_segments=self.max_segments,
+        )
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A run in double precision beside the one in 50 digits.
+
+    `found` and `true` are the fields passed, in order; `error` is the largest error of a switching
+    time over all segments, each judged from its own start.
+    """
+
+    run: Trajectory
+    found: tuple[int, ...]
+    true: tuple[int, ...]
+    error: Error
+    wrong: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether every switch is true and within the accuracy contract."""
+        return not self.wrong and self.found == self.true and self.error.amplitude <= CONTRACT
+
+
+def judge(start: Start) -> Judgement:
+    """The run from a start, judged segment by segment and as a whole."""
+    run = _Judged(NumpyBackend(), start.parameters, settle=True)
+    found = run.go(start.state, start.phase, start.periods, start.max_segments)
+    return Judgement(found, _fields(found), _fields(start.run("mpmath")), run.error, run.wrong)
+
+
+class Error(NamedTuple):
+    """Error of a switching time in units of u (t* + M/|g'(t*)|), with either reading of M.
+
+    DESIGN's contract is judged by `amplitude`, where the forced term of g counts with its amplitude
+    over all forcing phases: so large are the numbers that the forced response is added up from.
+    `phase` counts only the largest value that it takes at the start's own phase, which is smaller.
+    """
+
+    amplitude: float
+    phase: float
+
+
+def error(
+    numbers: Backend,
+    parameters: Parameters,
+    departure: Departure,
+    duration: float,
+    exact: Switch,
+    negligible: float = 0.0,
+) -> Error:
+    """The error of a switching time that is found to be `duration` where `exact` is true.
+
+    Zero where g'(t*) = 0: there the contract asks for no digits. An error that is certainly no more
+    than `negligible` is given by a bound.
+    """
+    c = numbers.constants(departure.field, parameters)
+    guard = exact.guards[0]
+    slope = abs(expand(numbers, c, exact.point)[guard].values[1])
+    if slope == 0:
+        return Error(0.0, 0.0)
+    off = abs(numbers.number(duration) - exact.duration) * 2**53
+
+    def units(term: float) -> float:
+        return float(off / (exact.duration + term / slope))
+
+    # M is no less than a term of the start; mostly the error is little enough with that already.
+    most = units(_term_of_start(c, departure, guard))
+    if most <= negligible:
+        return Error(most, most)
+    return Error(*map(units, largest_terms(parameters, departure, guard, float(exact.duration))))
+
+
+def _term_of_start(c: Any, departure: Departure, guard: Guard) -> float:
+    start = departure.start
+    if guard is Guard.DRIFT:
+        return float(abs(start.v_c))
+    x_r = max(abs(start.x_r), c.delta)
+    return float(x_r if guard is Guard.GAP else formulas.force_change_size(c, x_r, 0))
+
+
+def largest_terms(
+    parameters: Parameters, departure: Departure, guard: Guard, h: float
+) -> tuple[float, float]:
+    """The largest value that a term of a guard's closed form takes up to a duration h: M.
+
+    The terms of x_r and v_r are the start's own and the responses to spring and friction, to the
+    velocity and to the forcing; those of v_c are the momenta of the relative motion, of friction
+    and of forcing. The first number takes the forced response with its amplitude over all phases,
+    the second as it is at the start's phase.
+    """
+    numbers = NumpyBackend()
+    c, begun = numbers.constants(departure.field, parameters), departure.start
+    x, gap, v, v_c, _, angle = (float(value) for value in begun[:6])
+    kernels, times = numbers.kernels, h * _GRID
+    free = c._replace(alpha=0.0, push=0.0)
+    sizes = (abs(x), 0.0), (0.0, abs(gap))
+    unpushed = c._replace(push=0.0)
+    force = max(abs(c.push), *(formulas.rest_force_size(unpushed, *size) for size in sizes))
+
+    def response(constants: Any, v_r: float = 0.0, cosine: float = 0.0, sine: float = 0.0) -> Any:
+        rest = kernels.Start(0.0, 0.0, v_r, 0.0, 0.0, cosine, sine)
+        return np.array(kernels.flow(constants, rest, times)[:2])
+
+    forced = c._replace(push=0.0)
+    in_phase, quadrature = response(forced, cosine=1.0), response(forced, sine=1.0)
+    own = [response(free._replace(push=force)), response(free, v)]
+    cosine, sine = numbers.cos_sin(angle)
+    impulse = c.alpha * min(h, 2 / c.omega)
+    at_phase = c.alpha * np.abs(np.sin(angle + c.omega * times) - sine).max() / c.omega
+
+    def largest(driven: Any, impulse: float) -> float:
+        x_r, v_r = np.abs([*own, driven]).max(axis=(0, 2))
+        x_r = max(abs(x), c.delta, x_r)
+        if guard is Guard.GAP:
+            return float(x_r)
+        if guard is Guard.DRIFT:
+            momenta = max(v_r, abs(c.friction) * h, impulse)
+            return float(max(abs(v_c), momenta / (1 + c.gamma)))
+        in_x, in_v = (x_r, 0.0), (0.0, max(v_r, abs(v)))
+        return float(max(*(formulas.force_change_size(c, *part) for part in (in_x, in_v)), c.f_b))
+
+    amplitude = largest(np.hypot(in_phase, quadrature), impulse)
+    return amplitude, largest(cosine * in_phase + sine * quadrature, at_phase)
+
+
+def _fields(run: Trajectory) -> tuple[int, ...]:
+    """Fields of the segments that end in a switch."""
+    return tuple(segment.field for segment in run.segments if segment.target)
+
+
+def names(switch: Switch) -> str:
+    """The guards that fired at a switch, or its outcome if none did."""
+    return " and ".join(guard.value for guard in switch.guards) or switch.outcome.value
+
+
+class _Judged(Run):
+    """A run of which every switch is also located in 50 digits, from the same start."""
+
+    error, wrong = Error(0.0, 0.0), ""
+
+    def first_switch(
+        self, state: State, departure: Departure, limit: Number
+    ) -> tuple[Flow, Switch]:
+        with fifty_digits() as numbers:
+            given = self.exactly(numbers, state)
+        flow, switch = super().first_switch(state, departure, limit)
+        with fifty_digits() as numbers:
+            c = numbers.constants(departure.field, self.parameters)
+            exact = replace(
+                departure, start=start_at(c, given)._replace(zeros=departure.start.zeros)
+            )
+            true = locate(Flow(numbers, c, exact), numbers.number(limit))
+            if set(switch.guards) != set(true.guards):
+                self.wrong = self.wrong or f"F{flow.field}: {names(switch)}, not {names(true)}"
+            elif true.guards:
+                off = error(numbers, self.parameters, departure, switch.duration, true)
+                self.error = Error(*map(max, self.error, off))
+        return flow, switch

@@ -1,0 +1,134 @@
+"""The rows of the table of hard cases, and what certification costs over the case study."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from multiprocessing import get_context
+from typing import Any
+
+from capsule_sym._errors import Outcome
+from capsule_sym._hardcases import plain
+from capsule_sym._hardcases.cases import Case
+from capsule_sym._hardcases.judge import Judgement, Start, judge
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._parameters import Parameters
+from capsule_sym._study import casestudy
+
+_COST_PERIODS = 30
+_PROCESSES = 2
+
+
+@dataclass(frozen=True)
+class Row:
+    """A hard case judged: events of the map and of 50 digits, error, outcome, and plain ways.
+
+    `error_ulp` is the largest error of a switching time in units of u (t* + M/|g'(t*)|), allowed
+    up to 8; `error_ulp_at_phase` is the same with the smaller of the two readings of M (`Error`).
+    `plain` says how each plain approach did: "all", or what went wrong.
+    """
+
+    name: str
+    hard: str
+    events_found: int
+    events_true: int
+    error_ulp: float
+    error_ulp_at_phase: float
+    outcome: str
+    settled: int
+    verdict: str
+    plain: dict[str, str]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all events are true ones, none is missing, and all times are accurate."""
+        return self.verdict == "ok"
+
+    def record(self) -> dict[str, Any]:
+        """The row as a plain record."""
+        return asdict(self)
+
+
+def rows(cases: list[Case]) -> Iterator[Row]:
+    """The rows of the cases, in order, computed by two processes."""
+    with ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool:
+        try:
+            yield from pool.map(row, cases)
+        finally:
+            # An interrupt waits for no case that has not begun.
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def row(case: Case) -> Row:
+    """One case judged, with the plain approaches beside it."""
+    start = case.build()
+    judged = judge(start)
+    return Row(
+        case.name,
+        case.hard,
+        len(judged.found),
+        len(judged.true),
+        *judged.error,
+        _outcome(judged.run),
+        judged.run.statistics.escalations,
+        _verdict(judged),
+        {
+            "sampling": _plain(plain.sampling, start, judged.true),
+            "solve_ivp": _plain(plain.solve_ivp, start, judged.true),
+        },
+    )
+
+
+def cost() -> tuple[float, int]:
+    """Evaluations of the closed form per segment over the case study: median and maximum."""
+    evaluations = [
+        segment.evaluations
+        for gamma in casestudy.GAMMAS
+        for alpha in casestudy.PANELS.values()
+        for segment in simulate(
+            Parameters(alpha=alpha, gamma=gamma), periods=_COST_PERIODS, backend="numpy"
+        ).segments
+        if segment.target
+    ]
+    return statistics.median(evaluations), max(evaluations)
+
+
+def _outcome(run: Trajectory) -> str:
+    """The outcome that is rarest: of a tangency, of a segment that is not regular, or regular."""
+    seen = [outcome for s in run.segments for outcome, _ in s.tangencies]
+    seen += [s.outcome for s in run.segments if s.outcome not in (Outcome.REGULAR, Outcome.END)]
+    seen += [s.outcome for s in run.segments]
+    return str(seen[0]) if seen else str(Outcome.UNDECIDED)
+
+
+def _verdict(judged: Judgement) -> str:
+    if judged.wrong:
+        return f"wrong switch in {judged.wrong}"
+    if judged.found != judged.true:
+        return _difference(judged.found, judged.true)
+    return "ok" if judged.passed else "outside the accuracy contract"
+
+
+def _difference(found: tuple[int, ...], true: tuple[int, ...]) -> str:
+    if found == true:
+        return "all"
+    if len(found) < len(true):
+        return f"missed {len(true) - len(found)}"
+    if len(found) > len(true):
+        return f"invented {len(found) - len(true)}"
+    return f"other: {_word(found)}, not {_word(true)}"
+
+
+def _word(fields: tuple[int, ...]) -> str:
+    return " ".join(f"F{field}" for field in fields)
+
+
+def _plain(way: Callable[[Start], tuple[int, ...]], start: Start, true: tuple[int, ...]) -> str:
+    try:
+        return _difference(way(start), true)
+    except plain.GaveUp as reason:
+        return f"gave up: {reason}"
+    except (ArithmeticError, ValueError) as failure:
+        return f"failed: {failure}"

@@ -1,0 +1,68 @@
+"""Where a segment ends: the state there, with what is known of it by the guards.
+
+A guard that fired is exactly zero, whatever rounding makes of it. One that did not is proved
+positive; where terms cancel its computed value may be zero all the same, or negative, which is no
+knowledge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from capsule_sym._errors import Outcome
+from capsule_sym._map.backend import Number
+from capsule_sym._map.expansion import Guard
+from capsule_sym._map.location import Departure, Flow, Switch
+from capsule_sym._map.transitions import State
+from capsule_sym.generated.switching import IMPACT_PLANES
+
+
+def tells(flow: Flow, switch: Switch) -> bool:
+    """Whether the computed state at the end of a segment has the signs that are proved of it."""
+    return all(sign * getattr(switch.point, name) > 0 for name, sign, _ in _proved(flow, switch))
+
+
+def _proved(flow: Flow, switch: Switch) -> Iterator[tuple[str, int, Number]]:
+    """Quantities of a segment's end that are proved not to vanish: sign, and error of the value."""
+    if switch.duration == 0 or switch.outcome is Outcome.UNDECIDED:
+        return
+    c, point, side = flow.c, switch.point, 1 if flow.c.contact else -1
+    if Guard.GAP not in switch.guards:
+        # At rest on the impact surface the gap is zero for ever.
+        if flow.start.zeros.get(Guard.GAP, 0) < flow.backend.kernels.JET_ORDER:
+            yield "gap", side, point.error_x
+    elif switch.outcome is Outcome.REGULAR:
+        yield "v_r", -side, point.error_v
+    if c.drift and Guard.DRIFT not in switch.guards:
+        yield "v_c", c.drift, point.error_v_c
+
+
+def reached(flow: Flow, switch: Switch, angle: Number) -> State:
+    """The state at the end of a segment.
+
+    A sign that is proved and hidden by rounding is made to show, within the error bound.
+    """
+    c, point, zero = flow.c, switch.point, angle * 0
+    for name, sign, error in _proved(flow, switch):
+        if not sign * getattr(point, name) > 0 and error > 0:
+            point = point._replace(**{name: sign * error})
+            if name == "gap":
+                point = point._replace(x_r=c.delta + sign * error)
+    state = State(point.x_r, point.gap, point.v_r, point.v_c if c.drift else zero, angle)
+    for guard in switch.guards:
+        if guard is Guard.GAP:
+            state = state._replace(x_r=c.delta, gap=zero)
+        elif guard is Guard.DRIFT:
+            state = state._replace(v_c=zero)
+        else:
+            state = state._replace(bound=1 if guard is Guard.UPPER else -1)
+    return state
+
+
+def plane(state: State, following: Departure | None) -> str:
+    """The switching plane of a state, Eq. (24): by the field to come where the capsule rests."""
+    if following is None:
+        return ""
+    if state.v_c == 0:
+        return f"Σ{following.field}"
+    return f"Σ{IMPACT_PLANES[1 if state.v_c > 0 else -1, 1 if state.v_r > 0 else -1]}"

@@ -1,0 +1,171 @@
+"""The two number systems in which the one map runs: double precision and mpmath.
+
+A backend gives the generated kernels of its number system and the few operations that differ
+between them. Everything else in this package is written once, for either.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from functools import cache
+from typing import Any, Protocol
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._parameters import Parameters
+
+Number = Any  # float, or a number of the mpmath kernels
+DIGITS = 50
+MOST_DIGITS = DIGITS + 10
+"""What 50 digits are computed with."""
+
+
+class Backend(Protocol):
+    """What the map asks of a number system."""
+
+    name: str
+    kernels: Any
+
+    @property
+    def unit(self) -> Number:
+        """Unit roundoff."""
+
+    @property
+    def full_turn(self) -> Number:
+        """2 pi."""
+
+    def number(self, value: object) -> Number:
+        """The value in this number system, exactly if it is a float."""
+
+    def sqrt(self, value: Number) -> Number:
+        """Square root."""
+
+    def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
+        """The forcing angle at a time, and by how much it is more than rounded."""
+
+    def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
+        """Cosine and sine of an angle and what rounding took from it."""
+
+    def turns(self, angle: Number) -> tuple[int, Number]:
+        """Whole turns in an angle >= 0, and the rest in [0, 2 pi)."""
+
+    def constants(self, field: int, parameters: Parameters) -> Any:
+        """Constants of a segment."""
+
+
+class NumpyBackend:
+    """Double precision on the NumPy kernels."""
+
+    name = "numpy"
+    unit = 2.0**-53
+    full_turn = 2.0 * math.pi
+    # 2 pi in two parts, so that subtracting it k times commits no error that grows with k.
+    _TURN = (2.0 * math.pi, 2.4492935982947064e-16)
+
+    def __init__(self) -> None:
+        from capsule_sym.generated.py import kernels
+
+        self.kernels: Any = kernels
+
+    def number(self, value: object) -> float:
+        return float(value)  # type: ignore[arg-type]
+
+    def sqrt(self, value: float) -> float:
+        return math.sqrt(value)
+
+    def angle(self, phase: float, omega: float) -> tuple[float, float]:
+        angle = phase * omega
+        return angle, float(Fraction(phase) * Fraction(omega) - Fraction(angle))
+
+    def cos_sin(self, angle: float, rest: float = 0.0) -> tuple[float, float]:
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return cosine - rest * sine, sine + rest * cosine
+
+    def turns(self, angle: float) -> tuple[int, float]:
+        high, low = self._TURN
+        whole = math.floor(angle / high)
+        rest = (angle - whole * high) - whole * low
+        if rest < 0.0:
+            whole -= 1
+            rest = (angle - whole * high) - whole * low
+        return (whole + 1, 0.0) if rest >= high else (whole, rest)
+
+    def constants(self, field: int, parameters: Parameters) -> Any:
+        c = self.kernels.constants(field, *parameters.to_dict().values())
+        # Plain Python numbers make the scalar path several times faster than NumPy's.
+        return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})
+
+
+class MpmathBackend:
+    """Numbers of so many decimal digits, whatever `mpmath.mp` is set to, on the mpmath kernels."""
+
+    name = "mpmath"
+
+    def __init__(self, digits: int = MOST_DIGITS) -> None:
+        from capsule_sym._map.precision import mpmath_kernels, of_mpmath
+
+        self._set(of_mpmath(digits), mpmath_kernels(digits))
+
+    def _set(self, functions: Any, kernels: Any) -> None:
+        self.kernels: Any = kernels
+        self._functions = functions
+        self.unit: Number = functions.eps / 2
+        self.full_turn: Number = 2 * functions.pi
+
+    def number(self, value: object) -> Number:
+        return self._functions.mpf(value)
+
+    def sqrt(self, value: Number) -> Number:
+        return self._functions.sqrt(value)
+
+    def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
+        return phase * omega, phase * 0
+
+    def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
+        return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
+
+    def turns(self, angle: Number) -> tuple[int, Number]:
+        whole = int(self._functions.floor(angle / self.full_turn))
+        return whole, angle - whole * self.full_turn
+
+    def constants(self, field: int, parameters: Parameters) -> Any:
+        values = [self.number(value) for value in parameters.to_dict().values()]
+        return self.kernels.constants(field, *values)
+
+
+def default_backend() -> str:
+    """The fastest backend: "c" where the core was compiled, else "numpy"."""
+    return "c" if _is_compiled() else "numpy"
+
+
+@cache
+def _is_compiled() -> bool:
+    """Whether the C core is there; warns once if it is not."""
+    from capsule_sym._native import core
+
+    if core is not None:
+        return True
+    warnings.warn(
+        "capsule-sym was installed without a compiler and runs its NumPy backend, "
+        "which is slower by far",
+        RuntimeWarning,
+        stacklevel=4,
+    )
+    return False
+
+
+@contextmanager
+def backend(name: str) -> Iterator[Backend]:
+    """The backend of this name, `numpy`, or `mpmath` with 50 digits and 10 to guard them.
+
+    Raises InvalidInput for another name.
+    """
+    if name == "numpy":
+        yield NumpyBackend()
+    elif name == "mpmath":
+        yield MpmathBackend()
+    else:
+        raise InvalidInput("backend", name, "c, numpy or mpmath")

@@ -1,0 +1,85 @@
+"""What a run may be asked for: ranges of parameters, states, phases and counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from numbers import Integral
+from operator import attrgetter
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._parameters import Parameters
+
+_LARGEST_COUNT = 10**12
+LARGEST_STATE = 1e20
+RANGES = {
+    "alpha": (0.0, 1e10),
+    "omega": (1e-6, 1e6),
+    "delta": (0.0, 1e10),
+    "zeta": (0.0, 1e4),
+    "beta": (0.0, 1e10),
+    "gamma": (1e-8, 1e8),
+    "f_b": (1e-10, 1e10),
+}
+_scales = attrgetter(*RANGES)
+
+
+def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
+    try:
+        x_r, v_r, v_c = state
+        if not type(x_r) is type(v_r) is type(v_c) is float:
+            if any(isinstance(value, str | bytes | bool) for value in (x_r, v_r, v_c)):
+                raise TypeError
+            x_r, v_r, v_c = float(x_r), float(v_r), float(v_c)
+        # NaN fails the comparisons, so it is refused here as well.
+        if abs(x_r) <= LARGEST_STATE and abs(v_r) <= LARGEST_STATE and abs(v_c) <= LARGEST_STATE:
+            return x_r, v_r, v_c
+    except (TypeError, ValueError, OverflowError):
+        pass
+    allowed = f"three numbers (x_r, v_r, v_c) of size at most {LARGEST_STATE:g}"
+    raise InvalidInput("state", state, allowed)
+
+
+def checked_seconds(value: float) -> float:
+    """The limit of time; raises InvalidInput unless it is a number > 0."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+        raise InvalidInput("max_seconds", value, "a number > 0")
+    return value
+
+
+@lru_cache
+def _check_scales(parameters: Parameters) -> None:
+    """Refuse parameters whose powers and quotients double precision cannot carry."""
+    for (field, (low, high)), value in zip(RANGES.items(), _scales(parameters), strict=True):
+        if not low <= value <= high:
+            raise InvalidInput(field, value, f"in [{low:g}, {high:g}] for a run")
+
+
+def check_start(
+    parameters: Parameters, state: Sequence[float], phase: float, periods: int
+) -> tuple[float, float, float]:
+    """The state as three floats; raises InvalidInput for any argument that is not allowed."""
+    if not isinstance(parameters, Parameters):
+        raise InvalidInput("parameters", parameters, "Parameters")
+    values = _checked_state(state)
+    _check_scales(parameters)
+    _check_phase(phase, parameters)
+    check_count("periods", periods)
+    return values
+
+
+def check_count(field: str, value: int) -> None:
+    """Raises InvalidInput unless the value is a whole number from 1 to 10^12."""
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, Integral)
+        or not 1 <= value <= _LARGEST_COUNT
+    ):
+        raise InvalidInput(field, value, f"a whole number from 1 to {_LARGEST_COUNT}")
+
+
+def _check_phase(phase: float, parameters: Parameters) -> None:
+    real = isinstance(phase, int | float) and not isinstance(phase, bool)
+    if not (real and 0.0 <= phase < parameters.period):
+        allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
+        raise InvalidInput("phase", phase, allowed)

@@ -1,0 +1,146 @@
+"""Taylor expansions of a segment's guards, with certain bounds on remainder and rounding error.
+
+A guard is positive inside the segment's region and fires where it vanishes:
+
+    gap     +-(x_r - delta), the sign that of contact     (every segment)
+    drift   drift * v_c                                   (drifting segments)
+    upper   f_b - P,   lower   f_b + P                    (sticking segments)
+
+with P the interaction force. From the state at one instant, the equation of motion gives their
+derivatives to any order. The remainder is bounded by an energy argument: y = x_r^(n) obeys
+y'' + 2 sigma y' + K y = (drive), so that sqrt(y'^2 + K y^2) grows at most by the size of the drive
+per unit of time, whatever the damping, at resonance as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import lru_cache, partial
+from math import factorial
+from typing import Any, NamedTuple
+
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym.generated import formulas
+
+
+class Guard(Enum):
+    """A condition of the present segment; it fires where its function vanishes."""
+
+    GAP = "gap"
+    DRIFT = "drift"
+    UPPER = "upper"
+    LOWER = "lower"
+
+
+class Point(NamedTuple):
+    """A state and forcing angle within a segment, with bounds on the error of each quantity.
+
+    `margin` is P - friction. The error bounds are 0 for a segment's start, which is given.
+    """
+
+    x_r: Number
+    gap: Number
+    v_r: Number
+    v_c: Number
+    margin: Number
+    cos_theta: Number
+    sin_theta: Number
+    error_x: Number
+    error_v: Number
+    error_v_c: Number
+    error_angle: Number
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """A guard about an instant: derivatives g, g', ..., bounds on their errors, and a remainder.
+
+    For every duration d >= 0, |g(d) - sum values[i] d^i / i!| is at most
+    sum errors[i] d^i / i! + (rest + growth d) d^n / n!, with n the number of values; each
+    derivative of g likewise, with one power of d less.
+    """
+
+    values: list[Number]
+    errors: list[Number]
+    rest: Number
+    growth: Number
+
+
+def watched(c: Any) -> tuple[Guard, ...]:
+    """The guards that can fire in a segment with these constants."""
+    return (Guard.GAP, Guard.DRIFT) if c.drift else (Guard.GAP, Guard.UPPER, Guard.LOWER)
+
+
+@lru_cache(maxsize=4)
+def factorials(count: int) -> tuple[int, ...]:
+    """0! to (count - 1)!."""
+    return tuple(factorial(n) for n in range(count))
+
+
+def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
+    """Expansions of all watched guards of the segment with constants `c` about a point."""
+    kernels, unit = backend.kernels, backend.unit
+    order = kernels.JET_ORDER
+    x = [at.x_r, at.v_r]
+    jet = kernels.jet(c, at.x_r, at.gap, at.v_r, at.cos_theta, at.sin_theta)
+    # An error of the point counts as if it were so many roundings of its value.
+    sizes = [abs(at.x_r) + at.error_x / unit, abs(at.v_r) + at.error_v / unit]
+    gap_size = abs(at.gap) + at.error_x / unit
+    bounds = kernels.jet_magnitudes(c, sizes[0], gap_size, sizes[1])
+    x += jet[:order]
+    sizes += bounds[:order]
+    # Each step of the recurrence commits at most five roundings of the magnitude, and its
+    # constants carry three more; the forcing has the error of its angle besides.
+    slack = [(8 * n + 8) * unit + at.error_angle for n in range(order + 2)]
+    error_x = [at.error_x, at.error_v] + [slack[n] * sizes[n] for n in range(2, order + 2)]
+    p = list(jet[order:])
+    error_p = [slack[n + 1] * bounds[order + n] for n in range(order + 1)]
+
+    def energy(n: int) -> Number:
+        """sqrt(y'^2 + K y^2) for y = x_r^(n), rounded up."""
+        high, low = abs(x[n + 1]) + error_x[n + 1], abs(x[n]) + error_x[n]
+        return (1 + 8 * unit) * backend.sqrt(high * high + c.K * low * low)
+
+    drive = c.alpha * c.omega ** (order - 1)
+    force = (1 + 8 * unit) * formulas.force_per_energy(c, backend.sqrt(c.K))
+    side = 1 if c.contact else -1
+    expansions = {
+        Guard.GAP: Expansion(
+            [side * at.gap] + [side * value for value in x[1:order]],
+            error_x[:order],
+            energy(order - 1),
+            drive,
+        )
+    }
+    if c.drift:
+        rate = partial(formulas.v_c_rate, c)
+        expansions[Guard.DRIFT] = Expansion(
+            [
+                c.drift * at.v_c,
+                *(c.drift * rate(value) for value in (at.margin, *p[1 : order - 1])),
+            ],
+            [at.error_v_c, rate(margin_error(c, at, unit))]
+            + [rate(error) for error in error_p[1 : order - 1]],
+            rate(force * energy(order - 1)),
+            rate(force * drive),
+        )
+        return expansions
+    rest, growth = force * energy(order), force * drive * c.omega
+    for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
+        # In stick the margin is P itself, unless the start is known to lie on the bound.
+        first = c.f_b + sign * at.margin
+        expansions[guard] = Expansion(
+            [first, *(sign * value for value in p[1:order])],
+            [margin_error(c, at, unit) + 2 * unit * abs(first), *error_p[1:order]],
+            rest,
+            growth,
+        )
+    return expansions
+
+
+def margin_error(c: Any, at: Point, unit: Number) -> Number:
+    """Bound on the error of P - friction: of the point's quantities, and of adding them up."""
+    added = formulas.margin_at_size(c, abs(at.x_r), abs(at.gap), abs(at.v_r))
+    carried = formulas.force_change_size(c, at.error_x, at.error_v)
+    return carried + 6 * unit * added

@@ -1,0 +1,238 @@
+"""The first root of a function known only through its expansion: excluded, isolated, or open.
+
+Everything is decided on polynomials that bound the function from below and above, by the signs of
+their Bernstein coefficients: where all are positive on an interval, so is the polynomial. Nothing
+is sampled.
+
+The polynomials are doubles whatever the number system of the expansion. More digits would tell no
+more: where a sign is hidden by rounding beside larger coefficients, a shorter interval shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from math import comb
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._map.backend import Number
+from capsule_sym._map.expansion import Expansion, factorials
+
+_DEPTH = 6  # an interval is halved this often before its end is left to a new expansion
+_NARROW = 2.0**-20  # relative width of a bracket
+_TINY = 1e-290
+# Roundings counted for an expansion that has more digits: far more than its own conversion takes,
+# so that its signs rest on no close count of roundings.
+_COARSE = 2.0**-40
+_SMALL = 1e-250  # below this, underflow might count
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is proved of a guard on an interval that begins where the expansion stands.
+
+    The guard is positive on (0, `clear`). With a bracket (low, high) it has exactly one root
+    there, is positive before and negative after; low is then `clear`.
+    """
+
+    clear: Number
+    bracket: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class _Bounds:
+    """Coefficients of bounds from below and above, and of one from above on the derivative."""
+
+    lower: list[float]
+    upper: list[float]
+    slope: list[float]
+    unit: float
+
+
+def _bounds(e: Expansion, zeros: int, unit: Number) -> _Bounds:
+    """Bounds on g(d)/d^zeros, where the first `zeros` derivatives of g vanish at the start."""
+    unit = unit if isinstance(unit, float) else _COARSE
+    n = len(e.values)
+    inverse = [1 / factorial for factorial in factorials(n + 1)]
+    # The roundings made from here on (scaling, Bernstein form) are covered by a few units more.
+    slack = 8 * n * unit
+    value = [float(e.values[i]) * inverse[i] for i in range(zeros, n)]
+    error = [
+        float(e.errors[i]) * (1 + slack) * inverse[i] + slack * abs(a)
+        for i, a in enumerate(value, zeros)
+    ]
+    rest, growth = (float(size) * inverse[n] * (1 + slack) for size in (e.rest, e.growth))
+    lower = [a - b for a, b in zip(value, error, strict=True)] + [-rest, -growth]
+    upper = [a + b for a, b in zip(value, error, strict=True)] + [rest, growth]
+    # |(R/d^m)'| <= |R'|/d^m + m |R|/d^(m+1), with R' bounded like R by one power less.
+    slope = [(i + 1) * upper[i + 1] for i in range(n - zeros - 1)]
+    slope += [(n + zeros) * rest, (n + zeros) * growth]
+    return _Bounds(lower, upper, slope, unit)
+
+
+@lru_cache(maxsize=16)
+def _matrices(size: int) -> tuple[Any, Any, Any, Any]:
+    """What takes coefficients of powers to Bernstein form, and that to the halves' forms."""
+    pascal = np.array([[comb(j, i) for j in range(size)] for i in range(size)], dtype=float)
+    left = pascal / 2.0 ** np.arange(size)
+    return pascal[:, -1], pascal, left, left[::-1, ::-1]
+
+
+def search(expansion: Expansion, zeros: int, reach: Number, unit: Number) -> Search:
+    """What the expansion proves about the first root in (0, reach].
+
+    `zeros` derivatives of the guard, from the guard itself on, vanish at the start; that root is
+    divided out.
+    """
+    bounds, end = _bounds(expansion, zeros, unit), float(reach)
+    if end < reach:
+        end = math.nextafter(end, math.inf)
+    binomials, pascal, to_left, to_right = _matrices(len(bounds.lower))
+    scaled = np.array([bounds.lower, bounds.upper, [*bounds.slope, 0.0]])
+    scaled *= end ** np.arange(len(binomials))
+    if not _SMALL < np.abs(scaled).max() < math.inf:
+        return Search(reach * 0)
+    pending = [((scaled / binomials) @ pascal, 0.0, end, 0)]
+    while pending:
+        forms, start, end, depth = pending.pop()
+        low, high = forms.min(axis=1), forms.max(axis=1)
+        # Rounding errors of Bernstein coefficients, the few subdivisions included.
+        doubt = 16 * bounds.unit * np.maximum(high, -low)
+        if low[0] > doubt[0]:
+            continue
+        if forms[1, -1] < -doubt[1] and high[2] < -doubt[2]:
+            bracket = _narrowed(bounds, start, end)
+            # With more digits than a double the root may be just past the reach.
+            return Search(reach * 0 + bracket[0], bracket if bracket[1] <= reach else None)
+        if depth == _DEPTH:
+            return Search(reach * 0 + start)
+        middle = (start + end) / 2
+        pending.append((forms @ to_right, middle, end, depth + 1))
+        pending.append((forms @ to_left, start, middle, depth + 1))
+    return Search(reach)
+
+
+def positive_at(expansion: Expansion, d: Number, unit: Number) -> bool:
+    """Whether the guard is certainly positive a duration d after the expansion's instant."""
+    return bool(_value(_bounds(expansion, 0, unit).lower, float(d)) > 0)
+
+
+def _value(coefficients: list[Number], d: Number) -> Number:
+    total = d * 0
+    for a in reversed(coefficients):
+        total = total * d + a
+    return total
+
+
+def _narrowed(bounds: _Bounds, start: float, end: float) -> tuple[float, float]:
+    """The same bracket as small as the bounds allow; the guard decreases all over it."""
+    low, _ = _bisect(bounds.lower, start, end)
+    _, high = _bisect(bounds.upper, low, end)
+    return low, high
+
+
+def _bisect(coefficients: list[float], low: float, high: float) -> tuple[float, float]:
+    """Ends of a small interval at which a polynomial is positive (or the start) and negative."""
+    while high - low > high * _NARROW:
+        middle = (low + high) / 2
+        if _value(coefficients, middle) > 0:
+            low = middle
+        else:
+            high = middle
+        if high < _TINY:
+            break
+    return low, high
+
+
+def polish(
+    about: Callable[[Number], Expansion], bracket: tuple[Number, Number], unit: Number
+) -> Number:
+    """The root in a bracket that holds exactly one, from the function's expansions within it.
+
+    It is the root of the expansion there, made anew until all of its error but that of the value
+    itself is below rounding; so near to the root, once or twice is enough. The function decreases.
+    """
+    low, high = bracket
+    h, last = (low + high) / 2, 4 * (high - low)
+    while True:
+        e = about(h)
+        step = _descending_root(e.values, low - h, high - h, unit * h)
+        h, size = h + step, abs(step)
+        inverse = factorials(len(e.errors) + 1)
+        terms = [*e.errors[1:], e.rest + e.growth * size]
+        added = sum(a * size**i / inverse[i] for i, a in enumerate(terms, 1))
+        # Near a tangency the slope there is far below the one that the step was taken from.
+        slope = sum(a * step**i / inverse[i] for i, a in enumerate(e.values[1:]))
+        if added <= unit * h * abs(slope) or 2 * size > last or h in bracket:
+            return h
+        last = size
+
+
+def _descending_root(
+    derivatives: list[Number], low: Number, high: Number, tolerance: Number
+) -> Number:
+    """The root of a polynomial, given by its derivatives at 0, that decreases from low to high.
+
+    Brent's method; an end of the bracket where the polynomial does not change sign.
+    """
+    inverse = factorials(len(derivatives))
+    values = [a / b for a, b in zip(derivatives, inverse, strict=True)]
+
+    def polynomial(d: Number) -> Number:
+        return _value(values, d)
+
+    if polynomial(low) <= 0:
+        return low
+    if polynomial(high) >= 0:
+        return high
+    if isinstance(low, float) and isinstance(high, float):
+        from scipy.optimize import brentq
+
+        least = max(tolerance / 8, _TINY)
+        return brentq(polynomial, low, high, xtol=least, rtol=_LEAST_RTOL, maxiter=1000)
+    return brent(polynomial, low, high, tolerance / 8)
+
+
+_LEAST_RTOL = 4 * 2.0**-52  # that SciPy's brentq takes
+
+
+def brent(f: Callable[[Number], Number], a: Number, b: Number, tolerance: Number) -> Number:
+    """The root of f between a and b, where it changes sign, as SciPy's `brentq` finds it.
+
+    Inverse quadratic interpolation, the secant, or bisection where these gain too little (R. P.
+    Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number system.
+    """
+    before, here = a, b
+    f_before, f_here = f(before), f(here)
+    kept, f_kept = before, f_before
+    step = last = here - before
+    while f_here != 0:
+        if f_before * f_here < 0:
+            kept, f_kept = before, f_before
+            step = last = here - before
+        if abs(f_kept) < abs(f_here):
+            before, here, kept = here, kept, here
+            f_before, f_here, f_kept = f_here, f_kept, f_here
+        middle = (kept - here) / 2
+        if abs(middle) < tolerance:
+            break
+        if abs(last) > tolerance and abs(f_here) < abs(f_before):
+            if before == kept:
+                trial = -f_here * (here - before) / (f_here - f_before)
+            else:
+                to_before = (f_before - f_here) / (before - here)
+                to_kept = (f_kept - f_here) / (kept - here)
+                trial = -f_here * (f_kept * to_kept - f_before * to_before)
+                trial /= to_kept * to_before * (f_kept - f_before)
+            gained = 2 * abs(trial) < min(abs(last), 3 * abs(middle) - tolerance)
+            last, step = (step, trial) if gained else (middle, middle)
+        else:
+            last = step = middle
+        before, f_before = here, f_here
+        here += step if abs(step) > tolerance else (tolerance if middle > 0 else -tolerance)
+        f_here = f(here)
+    return here

@@ -1,0 +1,130 @@
+"""Results as tables of pandas and xarray, and trajectories drawn into matplotlib's axes."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput, NotInstalled
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+    from capsule_sym._map.trajectory import Trajectory
+
+_NAMES = {
+    "period": "whole excitation periods before the start",
+    "phase": "time in the excitation period at the start",
+    "duration": "duration",
+    "field": "field",
+    "source": "switching plane at the start",
+    "target": "switching plane at the end",
+    "x_r": "relative displacement at the start",
+    "v_r": "relative velocity at the start",
+    "v_c": "capsule velocity at the start",
+    "x_c": "capsule position at the start",
+    "advance": "change of the capsule position",
+    "outcome": "how the segment ends",
+    "evaluations": "expansions or guard evaluations to find the end",
+    "alpha": "excitation amplitude",
+    "omega": "excitation frequency",
+    "delta": "gap",
+    "zeta": "damping ratio",
+    "beta": "stiffness ratio",
+    "gamma": "mass ratio",
+    "f_b": "friction bound",
+    "itinerary": "fields of one period of the motion",
+    "period_number": "excitation periods of one period of the motion",
+    "progression": "advance of the capsule per excitation period",
+    "average_velocity": "advance of the capsule per unit of time",
+    "largest_multiplier": "largest modulus of a Floquet multiplier",
+    "line": "line of the switching surfaces on which the orbit bifurcates",
+    "residual": "largest entry of the equations' residual",
+    "status": "whether the equations are solved",
+}
+"""What the columns of all tables mean. Those that have no name here keep their own."""
+_COUNTED = ("period", "evaluations", "period_number")
+_MOST_POINTS = 100_000
+
+
+class Labelled:
+    """What has columns, and so can be a table of pandas or xarray."""
+
+    dimension: ClassVar[str]
+    """What a row is."""
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The columns, arrays of shape (n,)."""
+        raise NotImplementedError
+
+    def attributes(self) -> dict[str, Any]:
+        """What holds for all rows."""
+        return {}
+
+    def to_dataframe(self) -> DataFrame:
+        """The columns as a pandas DataFrame, texts as categories; dimensionless.
+
+        Raises ImportError without pandas.
+        """
+        pandas = package("pandas", "sweep")
+        made: DataFrame = pandas.DataFrame(
+            {
+                name: pandas.Categorical(column) if column.dtype.kind == "U" else column
+                for name, column in self.columns.items()
+            }
+        )
+        return made
+
+    def to_xarray(self) -> Dataset:
+        """The columns as an xarray Dataset, each with its `units` and `long_name`; dimensionless.
+
+        Raises ImportError without xarray.
+        """
+        xarray = package("xarray", "sweep")
+        variables, count = {}, 0
+        for name, column in self.columns.items():
+            about, count = {"long_name": _NAMES.get(name, name)}, len(column)
+            if column.dtype.kind != "U" and name in _NAMES:
+                about["units"] = "1" if name in _COUNTED else "dimensionless"
+            variables[name] = (self.dimension, column, about)
+        made: Dataset = xarray.Dataset(
+            variables, {self.dimension: np.arange(count)}, self.attributes()
+        )
+        return made
+
+
+def package(name: str, extra: str) -> Any:
+    """An optional package; raises NotInstalled, which names the extra that brings it."""
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise NotInstalled(error, extra) from error
+
+
+def draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
+    """A run drawn into axes: displacements over time, or the phase portrait."""
+    if of not in ("displacements", "phase"):
+        raise InvalidInput("of", of, "displacements or phase")
+    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
+        raise InvalidInput("points", points, "a whole number from 2 on")
+    if axes is None:
+        axes = package("matplotlib.pyplot", "plot").subplots()[1]
+    period, (first, last) = run.parameters.period, run.span
+    count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
+    times = np.linspace(first, last, count)
+    x_r, v_r, _, x_c = run(times, position=True).T
+    if of == "phase":
+        axes.plot(x_r, v_r)
+        axes.axvline(run.parameters.delta, color="0.7", zorder=0)
+        axes.set(xlabel="$x_r$", ylabel="$v_r$")
+        return axes
+    axes.plot(times / period, x_r, label="$x_r$")
+    axes.plot(times / period, x_c, label="$x_c$")
+    axes.set(xlabel=r"time $\omega\tau/2\pi$ (periods)", ylabel="displacement")
+    axes.legend()
+    return axes

@@ -1,0 +1,407 @@
+"""The first switch of a segment, certified: every earlier time is excluded by a bound."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from time import perf_counter
+from typing import Any, NamedTuple
+
+from capsule_sym._errors import Outcome
+from capsule_sym._map import quasistatic
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Expansion, Guard, Point, expand, watched
+from capsule_sym._map.isolation import Search, polish, positive_at, search
+from capsule_sym.generated import formulas
+
+_REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
+_SHRINK = 8
+_SHORTEST = 1e-250  # start of the durations that are looked at, over the fastest rate
+_MOST_EVALUATIONS = 200_000
+# A step that is shorter than this, relative to the time passed and to the segment's own time scale,
+# hardly advances. Steps towards a close miss and away from it are, but at least double or halve.
+_SHORT = 2.0**-20
+_ERROR_UNITS = 8  # rounding of the kernels, in units of their largest terms; measured: below 4
+
+
+class Start(NamedTuple):
+    """The start of a segment: state, forcing angle, and which guards vanish there exactly.
+
+    `zeros` gives, for each such guard, how many derivatives from the guard itself on vanish.
+    """
+
+    x_r: Number
+    gap: Number
+    v_r: Number
+    v_c: Number
+    margin: Number
+    angle: Number
+    zeros: Mapping[Guard, int]
+    angle_rest: Number = 0
+
+
+@dataclass(frozen=True)
+class Departure:
+    """The field that takes over at a state, and the start of its segment."""
+
+    field: int
+    start: Start
+
+
+@dataclass(frozen=True)
+class Tangency:
+    """A guard that came within its error bound of zero and turned back, some time after the start.
+
+    GRAZE for the gap (line L9), SLIDING_TANGENCY for friction's guards (lines L1 to L4). Whether
+    it touched, missed, or crossed twice, is open at this precision.
+    """
+
+    outcome: Outcome
+    guard: Guard
+    duration: Number
+
+
+@dataclass(frozen=True)
+class Switch:
+    """The end of a segment: when, which guards fired, the state there, and how it was found.
+
+    `guards` is empty where none fired (END, NEVER). `evaluations` counts evaluations of the closed
+    form.
+    """
+
+    outcome: Outcome
+    guards: tuple[Guard, ...]
+    duration: Number
+    point: Point
+    evaluations: int
+    tangencies: tuple[Tangency, ...] = ()
+
+    @property
+    def certain(self) -> bool:
+        """Whether nothing about it is open at the precision it was found with."""
+        return self.outcome in _CERTAIN and not self.tangencies
+
+
+_CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
+
+
+class Flow:
+    """The closed form of one segment from one start, with error bounds and a count of calls."""
+
+    def __init__(self, backend: Backend, c: Any, departure: Departure) -> None:
+        self.backend, self.c, self.start = backend, c, departure.start
+        self.field, start = departure.field, departure.start
+        self.evaluations = 0
+        cosine, sine = backend.cos_sin(start.angle, start.angle_rest)
+        self.closed = backend.kernels.Start(
+            start.x_r, start.gap, start.v_r, start.v_c, start.margin, cosine, sine
+        )
+        zero = start.x_r * 0
+        # Far from the impact surface the gap is a rounded difference.
+        self._error_gap = backend.unit * abs(start.gap) if 2 * abs(start.gap) > c.delta else zero
+        self.origin = Point(
+            *start[:5], cosine, sine, self._error_gap, zero, zero, 2 * backend.unit * start.angle
+        )
+        magnitudes = abs(start.x_r), abs(start.gap), abs(start.v_r)
+        self._force = formulas.rest_force_size(c, *magnitudes[:2])
+        self._root_K = backend.sqrt(c.K)
+        # What the margin was added up from; where a slip begins it is 0 and exact.
+        exact = start.zeros.get(Guard.DRIFT, 0) > 1
+        self._margin = zero if exact else formulas.margin_at_size(c, *magnitudes)
+        # The response to forcing from rest, in units of alpha, never exceeds these.
+        detuning = abs(c.K - c.omega * c.omega)
+        if c.Z2 > 0:
+            both = c.omega + self._root_K
+            self._largest = (
+                (2 * c.sigma * both + 2 * detuning) / c.Z2,
+                (4 * c.sigma * c.omega * c.omega + detuning * both) / c.Z2,
+            )
+
+    def __call__(self, h: Number) -> Point:
+        """The point at a duration h > 0."""
+        self.evaluations += 1
+        c, start, number = self.c, self.start, self.backend.number
+        values = self.backend.kernels.flow(c, self.closed, h)
+        position, v_r = number(values[0]), number(values[1])
+        x_r, gap = start.x_r + position, start.gap + position
+        v_c = start.v_c + number(values[2]) if c.drift else start.v_c
+        turned = c.omega * h
+        cosine, sine = self.backend.cos_sin(start.angle + turned, start.angle_rest)
+        margin = formulas.margin_at(c, x_r, gap, v_r)
+        errors = self._errors(h, x_r, v_r, v_c)
+        error_angle = 2 * self.backend.unit * (start.angle + turned)
+        return Point(x_r, gap, v_r, v_c, margin, cosine, sine, *errors, error_angle)
+
+    def at_mark(self, h: Number) -> Point:
+        """The point at a duration h > 0 after which the forcing's angle is 0, however long it is.
+
+        The closed form takes the forcing's phase from h, with an error in proportion to h. Here
+        the forced response is that at the two angles, both known, and the duration is left to the
+        free part; where forcing is so near to resonance that this would lose more, it is not done.
+        """
+        c, start = self.c, self.start
+        if c.omega * h * self.backend.sqrt(c.Z2) < 8 * (c.K + c.omega * c.omega):
+            return self(h)
+        cosine, sine = self.closed.cos_theta, self.closed.sin_theta
+        before, rate_before = formulas.forced(c, cosine, sine)
+        after, rate_after = formulas.forced(c, h * 0 + 1, h * 0)
+        free = self.closed._replace(
+            x_r=start.x_r - before, gap=start.gap - before, v_r=start.v_r - rate_before
+        )
+        unforced = c._replace(alpha=c.alpha * 0, resonant=False)
+        values = self.backend.kernels.flow(unforced, free, h)
+        self.evaluations += 1
+        number = self.backend.number
+        position, v_r = number(values[0]) + (after - before), number(values[1]) + rate_after
+        x_r, gap, v_c = start.x_r + position, start.gap + position, start.v_c
+        if c.drift:
+            forced = rate_before - rate_after - c.alpha * sine / c.omega
+            v_c = v_c + number(values[2]) + forced / (c.gamma + 1)
+        margin = formulas.margin_at(c, x_r, gap, v_r)
+        zero = h * 0
+        errors = self._errors(h, x_r, v_r, v_c)
+        return Point(x_r, gap, v_r, v_c, margin, zero + 1, zero, *errors, zero)
+
+    def _errors(
+        self, h: Number, x_r: Number, v_r: Number, v_c: Number
+    ) -> tuple[Number, Number, Number]:
+        """Bounds on the errors of x_r, v_r and v_c, from the largest terms of the closed form.
+
+        The phases of forced and of oscillating free motion carry an error in proportion to the
+        duration; that of the free motion decays with it.
+        """
+        c, start, unit = self.c, self.start, self.backend.unit
+        g = min(h, 1 / c.fast)
+        forced_x, forced_v = min(h * h / 2, h / self._root_K), h
+        if c.Z2 > 0:
+            forced_x, forced_v = min(forced_x, self._largest[0]), min(forced_v, self._largest[1])
+        terms_x = abs(start.v_r) * g + self._force * min(h * h / 2, 2 / c.K) + c.alpha * forced_x
+        terms_v = abs(start.v_r) + self._force * g + c.alpha * forced_v
+        phase = c.fast * h / (1 + c.sigma * h) if c.q >= 0 else 1
+        units = _ERROR_UNITS * unit * (1 + phase + c.omega * h)
+        # Errors of the start's gap and angle are carried along.
+        carried = 2 * (1 + c.zeta) * self._error_gap + 2 * unit * start.angle * c.alpha * forced_x
+        error_x = units * terms_x + unit * abs(x_r) + carried
+        carried = 2 * (1 + c.zeta) * self._root_K * self._error_gap
+        error_v = units * terms_v + carried + 2 * unit * start.angle * c.alpha * forced_v
+        if not c.drift:
+            return error_x, error_v, h * 0
+        if c.rate * h < 1:
+            grown = formulas.force_change_size(c, terms_x * h, terms_x + abs(start.v_r) * h)
+            terms = formulas.v_c_rate(c, self._margin * h + grown)
+        else:
+            impulse = abs(c.friction) * h + c.alpha * min(h, 2 / c.omega)
+            terms = (abs(start.v_r) + terms_v + impulse) / (c.gamma + 1)
+        return error_x, error_v, units * terms + unit * abs(v_c)
+
+    def guard(self, guard: Guard, point: Point) -> Number:
+        """Value of a guard at a point."""
+        c = self.c
+        if guard is Guard.GAP:
+            return point.gap if c.contact else -point.gap
+        if guard is Guard.DRIFT:
+            return c.drift * point.v_c
+        return c.f_b - point.margin if guard is Guard.UPPER else c.f_b + point.margin
+
+
+def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
+    """The first switch of the segment within (0, limit].
+
+    The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
+    GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
+    NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit),
+    STALLED (given up as steps do not advance), or UNDECIDED (given up after very many evaluations,
+    or at the deadline of the process's clock).
+    """
+    backend, c = flow.backend, flow.c
+    unit = backend.unit
+    now, at = limit * 0, flow.origin
+    zeros: Mapping[Guard, int] = flow.start.zeros
+    tangencies: list[Tangency] = []
+    reach = _REACH / c.rate
+    short, most_short = 0, -2 * math.log2(unit)
+    # A guard that vanishes with all its derivatives stays zero: rest on the impact surface.
+    guards = [g for g in watched(c) if zeros.get(g, 0) < backend.kernels.JET_ORDER]
+    while True:
+        if flow.evaluations > _MOST_EVALUATIONS or perf_counter() > deadline:
+            return Switch(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
+        if short > most_short:
+            return Switch(Outcome.STALLED, (), now, at, flow.evaluations, tuple(tangencies))
+        if at_rest_forever(backend, c, at):
+            return Switch(
+                Outcome.NEVER, (), limit, flow(limit), flow.evaluations, tuple(tangencies)
+            )
+        expansions = expand(backend, c, at)
+        smallest = 4 * unit * max(now, _SHORTEST / c.rate)
+        ahead = min(max(reach, smallest), limit - now)
+        searches: dict[Guard, Search] = {}
+        blocked = guards
+        while True:
+            for guard in blocked:
+                searches[guard] = search(expansions[guard], zeros.get(guard, 0), ahead, unit)
+            found = {g: s for g, s in searches.items() if s.bracket is not None}
+            blocked = [g for g in guards if searches[g].clear < ahead and g not in found]
+            horizon = min(s.clear for s in searches.values())
+            # A guard within its error of zero now stays so however short the interval.
+            if (
+                horizon > 0
+                or ahead <= smallest
+                or any(_hidden(expansions[g], zeros.get(g, 0)) for g in blocked)
+            ):
+                break
+            ahead = max(ahead / _SHRINK, smallest)
+        if found:
+            switch = _first(flow, now, searches, found)
+            if switch is not None:
+                return replace(switch, tangencies=tuple(tangencies))
+        further = horizon
+        if 0 < horizon < limit - now and not (zeros and now == 0):
+            further = _further(flow, guards, at, horizon, limit - now)
+        if further > horizon:
+            horizon = further
+        elif horizon < ahead and horizon <= 4 * unit * now:
+            stuck = [guard for guard in guards if searches[guard].clear < ahead]
+            turned = None
+            if not found.keys() & stuck:
+                stuck = [guard for guard in stuck if searches[guard].clear <= 4 * unit * now]
+                most = min(1 / c.rate, limit - now)
+                turned = _turning(expansions, stuck, smallest, most, unit)
+            if turned is None:
+                outcome = Outcome.CORNER if len(stuck) > 1 else _tangency(stuck[0])
+                return Switch(outcome, tuple(stuck), now, at, flow.evaluations, tuple(tangencies))
+            tangencies += [Tangency(_tangency(guard), guard, now) for guard in stuck]
+            horizon = turned
+        if now + horizon >= limit:
+            # What rests for ever does so at the end too, wherever the expansions stood.
+            last = flow(limit)
+            outcome = Outcome.NEVER if at_rest_forever(backend, c, last) else Outcome.END
+            return Switch(outcome, (), limit, last, flow.evaluations, tuple(tangencies))
+        # The next step is longer after one that was cleared whole, else of the length cleared.
+        reach = 2 * ahead if horizon >= ahead else 2 * horizon
+        short = short + 1 if horizon < _SHORT * min(now, 1 / c.rate) else 0
+        now, zeros = now + horizon, {}
+        at = flow(now)
+
+
+def _hidden(expansion: Expansion, zeros: int) -> bool:
+    """Whether what is left after dividing out the zeros is not above its error at the start."""
+    return bool(expansion.values[zeros] <= expansion.errors[zeros])
+
+
+def _further(flow: Flow, guards: list[Guard], at: Point, least: Number, most: Number) -> Number:
+    """How far the expansion of the forced response alone excludes a switch, 0 if below `least`."""
+    rate = quasistatic.rate(flow.c)
+    if rate is None:
+        return least * 0
+    expansions = quasistatic.expand_forced(flow.backend, flow.c, at)
+    ahead = min(_REACH / rate, most)
+    # Below the segment's own reach the expansion of the whole motion does as well.
+    while ahead > max(least, _REACH / flow.c.rate):
+        clear = min(search(expansions[g], 0, ahead, flow.backend.unit).clear for g in guards)
+        if clear > 0:
+            return clear
+        ahead = ahead / _SHRINK
+    return least * 0
+
+
+def _tangency(guard: Guard) -> Outcome:
+    return Outcome.GRAZE if guard is Guard.GAP else Outcome.SLIDING_TANGENCY
+
+
+def _turning(
+    expansions: Mapping[Guard, Expansion],
+    stuck: list[Guard],
+    least: Number,
+    most: Number,
+    unit: Number,
+) -> Number | None:
+    """How far to go until guards that are zero within their error are certainly positive again.
+
+    On the way each of them stays above zero but for a few times its error, and every other guard
+    is proved positive. None if there is no such stretch: a guard crosses.
+    """
+    lifted = dict(expansions)
+    for guard in stuck:
+        e = expansions[guard]
+        lifted[guard] = replace(e, values=[e.values[0] + 4 * e.errors[0], *e.values[1:]])
+    step = most
+    while step > least:
+        if all(positive_at(expansions[guard], step, unit) for guard in stuck) and all(
+            search(e, 0, step, unit).clear >= step for e in lifted.values()
+        ):
+            return step
+        step = step / _SHRINK
+    return None
+
+
+def _first(
+    flow: Flow, now: Number, searches: Mapping[Guard, Search], found: Mapping[Guard, Search]
+) -> Switch | None:
+    """The switch, if one bracket comes before whatever else is possible; None if that is open."""
+    brackets = {guard: s.bracket for guard, s in found.items() if s.bracket is not None}
+    first = min(brackets, key=lambda guard: brackets[guard][1])
+    end = brackets[first][1]
+    rivals = [g for g, s in searches.items() if g is not first and s.clear < end]
+    if any(rival not in brackets for rival in rivals):
+        return None
+    roots = {}
+    for guard in (first, *rivals):
+        low, high = brackets[guard]
+        about = partial(_about, flow, guard)
+        roots[guard] = polish(about, (now + low, now + high), flow.backend.unit)
+    first = min(roots, key=lambda guard: roots[guard])
+    point = flow(roots[first])
+    errors = {guard: _time_error(flow, guard, roots[guard]) for guard in roots if rivals}
+    together = tuple(
+        guard
+        for guard in roots
+        if guard is first or roots[guard] - roots[first] <= errors[guard] + errors[first]
+    )
+    outcome = Outcome.CORNER if len(together) > 1 else Outcome.REGULAR
+    if outcome is Outcome.REGULAR and now + brackets[first][0] == 0:
+        # At the very start the guard is within its error of a zero more than is divided out.
+        outcome = _tangency(first)
+    return Switch(outcome, together, roots[first], point, flow.evaluations)
+
+
+def _about(flow: Flow, guard: Guard, h: Number) -> Expansion:
+    return expand(flow.backend, flow.c, flow(h))[guard]
+
+
+def _time_error(flow: Flow, guard: Guard, h: Number) -> Number:
+    """Bound on the error of a switching time: that of the guard over its slope, and rounding."""
+    expansion = _about(flow, guard, h)
+    slope = abs(expansion.values[1])
+    # Terms may cancel in the slope, though it is proved not to vanish.
+    return expansion.errors[0] / slope + 4 * flow.backend.unit * h if slope else math.inf
+
+
+def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
+    """Whether a sticking segment without contact is proved to last for ever.
+
+    x_r is the forced response plus a free part whose energy never grows, so its future is bounded;
+    so is that of the interaction force. Rounding is covered by the inflation of each bound.
+    """
+    if c.drift or c.contact:
+        return False
+    # Forced response alpha Re(e^(i angle) / Q(i omega)) and its rate. Rounding of K - omega^2 is
+    # felt in it near resonance; there the proof is not tried.
+    distance = backend.sqrt(c.Z2)
+    rounded = 4 * backend.unit * (c.K + c.omega * c.omega)
+    if distance <= 64 * rounded:
+        return False
+    forced, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
+    relative = 4 * rounded / distance
+    inflation = 1 + 64 * backend.unit + relative
+    amplitude = c.alpha / distance * (1 + relative)
+    rounding = 32 * backend.unit + relative + at.error_angle
+    low = abs(at.x_r - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
+    high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
+    energy = inflation * backend.sqrt(high * high + c.K * low * low)
+    reach = inflation * (amplitude + energy / backend.sqrt(c.K))
+    gain = backend.sqrt(formulas.force_gain2(c))
+    free = formulas.force_per_energy(c, backend.sqrt(c.K))
+    force = inflation * (amplitude * gain + free * energy)
+    return bool(reach < c.delta and force < c.f_b)

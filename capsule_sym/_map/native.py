@@ -1,0 +1,141 @@
+"""The map by the C core; where that leaves a switch open, the reference map takes one segment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map import evaluation
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._map.keep import Keeper
+from capsule_sym._map.segments import Instant, instant, records_of
+from capsule_sym._map.trajectory import FINISHED, TIME_IS_UP, Trajectory, after
+from capsule_sym._native import Watch
+from capsule_sym._native import core as _core
+from capsule_sym._parameters import Parameters
+from capsule_sym.generated.interface import Precision
+
+
+def core() -> Any:
+    """The binding; raises InvalidInput where the core was not compiled."""
+    if _core is None:
+        raise InvalidInput("backend", "c", "numpy or mpmath: the C core was not compiled")
+    return _core
+
+
+class NativeRun:
+    """One run by the core, and the reference map for what it leaves open."""
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        settle: bool,
+        deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
+    ) -> None:
+        self.parameters, self.settle, self.deadline = parameters, settle, deadline
+        self.progress = progress
+        self.precision = Precision.AS_NEEDED if settle else Precision.DOUBLE
+        core()
+
+    def go(
+        self,
+        values: tuple[float, float, float],
+        phase: float,
+        periods: int,
+        most: int,
+        keep: str | NDArray[np.float64] = "segments",
+    ) -> Trajectory:
+        """The trajectory, as the reference map gives it, and what `keep` names of it."""
+        omega = self.parameters.omega
+        keeper = Keeper(self.parameters, keep)
+        native = evaluation.borrowed(self.parameters.to_dict().values())
+        record = native.state_at(*values, phase)
+        if phase == 0.0:
+            keeper.strobe(np.array([values]), np.array([0]))
+        status, message = self._run(native, record, periods, most, keeper)
+        x_r, v_r, v_c, angle, position, turn = record[_FINAL].item()
+        end = instant(turn, angle, omega)
+        kept = keeper.kept(native, turn * self.parameters.period + end.phase)
+        evaluation.give_back(native)
+        return Trajectory(
+            self.parameters,
+            "c",
+            (Instant(0, phase), values),
+            (end, (x_r, v_r, v_c)),
+            position,
+            status,
+            message,
+            keeper.statistics,
+            kept,
+        )
+
+    def _run(
+        self, native: Any, record: NDArray[np.void], periods: int, most: int, keeper: Keeper
+    ) -> tuple[Status, str]:
+        """Goes on to the end of the periods, or as far as it comes; and how it ended."""
+        watch = Watch()
+        watch.deadline = self.deadline
+        # Whatever is kept, a run pauses at the same places, and so comes to the same state.
+        strobe = np.empty((min(periods + 1, core().ROWS), 3))
+        while record["turn"] < periods:
+            stop = self._piece(native, record, periods, most - keeper.count, strobe, watch, keeper)
+            found = None
+            if stop == core().OPEN and keeper.count < most:
+                # Imported where it is needed: that takes as long as all the rest.
+                from capsule_sym._map.handover import Run, step, write
+
+                run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
+                journey = step(run, record, periods, most - keeper.count)
+                tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
+                keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)
+                keeper.escalations += run.settled
+                marks = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
+                keeper.strobe(marks, np.array(run.stroboscopic_periods, np.int64))
+                if journey.departure is None:
+                    found = run.ended(journey, periods, most)
+                write(record, journey)
+            if self.progress is not None:
+                self.progress(int(record["turn"]))
+            if record["turn"] < periods:
+                if found is None and keeper.count == most:
+                    found = Status.SEGMENT_LIMIT, after(most)
+                if found is None and perf_counter() > self.deadline:
+                    found = Status.TIME_LIMIT, TIME_IS_UP
+                if found is not None:
+                    return found
+        return Status.FINISHED, FINISHED
+
+    def _piece(
+        self,
+        native: Any,
+        record: NDArray[np.void],
+        periods: int,
+        most: int,
+        strobe: NDArray[np.float64],
+        watch: Watch,
+        keeper: Keeper,
+    ) -> int:
+        """As many segments as there is room for, and why there are no more."""
+        room, before = keeper.room(most), record.copy()
+        stop, count, _ = native.run(
+            record, periods, room, strobe=strobe, watch=watch, precision=self.precision
+        )
+        first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
+        if last - first >= rows and count > 1:
+            # The last segment rests for ever, and its states took the places of those before it.
+            record[...] = before
+            return self._piece(native, record, periods, count - 1, strobe, watch, keeper)
+        passed = np.arange(max(first, last + 1 - rows), last + 1)
+        keeper.strobe(strobe[passed % rows], passed)
+        keeper.wrote(native, count)
+        return int(stop)
+
+
+_FINAL = ["x_r", "v_r", "v_c", "angle", "position", "turn"]

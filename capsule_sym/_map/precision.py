@@ -1,0 +1,84 @@
+"""The functions of many-digit numbers that the mpmath kernels are computed with, and these kernels.
+
+mpmath's own context is one for the whole process: its precision is the user's, and any thread may
+change it at any time. Here is a context of this package, at a precision that is set when it is made
+and never again, so that runs in all threads share it safely. It takes nothing from `mpmath.mp` and
+changes nothing there. (One for each run would do as well, but its numbers could not be pickled. Of
+mpmath's functions only those are used that do not raise the precision of their context for a while;
+what needs others works in a `workspace`.)
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec, module_from_spec
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+from mpmath import MPContext
+from mpmath.libmp.libelefun import ln2_fixed, pi_fixed
+
+from capsule_sym._map.backend import MOST_DIGITS
+
+_KERNELS = "capsule_sym.generated.mp.kernels"
+_FUNCTIONS = ("cos", "exp", "expm1", "sin", "sqrt")
+_WARM_BITS = 4096
+
+# mpmath keeps pi and ln 2 to the most bits yet asked for, in two steps between which another thread
+# reads nonsense. More are computed here, while nobody else does, than any run asks for.
+pi_fixed(_WARM_BITS)
+ln2_fixed(_WARM_BITS)
+
+
+def workspace(digits: int = MOST_DIGITS) -> Any:
+    """A context of mpmath's for the caller alone, for functions that change its precision."""
+    context = MPContext()
+    context.dps = digits
+    return context
+
+
+@cache
+def of_mpmath(digits: int) -> SimpleNamespace:
+    """The functions by mpmath, in numbers of so many digits."""
+    context = workspace(digits)
+
+    def expm1(x: Any) -> Any:
+        # mpmath's own raises the precision of its context.
+        if context.mag(x) < -context.prec:
+            return x + x * x / 2
+        return context.exp(x, prec=context.prec + 10 + max(0, -context.mag(x))) - 1
+
+    names = ("cos", "exp", "sin", "sqrt", "cos_sin", "floor", "ceil", "ldexp", "log", "mpf")
+    functions = {name: getattr(context, name) for name in names}
+    constants = {"prec": context.prec, "eps": +context.eps, "pi": +context.pi}
+    return SimpleNamespace(expm1=expm1, **functions, **constants)
+
+
+mpf = of_mpmath(MOST_DIGITS).mpf
+"""The numbers of a run with the backend `mpmath`."""
+# So that pickle finds the class.
+mpf.__module__, mpf.__qualname__ = __name__, "mpf"
+
+
+def kernels_by(functions: SimpleNamespace) -> ModuleType:
+    """The kernels generated for mpmath, with these functions in the place of mpmath's."""
+    spec = find_spec(_KERNELS)
+    assert spec is not None
+    assert spec.loader is not None
+    kernels = module_from_spec(spec)
+    spec.loader.exec_module(kernels)
+    plain = import_module(_KERNELS)
+    vars(kernels).update(
+        {name: getattr(functions, name) for name in _FUNCTIONS},
+        mp=functions,
+        Constants=plain.Constants,
+        Start=plain.Start,
+    )
+    return kernels
+
+
+@cache
+def mpmath_kernels(digits: int) -> ModuleType:
+    """The kernels in numbers of so many digits."""
+    return kernels_by(of_mpmath(digits))

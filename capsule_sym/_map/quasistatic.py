@@ -1,0 +1,138 @@
+"""Expansions for segments that the forcing outlasts by far: slow forcing, and stiff segments.
+
+The motion is the forced response, a harmonic known exactly, plus a free part. Where the segment's
+own rates are much faster than the forcing, the free part soon is negligible, yet an expansion of
+the whole motion cannot look further ahead than those rates. Here the forced response is expanded
+and the free part only bounded: as a whole by its energy, which never grows; in an overdamped
+segment its slow mode is expanded too, and the fast one bounded by its present size.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Expansion, Guard, Point
+from capsule_sym.generated import formulas
+
+_FASTER = 8  # the free part must be this much faster than what is expanded
+
+
+def rate(c: Any, with_slow: bool = True) -> Number | None:
+    """The fastest rate that is expanded, None where nothing would be gained."""
+    slowest = max(c.omega, -c.slow) if c.q < 0 and with_slow else c.omega
+    return slowest if c.rate > _FASTER * slowest and not c.resonant else None
+
+
+def expand_forced(
+    backend: Backend, c: Any, at: Point, derivative: int = 0, with_slow: bool = True
+) -> dict[Guard, Expansion]:
+    """Expansions of all watched guards, or of a derivative of each, the fast free part bounded.
+
+    The slow mode of an overdamped segment is expanded, or bounded like the rest of the free part.
+    The bounds for a derivative hold for its values, not for its slope. Meaningful only away from
+    resonance, where the forced response is well defined.
+    """
+    order, unit = backend.kernels.JET_ORDER, backend.unit
+    in_phase, rate = formulas.forced(c, at.cos_theta, at.sin_theta)
+    quadrature = rate / c.omega
+    amplitude = c.alpha / backend.sqrt(c.Z2)
+    # x^(n) of the forced response: in_phase and quadrature in turn, the sign changing every two.
+    cycle = (in_phase, quadrature, -in_phase, -quadrature)
+    steps = [cycle[n % 4] * c.omega**n for n in range(order + 2)]
+    sizes = [8 * amplitude * c.omega**n for n in range(order + 2)]
+
+    centre = formulas.centre(c)
+    y, y_rate = at.x_r - centre - in_phase, at.v_r - c.omega * quadrature
+    rounding = 8 * unit + at.error_angle
+    error_y = at.error_x + rounding * (abs(at.x_r) + abs(centre) + amplitude)
+    error_rate = at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
+    if c.q < 0 and with_slow:
+        fast = -(c.sigma + c.nu)
+        slow_part = (y_rate - fast * y) / (2 * c.nu)
+        slow_error = (error_rate - fast * error_y) / (2 * c.nu) + rounding * abs(slow_part)
+        size = (abs(c.slow * y - y_rate) + error_rate - c.slow * error_y) / (2 * c.nu)
+        for n in range(order + 2):
+            steps[n] = steps[n] + slow_part * c.slow**n
+            spread = 8 * abs(slow_part) + slow_error / unit
+            sizes[n] = sizes[n] + spread * abs(c.slow) ** n
+        free = _Free(size, -fast * size, abs(formulas.force_change(c, 1, fast)) * size, -fast)
+    else:
+        low, high = abs(y) + error_y, abs(y_rate) + error_rate
+        energy = backend.sqrt(high * high + c.K * low * low)
+        root = backend.sqrt(c.K)
+        force = formulas.force_per_energy(c, root) * energy
+        free = _Free(energy / root, 2 * energy, force, 2 * (c.sigma + root))
+    return _guards(backend, c, at, centre, steps, sizes, free, derivative)
+
+
+class _Free:
+    """Bounds on the fast free part: of x_r, of changes of v_r, of P, and of its rate of change."""
+
+    def __init__(self, x: Number, v: Number, force: Number, fastest: Number) -> None:
+        self.x, self.v, self.force, self.fastest = x, v, force, fastest
+
+
+def _guards(
+    backend: Backend,
+    c: Any,
+    at: Point,
+    centre: Number,
+    x: list[Number],
+    sizes: list[Number],
+    free: _Free,
+    derivative: int,
+) -> dict[Guard, Expansion]:
+    unit, order = backend.unit, backend.kernels.JET_ORDER
+    side = 1 if c.contact else -1
+    errors = [(unit + at.error_angle) * size for size in sizes]
+    zero = x[0] * 0
+
+    def expansion(
+        values: list[Number], slack: list[Number], last: Number, size: Number
+    ) -> Expansion:
+        # Neither the free part nor any of its derivatives grows.
+        size = size * free.fastest**derivative
+        first, second, *others = slack[derivative:]
+        slack = [first + size, second + (0 if derivative else free.fastest * size), *others]
+        return Expansion(values[derivative:], slack, last * (1 + 16 * unit), zero)
+
+    rounding = 8 * unit + at.error_angle
+    offset = rounding * (abs(centre) + c.delta)
+    gap = [side * (x[0] + (centre - c.delta)), *(side * value for value in x[1:order])]
+    result = {
+        Guard.GAP: expansion(
+            gap, [errors[0] + offset, *errors[1:order]], abs(x[order]) + sizes[order], free.x
+        )
+    }
+    if c.drift:
+        # By momentum: (gamma + 1) v_c' = alpha cos - friction - x_r''.
+        cycle = (at.cos_theta, -at.sin_theta, -at.cos_theta, at.sin_theta)
+        scale = c.drift / (c.gamma + 1)
+        values, slack = [c.drift * at.v_c], [at.error_v_c]
+        for n in range(1, order):
+            drive = c.alpha * c.omega ** (n - 1)
+            constant = c.friction if n == 1 else zero
+            values.append(scale * (cycle[(n - 1) % 4] * drive - constant - x[n + 1]))
+            terms = rounding * (drive + abs(constant)) + errors[n + 1]
+            slack.append(terms / (c.gamma + 1))
+        last = (c.alpha * c.omega ** (order - 1) + abs(x[order + 1]) + sizes[order + 1]) / (
+            c.gamma + 1
+        )
+        result[Guard.DRIFT] = expansion(values, slack, last, free.v / (c.gamma + 1))
+        return result
+    for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
+        mean = formulas.force(c, centre, centre - c.delta, zero)
+        values, slack = [], []
+        for n in range(order):
+            force = formulas.force_change(c, x[n], x[n + 1])
+            values.append(c.f_b * (n == 0) + sign * (force + mean * (n == 0)))
+            slack.append(formulas.force_change_size(c, errors[n], errors[n + 1]))
+        slack[0] = slack[0] + rounding * (
+            c.f_b + formulas.force_size(c, abs(centre), abs(centre) + c.delta, zero)
+        )
+        last = formulas.force_change_size(
+            c, abs(x[order]) + sizes[order], abs(x[order + 1]) + sizes[order + 1]
+        )
+        result[guard] = expansion(values, slack, last, free.force)
+    return result

@@ -1,0 +1,278 @@
+"""The reference map: first switch, exact advance, next segment, until the periods are over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._errors import Outcome, Status
+from capsule_sym._map.arrival import plane, reached, tells
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.digits import fifty_digits
+from capsule_sym._map.expansion import Point
+from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.segments import Instant, Segment, Triple, instant
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._map.trajectory import (
+    FINISHED,
+    TIME_IS_UP,
+    Kept,
+    Statistics,
+    Trajectory,
+    after,
+)
+from capsule_sym._map.transitions import State, Undetermined, depart, start_at
+from capsule_sym._parameters import Parameters
+
+# Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
+_NOTHING = 1e-200
+# After a start on several surfaces at once a few segments that hardly last may follow each other.
+_MOST_STILL = 16
+
+
+class Journey(NamedTuple):
+    """Where a run stands: state, what follows, switching plane, whole periods passed, and x_c."""
+
+    state: State
+    departure: Departure | None
+    source: str
+    turns: int
+    position: Number
+
+
+class Run:
+    """One run: the constants of all segments, and what has been passed so far."""
+
+    def __init__(
+        self,
+        numbers: Backend,
+        parameters: Parameters,
+        settle: bool,
+        deadline: float = math.inf,
+        progress: Callable[[int], object] | None = None,
+    ) -> None:
+        self.numbers, self.parameters = numbers, parameters
+        self.deadline, self.progress = deadline, progress
+        self.settle = settle and numbers.name != "mpmath"
+        self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
+        self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
+        self.segments: list[Segment] = []
+        self.stroboscopic: list[Triple] = []
+        self.stroboscopic_periods: list[int] = []
+        self.marks = 2 * LONGEST
+        """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
+        self.settled = 0
+        self.exact: State | None = None
+        """The present state in 50 digits, where these settled the switch that led to it."""
+        self.still = 0
+        """How many segments up to here did not advance in time."""
+
+    def go(
+        self, values: tuple[float, float, float], phase: float, periods: int, most: int
+    ) -> Trajectory:
+        """The trajectory from a state at a phase."""
+        number = self.numbers.number
+        x_r, v_r, v_c = origin = (number(values[0]), number(values[1]), number(values[2]))
+        angle, rest = self.numbers.angle(number(phase), self.omega)
+        state = State(x_r, x_r - self.delta, v_r, v_c, angle, angle_rest=rest)
+        if phase == 0.0:
+            self.stroboscopic.append((x_r, v_r, v_c))
+            self.stroboscopic_periods.append(0)
+        state, departure = self._begin(state)
+        source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
+        journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
+        status, message = self.ended(journey, periods, most)
+        begun = Instant(0, number(phase)), origin
+        last = self.segments[-1] if self.segments else None
+        marks = np.array(
+            self.stroboscopic, dtype=object if self.numbers.name == "mpmath" else float
+        )
+        evaluations = sum(segment.evaluations for segment in self.segments)
+        return Trajectory(
+            self.parameters,
+            self.numbers.name,
+            begun,
+            (last.end, last.end_state) if last else begun,
+            last.position + last.advance if last else number(0),
+            status,
+            message,
+            Statistics(len(self.segments), evaluations, self.settled),
+            Kept(
+                "segments",
+                tuple(self.segments),
+                marks.reshape(-1, 3),
+                np.array(self.stroboscopic_periods, np.int64),
+            ),
+        )
+
+    def ended(self, journey: Journey, periods: int, most: int) -> tuple[Status, str]:
+        """How the run ended, and why."""
+        if journey.turns >= periods:
+            return Status.FINISHED, FINISHED
+        if perf_counter() > self.deadline:
+            return Status.TIME_LIMIT, TIME_IS_UP
+        if journey.departure is not None:
+            return Status.SEGMENT_LIMIT, after(most)
+        last = self.segments[-1].outcome if self.segments else None
+        if last is Outcome.STALLED:
+            return Status.STALLED, "stalled: rounding lets no step advance in time"
+        if last is Outcome.UNDECIDED:
+            why = "undecided: no switch found or excluded within the limit of evaluations"
+        else:
+            why = "undecided: no field leaves the last state with certainty"
+        return Status.UNDECIDED, why
+
+    def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
+        """A run that goes on from a state it came to otherwise."""
+        state, departure = self._begin(state)
+        return Journey(state, departure, source, turns, position)
+
+    def follow(self, journey: Journey, periods: int, most: int) -> Journey:
+        """Goes on until the periods are over, for at most so many segments in all."""
+        state, departure, source, turns, position = journey
+        while departure and turns < periods and len(self.segments) < most:
+            if perf_counter() > self.deadline:
+                break
+            limit = self._remaining(periods - turns, state.angle + state.angle_rest)
+            flow, switch = self.first_switch(state, departure, limit)
+            passed, angle = self.numbers.turns(
+                state.angle + (self.omega * switch.duration + state.angle_rest)
+            )
+            if switch.duration * max(flow.c.rate, self.omega) > self.numbers.unit:
+                self.still = 0
+            elif self.still < _MOST_STILL:
+                self.still += 1
+            else:
+                switch = replace(switch, outcome=Outcome.STALLED, guards=())
+            if switch.outcome in (Outcome.END, Outcome.NEVER):
+                passed, angle = periods - turns, angle * 0
+                switch = replace(switch, point=flow.at_mark(switch.duration))
+            self._strobe(flow, state.angle, turns, passed, switch)
+            end_state, departure, target = self._arrive(flow, switch, angle)
+            advance = self._advance(flow, switch.duration)
+            self.segments.append(
+                Segment(
+                    field=flow.field,
+                    source=source,
+                    target=target,
+                    start=instant(turns, state.angle, self.omega),
+                    end=instant(turns + passed, angle, self.omega),
+                    start_state=(state.x_r, state.v_r, state.v_c),
+                    end_state=(end_state.x_r, end_state.v_r, end_state.v_c),
+                    duration=switch.duration,
+                    outcome=switch.outcome,
+                    tangencies=tuple((t.outcome, t.duration) for t in switch.tangencies),
+                    evaluations=switch.evaluations,
+                    position=position,
+                    advance=advance,
+                    closed=flow.closed,
+                )
+            )
+            turns += passed
+            state, source, position = end_state, target, position + advance
+            if self.progress is not None:
+                self.progress(turns)
+        return Journey(state, departure, source, turns, position)
+
+    def _remaining(self, periods: int, angle: Number) -> Number:
+        return (periods * self.numbers.full_turn - angle) / self.omega
+
+    def _begin(self, state: State, source: int | None = None) -> tuple[State, Departure | None]:
+        """A state that a segment begins at, rest if it is next to that, and the field to come."""
+        size = max(abs(state.x_r), abs(state.v_r))
+        if self.parameters.alpha == 0 and state.v_c == 0 and 0 < size < _NOTHING:
+            self.exact, zero = None, size * 0
+            state = state._replace(x_r=zero, gap=zero - self.delta, v_r=zero, bound=0)
+            return state, self.take_over(state)
+        if self.exact is None:
+            return state, self.take_over(state, source)
+        return state, self._settle_departure(state, source)
+
+    def take_over(self, state: State, source: int | None = None) -> Departure | None:
+        """The field that takes over, after a segment of F`source`; None where that stays open."""
+        try:
+            return depart(self.numbers, self.constants, state, source)
+        except Undetermined:
+            if self.settle:
+                return self._settle_departure(state, source)
+        try:
+            return depart(self.numbers, self.constants, state, source, vanish=True)
+        except Undetermined:
+            return None
+
+    def first_switch(
+        self, state: State, departure: Departure, limit: Number
+    ) -> tuple[Flow, Switch]:
+        """The closed form of the segment from a state, and its first switch up to a duration."""
+        flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
+        switch = locate(flow, limit, self.deadline)
+        decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
+        if self.settle and not decided:
+            switch = self._settle_switch(state, departure, limit)
+        else:
+            self.exact = None
+        return flow, switch
+
+    # Fifty digits look at the same doubles, or go on from where they came to themselves; what
+    # they decide comes back rounded once.
+    def exactly(self, numbers: Backend, state: State) -> State:
+        """The present state in a wider number system."""
+        if self.exact is not None:
+            return self.exact
+        return state.exactly(numbers.number, self.parameters.delta)
+
+    def _settle_departure(self, state: State, source: int | None) -> Departure | None:
+        self.settled += self.exact is None
+        with fifty_digits() as numbers:
+            exact = self.exactly(numbers, state)
+            settled = Run(numbers, self.parameters, False).take_over(exact, source)
+            if settled is None:
+                return None
+            start = start_at(self.constants[settled.field - 1], state)
+            return replace(settled, start=start._replace(zeros=settled.start.zeros))
+
+    def _settle_switch(self, state: State, departure: Departure, limit: Number) -> Switch:
+        self.settled += 1
+        with fifty_digits() as numbers:
+            c = numbers.constants(departure.field, self.parameters)
+            given = self.exactly(numbers, state)
+            start = start_at(c, given)._replace(zeros=departure.start.zeros)
+            flow = Flow(numbers, c, replace(departure, start=start))
+            switch = locate(flow, numbers.number(limit), self.deadline)
+            _, angle = numbers.turns(given.angle + c.omega * switch.duration)
+            self.exact = reached(flow, switch, angle)
+            return replace(
+                switch,
+                duration=float(switch.duration),
+                point=Point(*map(float, switch.point)),
+                tangencies=tuple(replace(t, duration=float(t.duration)) for t in switch.tangencies),
+            )
+
+    def _arrive(
+        self, flow: Flow, switch: Switch, angle: Number
+    ) -> tuple[State, Departure | None, str]:
+        """State at a switch with what is known exactly there, what follows, and its plane."""
+        state = reached(flow, switch, angle)
+        if not switch.guards:
+            return state, None, ""
+        state, following = self._begin(state, flow.field)
+        return state, following, plane(state, following)
+
+    def _advance(self, flow: Flow, duration: Number) -> Number:
+        if not flow.c.drift:
+            return duration * 0
+        advance = self.numbers.kernels.flow(flow.c, flow.closed, duration, True)[3]
+        return self.numbers.number(advance)
+
+    def _strobe(self, flow: Flow, angle: Number, turns: int, passed: int, switch: Switch) -> None:
+        """Record the states at the ends of the excitation periods that a segment passes."""
+        for turn in range(max(1, passed + 1 - self.marks), passed + 1):
+            h = min((turn * self.numbers.full_turn - angle) / self.omega, switch.duration)
+            point = flow.at_mark(h) if h > 0 else flow.origin
+            self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
+            self.stroboscopic_periods.append(turns + turn)

@@ -1,0 +1,231 @@
+"""Segments of a trajectory: views of the records that the core writes, made when asked for.
+
+A record is the C library's `capsule_segment`, 160 bytes. Beside the state at the start it holds the
+gap and the force margin, for what vanishes at a switch is exactly 0 there and not a difference of
+rounded numbers, and the cosine and sine of the angle, which is known to more than a double.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, nextafter
+from typing import Any, NamedTuple, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import Outcome
+from capsule_sym._map.backend import Number
+from capsule_sym.generated.interface import EVENT, OUTCOMES, SEGMENT
+
+_MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
+_OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
+_BLOCK = 1024  # segments made at a time
+Triple = tuple[Number, Number, Number]
+Records = NDArray[np.void]
+
+
+class Instant(NamedTuple):
+    """A time as whole excitation periods and the phase in [0, 2 pi/omega) within the next."""
+
+    period: int
+    phase: Number
+
+
+def instant(turns: int, angle: Number, omega: Number) -> Instant:
+    """The time at a forcing angle in [0, 2 pi) after whole turns."""
+    return Instant(turns, angle / omega if angle else angle * 0)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One segment of a trajectory, from one switching plane to the next, dimensionless.
+
+    States are (x_r, v_r, v_c). `source` and `target` are switching planes "Σ1" to "Σ10"; `target`
+    is empty for a segment that the end of the run cuts off, `source` for one that starts off every
+    plane. `tangencies` are contacts within the error bound that did not end the segment, with the
+    duration after which they occur. `position` is x_c at the start, `advance` its change.
+    """
+
+    field: int
+    source: str
+    target: str
+    start: Instant
+    end: Instant
+    start_state: Triple
+    end_state: Triple
+    duration: Number
+    outcome: Outcome
+    tangencies: tuple[tuple[Outcome, Number], ...]
+    evaluations: int
+    position: Number
+    advance: Number
+    closed: Any  # start of the closed form, for evaluation in between
+
+    def __repr__(self) -> str:
+        way = f"{self.source or 'start'} to {self.target or 'end'}"
+        begun = f"({self.start.period}, {float(self.start.phase):.6g})"
+        ended = f"{self.outcome} after {float(self.duration):.6g}"
+        return f"<Segment {self.name} {self.mode}: {way}, from {begun}, {ended}>"
+
+    @property
+    def name(self) -> str:
+        """Name of the field, "F1" to "F6"."""
+        return f"F{self.field}"
+
+    @property
+    def mode(self) -> str:
+        """Mode of operation in the paper's notation, such as "NC-FD"."""
+        return _MODES[self.field - 1]
+
+    @property
+    def local_map(self) -> str:
+        """The segment as a local map in the paper's notation, such as "P_{Σ4,F5,Σ5}"."""
+        return f"P_{{{self.target},{self.name},{self.source}}}"
+
+
+Tangencies = Mapping[int, tuple[tuple[Outcome, Number], ...]]
+
+
+class Segments(Sequence[Segment]):
+    """The segments of a run in the order of time, each made of its record when it is asked for.
+
+    Slices are views too. Equal to any sequence of equal segments.
+    """
+
+    def __init__(
+        self, records: Records, omega: float, tangencies: Tangencies | None = None, first: int = 0
+    ) -> None:
+        self.records, self.omega = records, omega
+        self.tangencies, self._first = tangencies or {}, first
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    @overload
+    def __getitem__(self, index: int) -> Segment: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Segment]: ...
+    def __getitem__(self, index: int | slice) -> Segment | Sequence[Segment]:
+        if not isinstance(index, slice):
+            place = range(len(self))[index]
+            return self._made(place, self.records[place].item())
+        start, _, step = index.indices(len(self))
+        if step == 1:
+            return Segments(self.records[index], self.omega, self.tangencies, self._first + start)
+        return tuple(self[i] for i in range(*index.indices(len(self))))
+
+    def __iter__(self) -> Iterator[Segment]:
+        for start in range(0, len(self), _BLOCK):
+            for i, values in enumerate(self.records[start : start + _BLOCK].tolist(), start):
+                yield self._made(i, values)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Sequence):
+            return NotImplemented
+        return len(self) == len(other) and all(a == b for a, b in zip(self, other, strict=True))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} segments>"
+
+    def _made(self, index: int, values: tuple[Any, ...]) -> Segment:
+        from capsule_sym.generated.py.kernels import Start
+
+        turn, end_turn, angle, end_angle, start, end, duration, position, advance = values[:9]
+        gap, margin, cosine, sine, field, source, target, outcome, evaluations, _ = values[9:]
+        x_r, v_r, v_c = start.tolist()
+        return Segment(
+            field=field,
+            source=plane_name(source),
+            target=plane_name(target),
+            start=instant(turn, angle, self.omega),
+            end=instant(end_turn, end_angle, self.omega),
+            start_state=(x_r, v_r, v_c),
+            end_state=tuple(end.tolist()),
+            duration=duration,
+            outcome=_OUTCOMES[outcome],
+            tangencies=self.tangencies.get(self._first + index, ()),
+            evaluations=evaluations,
+            position=position,
+            advance=advance,
+            closed=Start(x_r, gap, v_r, v_c, margin, cosine, sine),
+        )
+
+
+def plane_name(number: int) -> str:
+    """A switching plane's name, "Σ1" to "Σ10"; empty for 0."""
+    return f"Σ{number}" if number else ""
+
+
+def plane_number(name: str) -> int:
+    """A switching plane's number, 1 to 10; 0 for an empty name."""
+    return int(name[1:]) if name else 0
+
+
+def records_of(segments: Iterable[Segment], omega: float) -> Records:
+    """The records of segments, in double precision."""
+    if isinstance(segments, Segments):
+        return segments.records
+    rows = []
+    for s in segments:
+        x_r, gap, v_r, v_c, margin, cosine, sine = map(float, s.closed)
+        angles = (_angle(float(s.start.phase), omega), _angle(float(s.end.phase), omega))
+        rows.append(
+            (
+                s.start.period,
+                s.end.period,
+                *angles,
+                (x_r, v_r, v_c),
+                tuple(map(float, s.end_state)),
+                *map(float, (s.duration, s.position, s.advance, gap, margin, cosine, sine)),
+                s.field,
+                plane_number(s.source),
+                plane_number(s.target),
+                _OUTCOMES.index(s.outcome),
+                s.evaluations,
+                0,
+            )
+        )
+    return np.array(rows, SEGMENT)
+
+
+def _angle(phase: float, omega: float) -> float:
+    """The angle that gives this phase, divided by omega; the next one to it where none does."""
+    angle = phase * omega
+    near = (angle, nextafter(angle, inf), nextafter(angle, 0.0))
+    return next((one for one in near if one / omega == phase), angle)
+
+
+def switches_of(records: Records) -> Records:
+    """The switches that end segments: records of `EVENT`."""
+    ended = records[records["target"] != 0]
+    events = np.empty(len(ended), EVENT)
+    events["turn"], events["angle"] = ended["end_turn"], ended["end_angle"]
+    events["field"], events["plane"] = ended["field"], ended["target"]
+    return events
+
+
+def columns_of(records: Records, omega: float) -> dict[str, NDArray[Any]]:
+    """The columns of a table of segments, arrays of numbers or of texts, shape (n,)."""
+    planes = np.array([plane_name(i) for i in range(11)])
+    fields = np.array([f"F{i}" for i in range(7)])
+    outcomes = np.array([str(outcome) for outcome in _OUTCOMES])
+    start = records["start"]
+    return {
+        "period": records["start_turn"],
+        "phase": records["start_angle"] / omega,
+        "duration": records["duration"],
+        "field": fields[records["field"]],
+        "source": planes[records["source"]],
+        "target": planes[records["target"]],
+        "x_r": start[:, 0],
+        "v_r": start[:, 1],
+        "v_c": start[:, 2],
+        "x_c": records["position"],
+        "advance": records["advance"],
+        "outcome": outcomes[records["outcome"]],
+        "evaluations": records["evaluations"],
+    }

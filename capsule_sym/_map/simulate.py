@@ -1,0 +1,72 @@
+"""Running the map: one run, or many at once, and what is kept of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from time import perf_counter
+
+from numpy.typing import ArrayLike
+
+from capsule_sym._map.backend import backend as backend_of
+from capsule_sym._map.backend import default_backend
+from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._map.keep import checked, most_segments, reduced
+from capsule_sym._map.native import NativeRun
+from capsule_sym._map.trajectory import Trajectory
+from capsule_sym._parameters import Parameters
+
+
+def simulate(
+    parameters: Parameters,
+    state: Sequence[float] = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    periods: int = 100,
+    *,
+    keep: str | ArrayLike = "segments",
+    backend: str | None = None,
+    settle: bool = True,
+    max_segments: int | None = None,
+    max_seconds: float = math.inf,
+    progress: Callable[[int], object] | None = None,
+) -> Trajectory:
+    """The exact trajectory over whole excitation periods, from a state (x_r, v_r, v_c) and phase.
+
+    All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
+    phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
+    is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits).
+    With `settle`, 50 digits decide what double precision cannot; the trajectory's `statistics`
+    count how often. What stays open is typed in the segments' outcomes, and taken as the exact
+    tangency or corner that it is within the error bound.
+
+    `keep` names what the trajectory keeps: all its "segments", with which it can be evaluated at
+    any time, and the states at the ends of periods; only these ("stroboscopic"); its "switches";
+    only the "final" state; or, as an array, the states at absolute times. By the core memory does
+    not grow with what is not kept.
+
+    The run stops early after `max_segments` segments (10^6 if nothing else is given and something
+    of each is kept), after `max_seconds` of the clock, or at a point that no field leaves with
+    certainty; the trajectory has what was found until then, its `status` and `message` say how it
+    ended. `progress` is called now and then with the whole periods passed. Raises InvalidInput for
+    a value that is not allowed.
+    """
+    values = check_start(parameters, state, phase, periods)
+    periods = int(periods)
+    kept = checked(keep, phase, periods * parameters.period)
+    if max_segments is not None:
+        check_count("max_segments", max_segments)
+    most = most_segments(kept, max_segments)
+    deadline = perf_counter() + checked_seconds(max_seconds)
+    chosen = backend or default_backend()
+    if chosen == "c":
+        run = NativeRun(parameters, settle, deadline, progress)
+        return run.go(values, phase, periods, most, kept)
+    from capsule_sym._map.reference import Run
+
+    with backend_of(chosen) as numbers:
+        whole = Run(numbers, parameters, settle, deadline, progress)
+        found = whole.go(values, phase, periods, most)
+    if isinstance(kept, str) and kept == "segments":
+        return found
+    return replace(found, kept=reduced(found, kept))

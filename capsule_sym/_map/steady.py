@@ -1,0 +1,164 @@
+"""The periodic motion that a run ends in, read off its last periods."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput, Outcome
+from capsule_sym._map.backend import Number
+from capsule_sym._map.itinerary import cyclic_start
+from capsule_sym._map.segments import Instant, Segment
+from capsule_sym.generated import formulas
+
+if TYPE_CHECKING:
+    from capsule_sym._map.trajectory import Trajectory
+
+LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
+
+
+@dataclass(frozen=True)
+class SteadyMotion:
+    """A periodic motion modulo drift: its segments over one period of the motion.
+
+    `period_multiple` counts excitation periods; `progression` is the advance of x_c per
+    excitation period, dimensionless.
+    """
+
+    segments: tuple[Segment, ...]
+    period_multiple: int
+    progression: Number
+
+    def __repr__(self) -> str:
+        word = shortened(" ".join(self.word))
+        pace = f"{float(self.progression):.6g} per excitation period"
+        return f"<SteadyMotion {word}: period multiple {self.period_multiple}, {pace}>"
+
+    @property
+    def word(self) -> tuple[str, ...]:
+        """Fields of one period in the order of time, such as ("F5", "F2")."""
+        return tuple(segment.name for segment in self.segments)
+
+    @property
+    def global_map(self) -> str:
+        """The motion as a composition of local maps, right to left, in the paper's notation."""
+        if len(self.segments) == 1:
+            return self.segments[0].local_map.replace("P", "Id", 1)
+        return " ∘ ".join(segment.local_map for segment in reversed(self.segments))
+
+
+def steady_motion(run: Trajectory, tolerance: float) -> SteadyMotion | None:
+    """The periodic motion at the end of a run, as `Trajectory.steady` gives it."""
+    if not (_is_real(tolerance) and 0 < tolerance < math.inf):
+        raise InvalidInput("tolerance", tolerance, "a finite number > 0")
+    _ = run.segments  # which have to be kept
+    if _rests(run, tolerance):
+        return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0)
+    states = np.array(run.stroboscopic[-2 * LONGEST :], dtype=float)
+
+    def change(after: int, multiple: int) -> float:
+        """Largest change of the last `multiple` states from those `after` periods before."""
+        last, before = states[-multiple:], states[-multiple - after : len(states) - after]
+        return float(np.max(np.abs(last - before)))
+
+    for multiple in range(1, min(LONGEST, len(states) // 2) + 1):
+        if change(multiple, multiple) > tolerance:
+            continue
+        divisors = (d for d in range(1, multiple) if multiple % d == 0)
+        if any(change(divisor, multiple) <= 1e3 * tolerance for divisor in divisors):
+            continue
+        segments, previous = _last_periods(run, multiple, 0), _last_periods(run, multiple, 1)
+        if not segments and not previous:
+            return SteadyMotion((_last_period(run),), 1, run.segments[-1].advance * 0)
+        if _labels(segments) == _labels(previous):
+            return _steady(segments, multiple)
+    return None
+
+
+def _rests(run: Trajectory, tolerance: float) -> bool:
+    """Whether it is proved that the run stays this near to rest for ever, and never slips."""
+    p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
+    if p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
+        return False
+    # Twice the energy at rest: v_r^2 + x_r^2 + beta (x_r - delta)^2 in contact.
+    size = 1.000001 * math.hypot(v_r, x_r, math.sqrt(p.beta) * max(0.0, x_r - p.delta))
+    pressed = SimpleNamespace(kappa=p.beta, zeta=p.zeta)
+    force = float(formulas.force_change_size(pressed, size, size))
+    return size <= tolerance and force < p.f_b
+
+
+def _rest(run: Trajectory) -> Segment:
+    """The last excitation period, at rest."""
+    last, zero = run.segments[-1], run.segments[-1].duration * 0
+    gap = zero - run.parameters.delta
+    field = 2 if gap else 5  # the region with contact is the closed one
+    return replace(
+        last,
+        field=field,
+        source=f"Σ{field}",
+        target=f"Σ{field}",
+        start=Instant(last.end.period - 1, zero),
+        end=Instant(last.end.period, zero),
+        start_state=(zero, zero, zero),
+        end_state=(zero, zero, zero),
+        duration=zero + run.parameters.period,
+        outcome=Outcome.NEVER,
+        tangencies=(),
+        evaluations=0,
+        position=last.position + last.advance,
+        advance=zero,
+        closed=type(last.closed)(zero, gap, zero, zero, zero, zero + 1, zero),
+    )
+
+
+def _last_period(run: Trajectory) -> Segment:
+    """The last excitation period of a run that ends without switches, as a segment."""
+    last, state = run.segments[-1], tuple(run.stroboscopic[-2].tolist())
+    x_r, v_r, v_c = state
+    delta, zeta = type(x_r)(run.parameters.delta), type(x_r)(run.parameters.zeta)
+    free = SimpleNamespace(kappa=x_r * 0, zeta=zeta)
+    force = formulas.force(free, x_r, x_r - delta, v_r)
+    plane = f"Σ{last.field}"
+    return replace(
+        last,
+        source=plane,
+        target=plane,
+        start=Instant(last.end.period - 1, x_r * 0),
+        start_state=state,
+        duration=type(x_r)(run.parameters.period),
+        tangencies=(),
+        position=last.position + last.advance,
+        advance=last.advance * 0,
+        closed=type(last.closed)(x_r, x_r - delta, v_r, v_c, force, x_r * 0 + 1, x_r * 0),
+    )
+
+
+def _last_periods(run: Trajectory, multiple: int, back: int) -> tuple[Segment, ...]:
+    """The segments that end in the given number of whole periods before the run's end."""
+    ends, switched = run.records["end_turn"], run.records["target"] != 0
+    stop = int(ends[-1]) - back * multiple
+    first, beyond = np.searchsorted(ends, (stop - multiple, stop)).tolist()
+    return tuple(run.segments[i] for i in range(first, beyond) if switched[i])
+
+
+def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
+    return [(s.field, s.source, s.target) for s in segments]
+
+
+def _steady(segments: tuple[Segment, ...], multiple: int) -> SteadyMotion:
+    first = cyclic_start([s.field for s in segments])
+    advance = sum((s.advance for s in segments), segments[0].advance * 0)
+    return SteadyMotion(segments[first:] + segments[:first], multiple, advance / multiple)
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def shortened(text: str, length: int = 60) -> str:
+    """The text, cut off where it is longer."""
+    return text if len(text) <= length else f"{text[: length - 4]} ..."

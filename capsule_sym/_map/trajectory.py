@@ -1,0 +1,257 @@
+"""What a run of the map gives: segments, states at any time, and how it went."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map import evaluation
+from capsule_sym._map.backend import Number
+from capsule_sym._map.labelled import Labelled, draw
+from capsule_sym._map.segments import (
+    Instant,
+    Records,
+    Segment,
+    Triple,
+    columns_of,
+    records_of,
+    switches_of,
+)
+from capsule_sym._map.steady import SteadyMotion, steady_motion
+from capsule_sym._native import core
+from capsule_sym._parameters import Parameters
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Kind = TypeVar("Kind")
+
+
+FINISHED = "the run came to its end"
+TIME_IS_UP = "at its time limit"
+
+
+def after(most: int) -> str:
+    """Why a run ended that has as many segments as it may have."""
+    return f"after {most} segments"
+
+
+class Statistics(NamedTuple):
+    """What a run took: segments, evaluations, and how often more digits decided.
+
+    `escalations` counts switches and successor fields that double precision left open: 106 bits or
+    50 digits looked at them.
+    """
+
+    segments: int = 0
+    evaluations: int = 0
+    escalations: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """What a run keeps on its way; None is what it does not."""
+
+    what: str
+    segments: Sequence[Segment] | None = None
+    stroboscopic: NDArray[Any] | None = None
+    stroboscopic_periods: NDArray[np.int64] | None = None
+    switches: Records | None = None
+    times: NDArray[np.float64] | None = None
+    states: NDArray[np.float64] | None = None  # with positions, times.shape + (4,)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory(Labelled):
+    """A run of the exact map: what was asked to be kept of it, and how it went.
+
+    All quantities are dimensionless. What was not kept raises InvalidInput when it is asked for.
+    """
+
+    parameters: Parameters
+    backend: str
+    origin: tuple[Instant, Triple]
+    """Time and state at the start of the run."""
+    final: tuple[Instant, Triple]
+    """Time and state at the end of the run."""
+    advance: Number
+    """Change of the capsule's position x_c over the run."""
+    status: Status
+    """How the run ended."""
+    message: str
+    """The same as a sentence."""
+    statistics: Statistics
+    """What the run took."""
+    kept: Kept
+    dimension = "segment"
+
+    @classmethod
+    def of_segments(
+        cls,
+        parameters: Parameters,
+        backend: str,
+        origin: tuple[Instant, Triple],
+        segments: Sequence[Segment],
+    ) -> Trajectory:
+        """A finished run of these segments."""
+        last = segments[-1]
+        evaluations = sum(segment.evaluations for segment in segments)
+        return cls(
+            parameters,
+            backend,
+            origin,
+            (last.end, last.end_state),
+            last.position + last.advance,
+            Status.FINISHED,
+            FINISHED,
+            Statistics(len(segments), evaluations),
+            Kept("segments", segments),
+        )
+
+    def __repr__(self) -> str:
+        (periods, phase), (x_r, v_r, v_c) = self.final
+        state = ", ".join(f"{float(value):.6g}" for value in (x_r, v_r, v_c))
+        at = f"at ({periods}, {float(phase):.6g}) in ({state})"
+        stopped = "" if self.success else f", stopped {self.message}"
+        count = self.statistics.segments
+        return f"<Trajectory by {self.backend}: {count} segments, {at}{stopped}>"
+
+    @property
+    def success(self) -> bool:
+        """Whether the run came to the end of its periods."""
+        return self.status is Status.FINISHED
+
+    @property
+    def segments(self) -> Sequence[Segment]:
+        """The segments in the order of time."""
+        return self._kept("segments", self.kept.segments)
+
+    @property
+    def stroboscopic(self) -> NDArray[Any]:
+        """States (x_r, v_r, v_c) at phase 0 in the order of time, shape (n, 3).
+
+        Of a segment over very many periods there are only the last: 8,192 by the core, 32 by the
+        other backends; `stroboscopic_periods` numbers them. With 50 digits they are objects.
+        """
+        return self._kept("stroboscopic", self.kept.stroboscopic)
+
+    @property
+    def stroboscopic_periods(self) -> NDArray[np.int64]:
+        """After how many periods each stroboscopic state is, shape (n,)."""
+        return self._kept("stroboscopic", self.kept.stroboscopic_periods)
+
+    @property
+    def switches(self) -> Records:
+        """All switches: an array with fields turn, angle, field and plane.
+
+        The time of a switch is `turn` excitation periods and the forcing's `angle` in [0, 2 pi);
+        `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
+        """
+        if self.kept.segments is not None:
+            return switches_of(self.records)
+        return self._kept("switches", self.kept.switches)
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """The times at which states were asked to be kept."""
+        return self._kept("times", self.kept.times)
+
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """States (x_r, v_r, v_c) at those times, shape (..., 3); nan after the end of the run."""
+        return self._kept("times", self.kept.states)[..., :3]
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Capsule positions x_c at those times."""
+        return self._kept("times", self.kept.states)[..., 3]
+
+    def _kept(self, name: str, value: Kind | None) -> Kind:
+        if value is None:
+            wanted = "an array of times" if name == "times" else f"{name!r}"
+            given = "an array of times" if self.kept.what == "times" else self.kept.what
+            raise InvalidInput("keep", given, f"{wanted} for this")
+        return value
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The times at which the run begins and ends."""
+        begin, end = (
+            at.period * self.parameters.period + float(at.phase)
+            for at in (self.origin[0], self.final[0])
+        )
+        return begin, end
+
+    @cached_property
+    def records(self) -> Records:
+        """The segments as records of `capsule_segment`, in double precision."""
+        return records_of(self.segments, self.parameters.omega)
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The segments as columns, arrays of shape (n,), in double precision.
+
+        The start of each by `period` and `phase`, `x_r`, `v_r`, `v_c`, `x_c`, its `duration` and
+        `advance` of x_c; texts `field`, `source`, `target` and `outcome`; `evaluations`.
+        """
+        return columns_of(self.records, self.parameters.omega)
+
+    def __call__(self, t: ArrayLike, *, position: bool = False) -> NDArray[np.float64]:
+        """States (x_r, v_r, v_c) at times t, shape t.shape + (3,), from the closed form.
+
+        With `position` they are (x_r, v_r, v_c, x_c). Times are absolute and dimensionless:
+        excitation periods times 2 pi/omega plus phase. Raises InvalidInput outside the run.
+        """
+        states = self._evaluate(t)
+        return states if position else states[..., :3]
+
+    def position(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Capsule positions x_c at times t, shape t.shape, zero at the start of the run."""
+        return self._evaluate(t)[..., 3]
+
+    def _evaluate(self, t: ArrayLike) -> NDArray[np.float64]:
+        times = evaluation.real("t", t, "real numbers")
+        records = self.records
+        evaluation.check(times, *self.span)
+        if not len(records):
+            origin = np.array([*self.origin[1], 0.0], dtype=float)
+            return np.broadcast_to(origin, (*times.shape, 4)).copy()
+        if self.backend == "c" and core is not None:
+            return evaluation.by_core(self.parameters, records, times)
+        return evaluation.by_numpy(self.parameters, records, times)
+
+    def steady(self, tolerance: float = 1e-9) -> SteadyMotion | None:
+        """The periodic motion at the end of the run, None if it has not settled on one.
+
+        The motion is periodic with multiple m if the stroboscopic states repeat after m periods
+        within `tolerance`, and so do the segments; the least m up to 16 is taken. Slow
+        alternating convergence to a shorter period looks almost periodic too: it is told apart by
+        asking that states within the period differ by a thousand tolerances.
+
+        Without forcing a motion may die away and switch for ever, ever smaller. It is rest if its
+        energy, which never grows, keeps it within `tolerance` of that.
+
+        Raises InvalidInput for a tolerance that is not a number > 0 and finite.
+        """
+        return steady_motion(self, tolerance)
+
+    def attributes(self) -> dict[str, Any]:
+        """Parameters, backend and status."""
+        return {**self.parameters.to_dict(), "backend": self.backend, "status": str(self.status)}
+
+    def plot(
+        self, *, axes: Axes | None = None, of: str = "displacements", points: int = 400
+    ) -> Axes:
+        """Draws x_r and x_c over time, or with `of="phase"` v_r over x_r, into matplotlib axes.
+
+        Each period has so many `points`, the whole run at most 10^5. Gives the axes, new ones where
+        none are given. Raises InvalidInput for another `of`, ImportError without matplotlib.
+        """
+        drawn: Axes = draw(self, axes, of, points)
+        return drawn

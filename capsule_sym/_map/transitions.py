@@ -1,0 +1,171 @@
+"""Where a trajectory stands, and the field that takes it on: the rule for every start.
+
+At a point, a field takes over if every one of its guards is positive just after: the first of the
+guard's time derivatives that does not vanish is positive. On S1-S10 and L1-L8 this is the derived
+switching table; the same rule serves corner points and tangencies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Expansion, Guard, Point, expand
+from capsule_sym._map.location import Departure, Start
+from capsule_sym.generated import formulas
+from capsule_sym.generated.switching import FIELDS, PLACES, TRANSITIONS
+
+
+class State(NamedTuple):
+    """A state with what is known exactly: gap = 0 on the impact surface, v_c = 0 at rest.
+
+    `bound` is +1 (-1) where P = f_b (-f_b) is known to hold, else 0. `angle_rest` is by how much
+    the forcing angle is more than rounded.
+    """
+
+    x_r: Number
+    gap: Number
+    v_r: Number
+    v_c: Number
+    angle: Number
+    bound: int = 0
+    angle_rest: Number = 0
+
+    def exactly(self, number: Callable[[Number], Number], delta: float) -> State:
+        """The same state in a wider number system.
+
+        Near the impact surface the gap is what is known, elsewhere the position is: the other
+        follows without the rounding that it has here.
+        """
+        x_r, gap, v_r, v_c, angle = (number(value) for value in self[:5])
+        angle += number(self.angle_rest)
+        if 2 * abs(self.gap) > delta:
+            gap = x_r - number(delta)
+        else:
+            x_r = number(delta) + gap
+        return State(x_r, gap, v_r, v_c, angle, self.bound)
+
+
+class Undetermined(Exception):
+    """No field, or more than one, takes over with certainty at this precision."""
+
+
+def depart(
+    backend: Backend,
+    constants: Any,
+    state: State,
+    source: int | None = None,
+    *,
+    vanish: bool = False,
+) -> Departure:
+    """The field that takes over at a state; `constants` are those of F1 to F6, in order.
+
+    After a segment of field F`source` only those fields are considered that the derived switching
+    table allows there. A derivative within its error bound of zero leaves the decision open, or,
+    with `vanish`, is taken to be zero. Raises Undetermined where no field, or more than one, may
+    take over.
+    """
+    departures = []
+    candidates = _candidates(state)
+    place = place_of(backend, constants, state)
+    if source is not None and place is not None:
+        allowed = TRANSITIONS.get((source, place), ())
+        candidates = [field for field in candidates if field in allowed]
+    for field in candidates:
+        c = constants[field - 1]
+        start = start_at(c, state)
+        zeros = _departing(backend, c, state, start, vanish)
+        if zeros is not None:
+            departures.append(Departure(field, start._replace(zeros=zeros)))
+    if len(departures) != 1:
+        raise Undetermined(f"fields {[d.field for d in departures]} at {state}")
+    return departures[0]
+
+
+def _candidates(state: State) -> list[int]:
+    contacts = (0, 1) if state.gap == 0 else (int(state.gap > 0),)
+    drifts = (1, 0, -1) if state.v_c == 0 else (1 if state.v_c > 0 else -1,)
+    return [FIELDS[contact, drift] for contact in contacts for drift in drifts]
+
+
+def place_of(backend: Backend, constants: Any, state: State) -> str | None:
+    """The surface, line or corner point a state is on, Eqs. (13)-(14): such as "S7" or "L6".
+
+    None off all of them, and where rounding leaves open on which of them the state is.
+    """
+    signs = _sign(state.v_c), _sign(state.gap), _sign(state.v_r)
+    if state.v_c != 0:
+        return PLACES.get((*signs, 0))
+    if state.bound:
+        return PLACES[*signs, 2 * state.bound]
+    c = constants[FIELDS[int(state.gap > 0), 0] - 1]
+    force = formulas.force(c, state.x_r, state.gap, state.v_r)
+    added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
+    if abs(abs(force) - c.f_b) <= 6 * backend.unit * added + backend.unit * c.f_b:
+        return None
+    return PLACES.get((*signs, 3 * _sign(force) if abs(force) > c.f_b else 0))
+
+
+def _sign(value: Number) -> int:
+    return int(value > 0) - int(value < 0)
+
+
+def start_at(c: Any, state: State) -> Start:
+    """The start of a segment with constants `c` at a state, before its zeros are known."""
+    if state.bound:
+        margin = state.bound * c.f_b - c.friction
+    else:
+        margin = formulas.margin_at(c, state.x_r, state.gap, state.v_r)
+    return Start(
+        state.x_r, state.gap, state.v_r, state.v_c, margin, state.angle, {}, state.angle_rest
+    )
+
+
+def _departing(
+    backend: Backend, c: Any, state: State, start: Start, vanish: bool
+) -> dict[Guard, int] | None:
+    """Leading zeros of each guard if the field takes over, None if it does not.
+
+    Raises Undetermined where a sign that decides is open.
+    """
+    cosine, sine = backend.cos_sin(start.angle, start.angle_rest)
+    zero = state.x_r * 0
+    point = Point(*start[:5], cosine, sine, zero, zero, zero, 2 * backend.unit * start.angle)
+    zeros: dict[Guard, int] = {}
+    undetermined = False
+    for guard, expansion in expand(backend, c, point).items():
+        closed = (1 if c.contact else -1) if guard is Guard.GAP else 0
+        count, sign = _first_sign(expansion, _exact_zeros(c, guard, state), vanish, closed)
+        if sign < 0:
+            return None
+        undetermined = undetermined or sign == 0
+        if count:
+            zeros[guard] = count
+    if undetermined:
+        raise Undetermined(f"field F{c.drift} at {state}")
+    return zeros
+
+
+def _exact_zeros(c: Any, guard: Guard, state: State) -> tuple[bool, ...]:
+    """Which of the guard's first derivatives vanish by what is known of the state."""
+    if guard is Guard.GAP:
+        return (state.gap == 0, state.gap == 0 and state.v_r == 0)
+    if guard is Guard.DRIFT:
+        return (state.v_c == 0, state.v_c == 0 and state.bound == c.drift)
+    return (state.bound == (1 if guard is Guard.UPPER else -1),)
+
+
+def _first_sign(
+    expansion: Expansion, exact: tuple[bool, ...], vanish: bool, closed: int
+) -> tuple[int, int]:
+    """Number of leading zeros, and the sign of what follows (0 where rounding leaves it open)."""
+    for count, (value, error) in enumerate(zip(expansion.values, expansion.errors, strict=True)):
+        if count < len(exact) and exact[count]:
+            continue
+        if abs(value) > error:
+            return count, 1 if value > 0 else -1
+        if not vanish:
+            return count, 0
+    # It vanishes identically: the region with contact is the closed one, Eqs. (10)-(12).
+    return len(expansion.values), closed

@@ -1,0 +1,203 @@
+"""What several commands share: options, consoles, tables and progress bars."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from capsule_sym._errors import InvalidInput
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress, ProgressColumn
+    from rich.table import Table
+
+    from capsule_sym._parameters import Parameters, PhysicalParameters
+
+_Command = TypeVar("_Command", bound=Callable[..., None])
+_Item = TypeVar("_Item")
+
+json_option = click.option(
+    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
+)
+
+
+def state_option(text: str) -> Callable[[_Command], _Command]:
+    """The option --state: x_r, v_r and v_c at the start, at rest if not given."""
+    return click.option(
+        "--state",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 0.0),
+        metavar="XR VR VC",
+        help=f"{text}  [default: 0 0 0]",
+    )
+
+
+def parameter_options(command: _Command) -> _Command:
+    """Add --params for a file, and an option for each of the seven parameters."""
+    # The defaults shown are those of `Parameters`, whose import would cost NumPy's.
+    options = (
+        ("alpha", "0.7", "Excitation amplitude."),
+        ("omega", "0.8", "Excitation frequency."),
+        ("delta", "0.02", "Gap."),
+        ("zeta", "0.05", "Damping ratio."),
+        ("beta", "1.5", "Stiffness ratio."),
+        ("gamma", "3.3", "Mass ratio."),
+        ("fb", "1", "Friction bound."),
+    )
+    command = click.option(
+        "--params",
+        "file",
+        type=click.Path(),
+        metavar="FILE.toml",
+        help="Parameters from a file, dimensionless (options above override it) or physical in SI "
+        "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
+    )(command)
+    for flag, default, text in reversed(options):
+        name = "f_b" if flag == "fb" else flag
+        text = f"{text}  [default: {default}]"
+        command = click.option(f"--{flag}", name, type=float, help=text)(command)
+    return command
+
+
+def chosen_parameters(
+    file: str | None, dimensionless: dict[str, float | None]
+) -> tuple[Parameters, PhysicalParameters | None]:
+    """The parameters of a file and of options, with those of the device if it is given in SI units.
+
+    Raises InvalidInput for values that are not allowed, and for options beside SI units.
+    """
+    from capsule_sym._parameters import Parameters, load_parameters
+
+    given = {name: value for name, value in dimensionless.items() if value is not None}
+    if file is None:
+        return Parameters(**given), None
+    try:
+        loaded = load_parameters(file)
+    except InvalidInput as error:
+        if error.field != "file":
+            raise
+        raise InvalidInput("--params", error.value, error.allowed) from error
+    if isinstance(loaded, Parameters):
+        return loaded.replace(**given), None
+    for name, value in given.items():
+        raise InvalidInput(name, value, f"absent where {file} is in SI units")
+    return loaded.dimensionless(), loaded
+
+
+def make_console(stderr: bool = False, width: int = 110) -> Console:
+    """A console on stdout or stderr, `width` columns wide where that is no terminal."""
+    from rich.console import Console
+
+    file = sys.stderr if stderr else sys.stdout
+    return Console(file=file, width=None if file.isatty() else width, highlight=False)
+
+
+def make_table(*columns: str, right: Collection[str] = (), gap: int = 1) -> Table:
+    """An empty table with a line below its head, the columns in `right` flush right."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="right" if name in right else "left")
+    return table
+
+
+def make_progress(*columns: ProgressColumn) -> Progress:
+    """Progress bars on stderr where that is a terminal, gone in the end."""
+    from rich.constrain import Constrain
+    from rich.progress import Progress
+
+    from capsule_sym._processes import deferred
+
+    console = make_console(stderr=True)
+
+    class Bars(Progress):
+        # Bars of which Ctrl-C left a part are not found again, and stay on the screen.
+        def start(self) -> None:
+            try:
+                with deferred():
+                    super().start()
+            except KeyboardInterrupt:  # nobody else ends what did not begin
+                self.stop()
+                raise
+
+        @deferred()
+        def stop(self) -> None:
+            super().stop()
+
+        @deferred()
+        def refresh(self) -> None:
+            super().refresh()
+
+        def get_renderables(self) -> Iterator[Constrain]:
+            # The ^C that a terminal shows has room, lest it begins a line and the bars stay.
+            yield Constrain(self.make_tasks_table(self.tasks), console.width - 3)
+
+    return Bars(
+        *columns,
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+        # What is printed meanwhile goes above the bars if it goes to the terminal at all.
+        redirect_stdout=sys.stdout.isatty(),
+    )
+
+
+Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
+"""Passes items on and shows how many of a total, if known, are done; the text says what is done,
+or gives it for each item."""
+
+
+@contextmanager
+def tracking(lines: bool = False) -> Iterator[Track]:
+    """Gives a `Track` with progress bars on stderr, one below another where it is nested.
+
+    With `lines`, stderr has a line for each item of the outermost one where it is no terminal.
+    """
+    with make_progress() as progress:
+        depth = 0
+
+        def track(
+            items: Iterable[Any], text: str | Callable[[Any], str], total: float | None
+        ) -> Iterator[Any]:
+            nonlocal depth
+            first = text if isinstance(text, str) else ""
+            task = progress.add_task(first, total=total)
+            depth += 1
+            try:
+                for done, item in enumerate(items):
+                    said = text if isinstance(text, str) else text(item)
+                    progress.update(task, description=said, completed=done)
+                    if lines and depth == 1 and progress.disable:
+                        count = f" ({done + 1} of {total:.0f})" if total else ""
+                        click.echo(f"{said}{count}", err=True)
+                    yield item
+            finally:
+                depth -= 1
+                progress.remove_task(task)
+
+        yield track
+
+
+def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_Item]:
+    """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
+    with tracking() as tracked:
+        yield from tracked(items, text, total)
+
+
+def certify_option(what: str) -> Callable[[_Command], _Command]:
+    """The option --certify FILE of a command that can prove `what` it finds."""
+    return click.option(
+        "--certify",
+        type=click.Path(path_type=Path, dir_okay=False),
+        metavar="FILE",
+        help=f"Prove {what} in ball arithmetic, and write its certificate here.",
+    )

@@ -1,0 +1,229 @@
+"""The command `branch`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._options import (
+    certify_option,
+    chosen_parameters,
+    json_option,
+    make_console,
+    make_table,
+    parameter_options,
+)
+from capsule_sym._orbits.command import certify_found, out_option, settled, settling_option
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from rich.table import Table
+
+    from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+    from capsule_sym._orbits.continuation.continuation import Branch
+    from capsule_sym._parameters import Parameters
+
+
+@click.command("branch")
+@parameter_options
+@click.option("--parameter", help="The parameter that varies, such as alpha.")
+@click.option("--from", "begin", type=float, help="Its value at the begin.")
+@click.option("--to", "end", type=float, required=True, help="Its value at the end.")
+@click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")
+@click.option(
+    "--restart",
+    nargs=2,
+    metavar="FILE LABEL",
+    help="Begin at a labelled point, such as PD1, of a branch.json, in place of --from.",
+)
+@click.option(
+    "--cascade",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    metavar="DEPTH",
+    help="Follow the branches of doubled orbits too, and those that leave them.",
+)
+@click.option(
+    "--with",
+    "ties",
+    multiple=True,
+    metavar="NAME=FORMULA",
+    help="A parameter that varies too, such as alpha=0.5*omega**2; may be repeated.",
+)
+@settling_option
+@out_option
+@certify_option("the bifurcations")
+@json_option
+def branch(
+    file: str | None,
+    parameter: str | None,
+    begin: float | None,
+    end: float,
+    points: int,
+    restart: tuple[str, str] | None,
+    cascade: int,
+    ties: tuple[str, ...],
+    state: tuple[float, float, float],
+    out: Path | None,
+    certify: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Follow a periodic orbit in a parameter, with all its bifurcations.
+
+    The branch begins with the orbit on which the motion settles at --from, or at a labelled point
+    of a branch that --out wrote. It is followed through folds, stable or not, and from word to word
+    where an inequality of the word fails. With --restart all branches are followed that leave the
+    point towards --to: at a period doubling the doubled one too. With --with the parameter may also
+    be a name of one's own, of which one of the parameters given so is an affine function, or P_d,
+    Omega, G, c or k2 of a device in SI units.
+
+    In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
+    "label", "type", "line", "parameter", "value", "uncertainty", "word_before" and "word_after";
+    "ending" and "detail" say why the branch ends; "switched" are the branches beside it, each with
+    its "origin". --out writes branch.json, points.csv and bifurcations.csv.
+
+    Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
+    """
+    from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
+    from capsule_sym._records import dumps, table, write
+
+    if restart is not None:
+        given = [name for name, value in dimensionless.items() if value is not None]
+        given += [name for name, value in (("FILE", file), ("from", begin)) if value is not None]
+        if given:
+            raise InvalidInput(given[0], "given", "left out with --restart, whose file has it")
+        found = _restarted(*restart, parameter, end, points, _ties(ties) or None)
+    else:
+        for name, value in (("parameter", parameter), ("from", begin)):
+            if value is None:
+                raise InvalidInput(name, None, "given, or --restart in its place")
+        assert parameter is not None
+        assert begin is not None
+        parameters, device = chosen_parameters(file, dimensionless)
+        tied = _ties(ties)
+        if device is not None and not tied and parameter not in parameters.to_dict():
+            from capsule_sym._orbits.continuation.parameter_paths import device_path
+
+            tied = device_path(device, parameter)
+        found = (followed(parameters, parameter, begin, end, points, state, tied),)
+    if certify is not None and found[0].axis.path.ties:
+        raise InvalidInput("certify", str(certify), "absent where several parameters vary")
+    found += _cascade(found, cascade, points)
+    first, *others = found
+    if out is not None:
+        texts = {"branch.json": dumps(branch_record(first, others)) + "\n"}
+        texts["points.csv"] = table([row for one in found for row in point_rows(one)])
+        columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
+        rows = [
+            {"origin": one.origin, **row}
+            for one in found
+            for row in bifurcation_rows(one.bifurcations)
+        ]
+        texts["bifurcations.csv"] = table(rows, columns)
+        click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
+    if as_json:
+        click.echo(dumps(branch_record(first, others)))
+    else:
+        for one in found:
+            _print_branch(one)
+    if certify is not None:
+        certify_found(certify, [one for branch in found for one in branch.bifurcations])
+    tell_early_end(first)
+
+
+def _restarted(
+    file: str,
+    label: str,
+    parameter: str | None,
+    end: float,
+    points: int,
+    ties: dict[str, str] | None,
+) -> tuple[Branch, ...]:
+    from capsule_sym._orbits.continuation.switching import continue_from
+
+    return continue_from(file, label, end, parameter=parameter, points=points, ties=ties)
+
+
+def _ties(given: Sequence[str]) -> dict[str, str]:
+    """Formulas by the name of the parameter, from NAME=FORMULA."""
+    found = {}
+    for text in given:
+        name, equals, formula = text.partition("=")
+        if not equals:
+            raise InvalidInput("with", text, "NAME=FORMULA, such as alpha=0.5*omega**2")
+        found[name.strip()] = formula
+    return found
+
+
+def _cascade(found: tuple[Branch, ...], depth: int, points: int) -> tuple[Branch, ...]:
+    from capsule_sym._orbits.continuation.switching import cascade
+
+    return tuple(new for one in found for new in cascade(one, depth, points=points))
+
+
+def tell_early_end(found: Branch) -> None:
+    """Exit with 3, and the reason, where a branch ends before its parameter is there."""
+    from capsule_sym._orbits.continuation.states import Ending
+
+    if found.ending is not Ending.REACHED:
+        click.echo(f"the branch ends ({found.ending.value}): {found.detail}", err=True)
+        raise click.exceptions.Exit(3)
+
+
+def followed(
+    parameters: Parameters,
+    parameter: str,
+    begin: float,
+    end: float,
+    points: int,
+    state: Sequence[float],
+    ties: Mapping[str, str] | None = None,
+) -> Branch:
+    """The branch of the motion that settles from a state; exits with 3 where none does."""
+    from capsule_sym._orbits.continuation.continuation import follow
+    from capsule_sym._orbits.continuation.parameter_paths import parameter_path
+    from capsule_sym._parameters import Parameters
+
+    path = parameter_path(parameter, ties)
+    path.check(parameters, begin, end)
+    placed = path.placed([*parameters.to_dict().values()], begin)
+    start = settled(Parameters(*placed), state)
+    return follow(start, parameter, end, points=points, ties=ties)
+
+
+def _print_branch(found: Branch) -> None:
+    console = make_console()
+    if found.origin:
+        console.print(f"\nfrom {found.origin}")
+    console.print(f"{len(found.points)} points, {found.ending.value}: {found.detail}\n")
+    table = make_table(
+        found.parameter, "progression", "|multiplier|", "tightest inequality", "word"
+    )
+    shown = found.points[:: max(1, len(found.points) // 20)]
+    for point in shown:
+        word = point.orbit.word
+        tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(word)}"
+        row = (f"{point.value:.6g}", f"{float(point.orbit.progression):.6g}")
+        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(word))
+    console.print(table)
+    console.print()
+    console.print(bifurcation_table(found.bifurcations))
+
+
+def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
+    """Bifurcations as a table for the console."""
+    parameters = {one.parameter for one in found}
+    table = make_table("", "type", "line", " or ".join(sorted(parameters)), "uncertainty", "word")
+    for one in found:
+        words = [one.word_before, one.word_after]
+        names = [str(word or "none") for word in words]
+        value = f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}"
+        error = f"{one.uncertainty:.0e}"
+        table.add_row(one.label, one.type, one.line, value, error, " → ".join(names))
+    return table

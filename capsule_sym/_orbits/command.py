@@ -1,0 +1,179 @@
+"""The command `orbit`, and what the commands of orbits share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from capsule_sym._options import (
+    certify_option,
+    chosen_parameters,
+    json_option,
+    make_console,
+    make_progress,
+    parameter_options,
+    state_option,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+    from capsule_sym._orbits.continuation.curves import CurvePoint
+    from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
+    from capsule_sym._parameters import Parameters
+
+settling_option = state_option("State at phase 0 from which the motion settles.")
+out_option = click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIRECTORY",
+    help="Write the JSON and its tables as CSV here.",
+)
+
+
+@click.command("orbit")
+@parameter_options
+@settling_option
+@click.option(
+    "--starts",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Search from so many random states too: finds unstable and coexisting orbits.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Decides the random states.")
+@certify_option("the orbit")
+@json_option
+def orbit(
+    file: str | None,
+    state: tuple[float, float, float],
+    starts: int,
+    seed: int,
+    certify: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Close the periodic orbit on which the motion settles, exactly.
+
+    Shows its word and section point, multipliers, velocities, energies per excitation period, and
+    the tightest inequality of its word. With --starts, all orbits that are found. The JSON of one
+    orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a figure
+    are the figure and its derivative along the branch by each parameter.
+
+    Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
+    Exits with 4 where --certify does not prove all.
+    """
+    from capsule_sym._orbits.continuation.records import failure_record, orbit_record
+    from capsule_sym._orbits.shooting.orbit import NoOrbit
+    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym._records import dumps
+
+    parameters, _ = chosen_parameters(file, dimensionless)
+    if starts:
+        found = _search(parameters, starts, seed)
+        if as_json:
+            click.echo(dumps({"orbits": [orbit_record(one) for one in found]}))
+        else:
+            for one in found:
+                _print_orbit(one)
+            click.echo(f"{len(found)} orbits from {starts} random states")
+        if certify is not None:
+            certify_found(certify, found)
+        return
+    settled = find_orbit(parameters, state)
+    if isinstance(settled, NoOrbit):
+        if as_json:
+            click.echo(dumps(failure_record(settled)))
+        _give_up(settled)
+    if as_json:
+        click.echo(dumps(orbit_record(settled)))
+    else:
+        _print_orbit(settled)
+    if certify is not None:
+        certify_found(certify, [settled])
+
+
+def certify_found(path: Path, found: Sequence[Orbit | Bifurcation | CurvePoint]) -> None:
+    """Write the certificates of orbits and bifurcations; exits with 4 where one is not proved."""
+    from capsule_sym._enclosures.certificates import certificates
+
+    proved, failed = certificates(found)
+    _write_certificates(path, proved)
+    if failed:
+        click.echo(f"not proved: {'; '.join(failed)}", err=True)
+        raise click.exceptions.Exit(4)
+
+
+def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
+    from capsule_sym._records import dumps, write
+
+    write({path.name: dumps({"certificates": list(proved)}) + "\n"}, path.parent)
+    claims = "existence, uniqueness, itinerary"
+    stable = sum(bool(one["stable"]) for one in proved)
+    click.echo(f"proved {len(proved)} ({claims}; {stable} stable), wrote {path}", err=True)
+
+
+def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
+    from capsule_sym._orbits.shooting.search import random_search
+
+    with make_progress() as progress:
+        task = progress.add_task("Searching", total=starts)
+        return random_search(
+            parameters,
+            starts,
+            seed=seed,
+            report=lambda done, _: progress.update(task, completed=done),
+        )
+
+
+def settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
+    """The orbit on which the motion settles from a state; exits with 3 where there is none."""
+    from capsule_sym._orbits.shooting.orbit import Orbit
+    from capsule_sym._orbits.shooting.search import find_orbit
+
+    found = find_orbit(parameters, state)
+    if isinstance(found, Orbit):
+        return found
+    _give_up(found)
+
+
+def _give_up(found: NoOrbit) -> NoReturn:
+    click.echo(f"no orbit ({found.reason.value}): {found.detail}", err=True)
+    raise click.exceptions.Exit(3)
+
+
+def _print_orbit(one: Orbit) -> None:
+    from rich.table import Table
+
+    from capsule_sym._orbits.continuation.records import orbit_record
+
+    record = orbit_record(one)
+    console = make_console()
+    table = Table.grid(padding=(0, 2))
+    table.add_row("word", " ".join(record["word"]))
+    table.add_row("global map", one.motion.global_map)
+    table.add_row("period multiple", str(record["period_multiple"]))
+    table.add_row("section", f"phase {record['phase']:.12g}, state {_numbers(record['state'])}")
+    table.add_row("durations", _numbers(record["durations"]))
+    multipliers = [_complex(*pair) for pair in record["multipliers"]]
+    stable = "stable" if record["stable"] else "unstable"
+    table.add_row("multipliers", f"{'  '.join(multipliers)}  ({stable})")
+    tightest = record["admissibility"]
+    table.add_row("tightest", f"{tightest['inequality']}: {tightest['value']:.6g}")
+    for name in ("progression", "velocity", "work", "damper_loss", "friction_loss"):
+        table.add_row(name.replace("_", " "), f"{record[name]['value']:.12g}")
+    for name in ("peak_force", "peak_contact"):
+        table.add_row(name.replace("_", " "), f"{record[name]['value']:.12g}")
+    console.print(table)
+    console.print()
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return "  ".join(f"{value:.12g}" for value in values)
+
+
+def _complex(real: float, imaginary: float) -> str:
+    return f"{real:.9g}{imaginary:+.9g}i" if imaginary else f"{real:.9g}"

@@ -1,0 +1,1 @@
+"""Orbits in one parameter, bifurcations in two, and their records."""

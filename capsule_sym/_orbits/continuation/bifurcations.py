@@ -1,0 +1,199 @@
+"""Bifurcations of periodic orbits: what a record says, and where a smooth one is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.events import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    GRAZING,
+    GRAZING_SLIDING,
+    SWITCHING,
+    Located,
+    locate,
+)
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.shooting.orbit import Orbit, Status
+from capsule_sym._orbits.shooting.stability import monodromy, multipliers
+from capsule_sym._orbits.shooting.word import Word
+
+FOLD = "fold"
+PERIOD_DOUBLING = "period doubling"
+NEIMARK_SACKER = "Neimark-Sacker"
+INITIALS = {
+    FOLD: "FO",
+    PERIOD_DOUBLING: "PD",
+    NEIMARK_SACKER: "NS",
+    GRAZING: "GR",
+    ADDING: "AS",
+    GRAZING_SLIDING: "GS",
+    CROSSING: "CS",
+    SWITCHING: "SS",
+    CORNER: "BI",
+}
+SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
+
+_UNIT = 2.0**-53
+_ROUNDINGS = 64  # of a test function, in units of its largest terms
+_STEP = 1e-4
+_SHARE = 1e-14  # how near the root of a test function is taken
+
+
+@dataclass(frozen=True)
+class Bifurcation:
+    """A bifurcation on a branch of periodic orbits, located exactly; dimensionless.
+
+    `value` is that of the parameter `parameter` and `uncertainty` a bound on its rounding error.
+    `residual` is the largest entry of the equations there, that of the bifurcation among them,
+    `iterations` how many steps led to it, and `status` whether it is solved; where it is
+    not, the uncertainty is all of the interval. `line` and
+    `surfaces` are those that the orbit meets (empty for a smooth bifurcation), `leg` the leg of
+    `orbit` that has the duration 0 (None for a smooth one), `interval` the values between which the
+    branch stepped over it, `failed` the inequality that failed. Where `symmetry` is
+    "kept" the orbits are their own mirror images, and it happens to the leg's image half a period
+    later too; where it is "broken" those on one side are, those on the other touch the spring.
+    The multipliers are those of orbits on the branch a little before and after. `word_after` is
+    None where the branch ends. `label`, such as "PD2", names it on its branch;
+    `path` is what varies there.
+    """
+
+    type: str
+    parameter: str
+    value: float
+    uncertainty: float
+    residual: float
+    iterations: int
+    status: Status
+    line: str
+    surfaces: tuple[str, ...]
+    leg: int | None
+    symmetry: str
+    interval: tuple[float, float]
+    failed: str
+    word_before: Word
+    word_after: Word | None
+    multipliers_before: tuple[complex, ...]
+    multipliers_after: tuple[complex, ...]
+    orbit: Orbit
+    label: str = ""
+    path: ParameterPath | None = None
+
+
+def refined(one: Bifurcation) -> Located:
+    """A bifurcation at which a leg has the duration 0, in 50 digits; the other parameters exact.
+
+    Raises ValueError for a smooth bifurcation, and ArithmeticError where Newton's method fails.
+    """
+    if one.leg is None:
+        raise ValueError(f"a {one.type} has no leg of duration 0")
+    orbit = one.orbit
+    with backend("mpmath") as numbers:
+        values = [numbers.number(value) for value in orbit.values]
+        z = np.array([numbers.number(value) for value in orbit.z])
+        free = (one.path or ParameterPath(one.parameter),)
+        found = locate(numbers, values, free, orbit.word, z, (one.leg,))
+    if found is None:
+        raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
+    return found
+
+
+def moduli(orbit: Orbit) -> tuple[complex, ...]:
+    """The multipliers of an orbit as plain numbers, the largest modulus first."""
+    return tuple(complex(value) for value in multipliers(orbit))
+
+
+def tests(orbit: Orbit) -> dict[str, float]:
+    """The functions that vanish at a smooth bifurcation, from the monodromy matrix M.
+
+    det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j,
+    i < j, at a Neimark-Sacker bifurcation.
+    """
+    matrix = monodromy(orbit)
+    first, third = np.trace(matrix), np.linalg.det(matrix)
+    second = (first * first - np.trace(matrix @ matrix)) / 2
+    return {
+        FOLD: float(third - second + first - 1),
+        PERIOD_DOUBLING: float(1 + first + second + third),
+        NEIMARK_SACKER: float(1 - second + first * third - third * third),
+    }
+
+
+class Root(NamedTuple):
+    """Where a test function vanishes between two points of a path."""
+
+    share: float
+    orbit: Orbit
+    doubt: float
+    """Error of the share, estimated from the rounding of the test function and its slope."""
+    residual: float
+    iterations: int
+    status: Status
+
+
+class _Lost(Exception):
+    """The path between two points cannot be followed."""
+
+
+def noise(orbit: Orbit) -> float:
+    """Rounding of the test functions at an orbit."""
+    return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy(orbit))))) ** 3
+
+
+def root(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+    """The orbit of a smooth bifurcation between two orbits where the test's signs differ.
+
+    `between` gives the path's orbit at a share in [0, 1] of the way. Where the path or the root is
+    lost on the way the result says so: its status is NOT_CONVERGED, its orbit the first one. None
+    where the signs do not differ, and where the multipliers are not those of the bifurcation: a
+    real pair mu, 1/mu for that of Neimark-Sacker.
+    """
+    from scipy.optimize import brentq
+
+    def at(share: float) -> Orbit:
+        orbit = between(share)
+        if orbit is None:
+            raise _Lost
+        return orbit
+
+    def test(share: float) -> float:
+        return tests(at(share))[name]
+
+    try:
+        first, last = at(0.0), at(1.0)
+    except _Lost:
+        return None
+    ends = tests(first)[name], tests(last)[name]
+    if not ends[0] * ends[1] < 0:
+        return None
+    iterations, residual = 0, abs(ends[0])
+    try:
+        share, found = brentq(
+            test, 0.0, 1.0, xtol=1e-15, rtol=4 * 2.0**-52, full_output=True, disp=False
+        )
+        iterations, orbit = found.iterations, at(share)
+        residual = abs(tests(orbit)[name])
+        beside = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
+        slope = abs(test(beside[1]) - test(beside[0])) / (beside[1] - beside[0])
+    except _Lost:
+        if name == NEIMARK_SACKER and not (_turns(first) and _turns(last)):
+            return None
+        return Root(0.0, first, 1.0, residual, iterations, Status.NOT_CONVERGED)
+    if name == NEIMARK_SACKER and not _turns(orbit):
+        return None
+    error = noise(orbit)
+    solved = residual <= error + slope * _SHARE and orbit.status is Status.CONVERGED
+    status = Status.CONVERGED if solved else Status.NOT_CONVERGED
+    doubt = error / slope if solved else 1.0
+    return Root(share, orbit, doubt, max(residual, float(orbit.residual)), iterations, status)
+
+
+def _turns(orbit: Orbit) -> bool:
+    """Whether an orbit has complex multipliers."""
+    return any(abs(value.imag) > 1e-6 for value in moduli(orbit))

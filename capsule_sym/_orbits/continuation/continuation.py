@@ -1,0 +1,318 @@
+"""Branches of periodic orbits in one parameter, through folds and through changes of word."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import backend
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._orbits.continuation.bifurcations import (
+    INITIALS,
+    PERIOD_DOUBLING,
+    Bifurcation,
+    Root,
+    moduli,
+)
+from capsule_sym._orbits.continuation.doubling import halved
+from capsule_sym._orbits.continuation.events import place
+from capsule_sym._orbits.continuation.following import BESIDE, FIRST, Follower, first_half
+from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
+from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym._orbits.shooting.admissibility import Inequality, realised
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
+from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
+from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole
+from capsule_sym._orbits.shooting.word import Word
+
+_MOST_POINTS = 20_000
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """An orbit of a branch, with the tightest of its word's inequalities."""
+
+    value: float
+    orbit: Orbit
+    admissibility: Inequality
+
+    @cached_property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of the orbit, the largest modulus first."""
+        return moduli(self.orbit)
+
+
+@dataclass(frozen=True)
+class Branch(Labelled):
+    """Orbits along a branch and its bifurcations, both in order, and why it ends.
+
+    `axis` has what varies and between which values it is followed, `origin` is the label of the
+    bifurcation at which it leaves another branch, such as "PD1", or "PD1/PD2" on a branch that
+    itself leaves at PD1; empty for a branch of its own.
+    """
+
+    axis: Axis
+    points: tuple[BranchPoint, ...]
+    bifurcations: tuple[Bifurcation, ...]
+    ending: Ending
+    detail: str
+    origin: str = ""
+    dimension = "point"
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The points as columns, arrays of shape (n,).
+
+        What varies has its own name; of each orbit there are itinerary, period number,
+        progression, start, and the largest modulus of a Floquet multiplier.
+        """
+        largest = [max(map(abs, point.multipliers), default=0.0) for point in self.points]
+        return {
+            self.parameter: np.array([float(point.value) for point in self.points]),
+            "largest_multiplier": np.array(largest, dtype=float),
+            **columns_of([point.orbit for point in self.points]),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """Why the branch ends, and where it leaves another."""
+        return {"ending": str(self.ending), "detail": self.detail, "origin": self.origin}
+
+    @property
+    def parameter(self) -> str:
+        """What varies."""
+        return self.axis.name
+
+    def at(self, label: str) -> Bifurcation | BranchPoint:
+        """The bifurcation of this label, such as "PD2"; "EP1" and "EP2" are the branch's ends.
+
+        Raises InvalidInput for a label that the branch does not have.
+        """
+        named: dict[str, Bifurcation | BranchPoint] = {b.label: b for b in self.bifurcations}
+        named |= dict(
+            zip(("EP1", "EP2"), self.points[:: max(1, len(self.points) - 1)], strict=False)
+        )
+        if label not in named:
+            raise InvalidInput("label", label, f"one of {', '.join(named)}")
+        return named[label]
+
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
+        counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
+        return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
+
+
+def follow(
+    orbit: Orbit,
+    parameter: str,
+    to: float,
+    *,
+    points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
+) -> Branch:
+    """The branch through an orbit, from its value of a parameter to another one.
+
+    At least `points` steps are taken, more where the branch bends or a word begins. The branch is
+    followed through folds, whether stable or not, and from word to word, until the parameter
+    leaves the range between the two values; an end before that says why. Other parameters may vary
+    with it: `ties` has for each its function, or a text such as "0.5*omega**2"; then `parameter`
+    may also be something else of which one of them is an affine function. Raises InvalidInput for
+    what is no parameter and not tied to one, a value that a parameter cannot have, equal values,
+    and an orbit whose parameters are not on the path.
+    """
+    axis = axis_from(orbit, parameter_path(parameter, ties), to)
+    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
+        raise InvalidInput("points", points, "a whole number >= 1")
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        start = first_half(orbit, (axis,)) or orbit
+        follower = Follower(numbers, start, (axis,))
+        u = follower.unknowns(start.z, start.values)
+        along = np.zeros(len(u))
+        along[-1] = 1.0
+        return Run(follower, u, along, points).go()
+
+
+def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
+    """The axis from an orbit on a path to a value of what varies; raises InvalidInput."""
+    if isinstance(to, bool) or not isinstance(to, int | float) or not math.isfinite(to):
+        raise InvalidInput(path.name, to, "finite")
+    if path.name in PARAMETERS:
+        orbit.parameters.replace(**{path.name: to})
+    begin, to = float(path.value(orbit.values)), float(to)
+    if to == begin:
+        raise InvalidInput("to", to, f"other than {begin}, where the branch begins")
+    path.check(orbit.parameters, begin, to)
+    if not path.holds([float(value) for value in orbit.values]):
+        tied = [name for name, _ in path.ties]
+        raise InvalidInput("ties", tied, f"such that they hold for the orbit at {begin}")
+    return Axis(path, begin, to)
+
+
+class Run:
+    """One run along a branch, from unknowns u of a follower on, to the side of `along`."""
+
+    def __init__(
+        self, follower: Follower, u: Vector, along: Vector, points: int, origin: str = ""
+    ) -> None:
+        self.follower, self.start, self.along = follower, u, along
+        (self.axis,) = follower.axes
+        self.largest, self.origin = 1 / points, origin
+        self.points: list[BranchPoint] = []
+        self.bifurcations: list[Bifurcation] = []
+
+    def go(self) -> Branch:
+        """Follow the branch to its end."""
+        ending, detail = Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
+        try:
+            state = self.follower.state(self.start, self.along)
+            self._add(state)
+            step = FIRST
+            while len(self.points) < _MOST_POINTS:
+                state, step = self._step(state, step)
+        except Stop as stop:
+            ending, detail = stop.ending, stop.detail
+        points, found = tuple(self.points), labelled(self.bifurcations)
+        return Branch(self.axis, points, found, ending, detail, self.origin)
+
+    def _value(self, orbit: Orbit) -> float:
+        return self.axis.value(orbit.values)
+
+    def _add(self, state: State) -> None:
+        tightest = self.follower.tightest(state)
+        if self.axis.path.ties:
+            _ = state.orbit.parameters  # refuses what lies between the values that were tried
+        self.points.append(BranchPoint(self._value(state.orbit), whole(state.orbit), tightest))
+
+    def _step(self, state: State, step: float) -> tuple[State, float]:
+        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        for name, one in smooth:
+            self._record_smooth(name, one, state, new)
+        if event is not None:
+            return self._cross(state, new, event), step
+        self._halve(state, new)
+        self._add(new)
+        if at_border:
+            ending = Ending.REACHED
+            if new.u[-1] < 0.5 and self.start[-1] < BESIDE:
+                returned = same(whole(new.orbit), self.points[0].orbit)
+                ending = Ending.RETURNED if returned else Ending.TURNED_BACK
+            raise Stop(ending, where(new.orbit, (self.axis,)))
+        return new, step
+
+    def _halve(self, old: State, new: State) -> None:
+        """End the branch where the halves of a period-doubled orbit have become one."""
+        found = halved(old.orbit, new.orbit, self.axis)
+        if found is None:
+            return
+        self._record_smooth(PERIOD_DOUBLING, found, old, new, last=True)
+        at = where(found.orbit, (self.axis,))
+        raise Stop(Ending.PERIOD_HALVED, f"the two halves of {old.orbit.word} become one at {at}")
+
+    def _record_smooth(
+        self, name: str, one: Root, old: State, new: State, last: bool = False
+    ) -> None:
+        orbit, interval = one.orbit, (self._value(old.orbit), self._value(new.orbit))
+        # The share of a smooth bifurcation is one of the step, at the end that of the axis.
+        width = abs(self.axis.end - self.axis.begin if last else interval[1] - interval[0])
+        rounding = 8 * 2.0**-53 * max(map(abs, interval))
+        self.bifurcations.append(
+            Bifurcation(
+                type=name,
+                parameter=self.axis.name,
+                value=self._value(orbit),
+                uncertainty=width * one.doubt + rounding,
+                residual=one.residual,
+                iterations=one.iterations,
+                status=one.status,
+                line="",
+                surfaces=(),
+                leg=None,
+                symmetry=KEPT if orbit.word.mirrored else "",
+                interval=interval,
+                failed="",
+                word_before=old.orbit.word.whole,
+                word_after=None if last else new.orbit.word.whole,
+                multipliers_before=moduli(old.orbit),
+                multipliers_after=() if last else moduli(new.orbit),
+                orbit=whole(orbit),
+                path=self.axis.path,
+            )
+        )
+
+    def _cross(self, old: State, new: State, event: Event) -> State:
+        """Record an event, and give the state beyond it."""
+        located, beside, failure = event.located, None, "there is no orbit"
+        try:
+            beside = self.follower.cross(event)
+        except InvalidInput as error:
+            failure = str(error)
+        if beside is not None:
+            failure = failure_of(beside)
+            beside = None if failure else self.follower.symmetric(beside)
+        what = place(located.word, located.shot, event.leg)
+        at = whole(located.orbit("numpy"))
+        self.bifurcations.append(
+            Bifurcation(
+                type=what.type if what else "corner of higher codimension",
+                parameter=self.axis.name,
+                value=self._value(at),
+                uncertainty=float(located.uncertainties[0]),
+                residual=float(located.residual),
+                iterations=located.iterations,
+                status=at.status,
+                line=what.line if what else "",
+                surfaces=what.surfaces if what else (),
+                leg=event.leg,
+                symmetry=_symmetry(old, located.word, beside),
+                interval=(self._value(old.orbit), self._value(new.orbit)),
+                failed=event.failed.named(old.orbit.word),
+                word_before=old.orbit.word.whole,
+                word_after=beside.orbit.word.whole if beside else None,
+                multipliers_before=moduli(old.orbit),
+                multipliers_after=moduli(beside.orbit) if beside else (),
+                orbit=at,
+                path=self.axis.path,
+            )
+        )
+        if beside is None:
+            failed, spot = event.failed.named(old.orbit.word), where(at, (self.axis,))
+            detail = f"{failed} fails at {spot}; beyond, {failure}"
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        self._add(beside)
+        return beside
+
+
+def _symmetry(old: State, word: Word, beside: State | None) -> str:
+    """What becomes of the mirror symmetry at an event on the way from one state to another."""
+    if word.mirrored:
+        return KEPT
+    sides = [state.orbit.word.mirrored for state in (old, beside) if state]
+    return BROKEN if any(sides) else ""
+
+
+def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
+    """Bifurcations with labels: the initials of their type, and their number among these."""
+    counts = Counter[str]()
+    result = []
+    for one in found:
+        initials = INITIALS.get(one.type, "XX")
+        counts[initials] += 1
+        result.append(replace(one, label=f"{initials}{counts[initials]}"))
+    return tuple(result)
+
+
+def failure_of(state: State) -> str:
+    """Why a state beyond an event is no motion; empty if it is one."""
+    word = state.orbit.word
+    failed = [one.named(word) for one in state.held if one.value <= 0]
+    if failed:
+        return f"{' and '.join(failed)} fails in {word} at once"
+    return "" if realised(whole(state.orbit)) else f"the map does not follow {word}"

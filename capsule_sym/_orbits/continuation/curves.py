@@ -1,0 +1,323 @@
+"""Curves of bifurcations in two parameters, and the points where two conditions meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Bifurcation, Root, moduli, noise
+from capsule_sym._orbits.continuation.events import Place, place
+from capsule_sym._orbits.continuation.following import FIRST, Follower
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.path import Vector
+from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym._orbits.shooting.admissibility import Inequality
+from capsule_sym._orbits.shooting.changes import around
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit, Status, columns_of
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole
+from capsule_sym._orbits.shooting.word import Word, drift
+from capsule_sym._parameters import Parameters
+
+_MOST_POINTS = 5_000
+_UNIT = 2.0**-53
+_ROUNDINGS = 8
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
+
+    `leg` is the leg of duration 0, None on the curve of a smooth bifurcation. `residual` is the
+    largest entry of the equations, that of the bifurcation among them, `iterations` counts Newton's
+    steps, and `status` says whether they are solved.
+    """
+
+    values: tuple[float, float]
+    line: str
+    orbit: Orbit
+    leg: int | None
+    admissibility: Inequality
+    residual: float
+    iterations: int
+    status: Status
+
+    @cached_property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of the orbit, the largest modulus first; before the touch at a grazing.
+
+        Empty where a segment of stick or drift begins, as the derivative divides by zero there.
+        """
+        regular = self.leg is None or len(set(map(drift, around(self.orbit.word, self.leg)))) == 1
+        return moduli(self.orbit) if regular else ()
+
+
+@dataclass(frozen=True)
+class CodimensionTwo:
+    """A point of a curve where a second condition holds, located exactly; dimensionless.
+
+    `types` and `lines` are those of the curve and of the second condition; `values` the two
+    parameters with bounds on their rounding errors. `word_after` is None where the curve ends.
+    """
+
+    types: tuple[str, str]
+    lines: tuple[str, str]
+    values: tuple[float, float]
+    uncertainties: tuple[float, float]
+    residual: float
+    iterations: int
+    status: Status
+    failed: str
+    word_before: Word
+    word_after: Word | None
+    orbit: Orbit
+
+
+@dataclass(frozen=True)
+class Curve(Labelled):
+    """A curve of bifurcations in two parameters: points in order, and why each of its ends is."""
+
+    type: str
+    parameters: tuple[str, str]
+    points: tuple[CurvePoint, ...]
+    codimension_two: tuple[CodimensionTwo, ...]
+    endings: tuple[tuple[Ending, str], tuple[Ending, str]]
+    dimension = "point"
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The points as columns, arrays of shape (n,).
+
+        The two parameters have their own names; of each point there are the line, and its orbit's
+        itinerary, period number, progression and start.
+        """
+        values = np.array([point.values for point in self.points], dtype=float).reshape(-1, 2)
+        return {
+            self.parameters[0]: values[:, 0],
+            self.parameters[1]: values[:, 1],
+            "line": np.array([point.line for point in self.points], dtype=np.str_),
+            **columns_of([point.orbit for point in self.points]),
+            "residual": np.array([float(point.residual) for point in self.points]),
+            "status": np.array([str(point.status) for point in self.points], dtype=np.str_),
+        }
+
+    def attributes(self) -> dict[str, Any]:
+        """The type of the bifurcations, and why the curve ends."""
+        return {"type": self.type, "endings": [str(ending) for ending, _ in self.endings]}
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"
+        ends = " and ".join(ending for ending, _ in self.endings)
+        return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
+
+
+def trace(
+    bifurcation: Bifurcation,
+    second: str,
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    *,
+    points: int = 50,
+) -> Curve:
+    """The curve through a bifurcation in its parameter and a second one, within two ranges.
+
+    The ranges are those of the bifurcation's parameter and of the second, and hold the
+    bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
+    fails, the point is located exactly and the curve goes on in the word beyond. Raises
+    InvalidInput for a second parameter that is none or is the first, and for ranges that are not
+    ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies from
+    a bifurcation at beta = 0 of a motion that passes the spring.
+    """
+    first = bifurcation.parameter
+    orbit, axes = bifurcation.orbit, []
+    check(orbit.parameters, (first, second), ranges)
+    for name, (low, high) in zip((first, second), ranges, strict=True):
+        value = orbit.values[PARAMETERS.index(name)]
+        if not low <= value <= high:
+            raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
+        axes.append(Axis(ParameterPath(name), float(low), float(high)))
+    if "beta" in (first, second) and springless(orbit):
+        allowed = (
+            "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
+        )
+        raise InvalidInput("beta", 0.0, allowed)
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        one, other = (
+            _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)
+        )
+        back, ahead = one.go(), (Ending.RETURNED, "")
+        if back[0] is not Ending.RETURNED:
+            ahead = other.go()
+    return Curve(
+        bifurcation.type,
+        (first, second),
+        (*one.points[::-1], *other.points[1:]),
+        (*one.meetings[::-1], *other.meetings),
+        (back, ahead),
+    )
+
+
+def check(
+    base: Parameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
+) -> None:
+    """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
+    first, second = names
+    if first not in PARAMETERS:
+        raise InvalidInput("first", first, f"one of {', '.join(PARAMETERS)}")
+    if second not in PARAMETERS or second == first:
+        others = (name for name in PARAMETERS if name != first)
+        raise InvalidInput("second", second, f"one of {', '.join(others)}")
+    for name, (low, high) in zip(names, ranges, strict=True):
+        for edge in (low, high):
+            base.replace(**{name: edge})
+        if not low < high:
+            raise InvalidInput(name, (low, high), "an ascending range")
+
+
+class _Curve:
+    """One half of a curve, from the bifurcation on."""
+
+    def __init__(
+        self,
+        numbers: Backend,
+        bifurcation: Bifurcation,
+        axes: tuple[Axis, Axis],
+        side: int,
+        points: int,
+    ) -> None:
+        critical = bifurcation.type if bifurcation.type in SMOOTH else None
+        orbit, leg = bifurcation.orbit, bifurcation.leg
+        if bifurcation.symmetry == KEPT:
+            orbit, leg = halved_at(orbit, leg) or (orbit, leg)
+        self.orbit = orbit
+        self.follower = Follower(numbers, orbit, axes, leg, critical)
+        self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
+        self.points: list[CurvePoint] = []
+        self.meetings: list[CodimensionTwo] = []
+
+    def go(self) -> tuple[Ending, str]:
+        """Follow the curve to its end, and say why it ends."""
+        orbit = self.orbit
+        u = self.follower.unknowns(orbit.z, orbit.values)
+        try:
+            state = self.follower.state(u, self._outwards(u))
+            self._add(state)
+            step = FIRST
+            while len(self.points) < _MOST_POINTS:
+                state, step = self._step(state, step)
+                if self._back(state):
+                    raise Stop(Ending.RETURNED, where(state.orbit, self.axes))
+        except Stop as stop:
+            return stop.ending, stop.detail
+        return Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
+
+    def _outwards(self, u: Vector) -> Vector:
+        """The curve's direction, of which the side is that of the second parameter's change."""
+        null = np.linalg.svd(self.follower.equations(u).by)[2][-1]
+        return null * (self.side if null[-1] > 0 else -self.side)  # type: ignore[no-any-return]
+
+    def _back(self, state: State) -> bool:
+        """Whether the curve is closed: one step away from its first point, in the same word."""
+        begin = self.orbit
+        if state.orbit.word != begin.word or len(self.points) < 10:
+            return False
+        u = self.follower.unknowns(begin.z, begin.values)
+        return bool(np.linalg.norm(state.u - u) < self.largest / 2)
+
+    def _place(self, orbit: Orbit, leg: int | None) -> Place:
+        if leg is None:
+            return Place(self.bifurcation.type, "", ())
+        found = place(orbit.word, orbit.shot, leg)
+        return found or Place("corner of higher codimension", "", ())
+
+    def _values(self, orbit: Orbit) -> tuple[float, float]:
+        first, second = (axis.value(orbit.values) for axis in self.axes)
+        return first, second
+
+    def _add(self, state: State) -> None:
+        tightest = self.follower.tightest(state)
+        leg, values = self.follower.born, self._values(state.orbit)
+        line = self._place(state.orbit, leg).line
+        orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
+        orbit = whole(orbit)
+        if self.follower.critical is not None:
+            test = abs(state.tests[self.follower.critical])
+            residual = max(residual, test)
+            status = status if test <= noise(state.orbit) else Status.NOT_CONVERGED
+        self.points.append(
+            CurvePoint(values, line, orbit, leg, tightest, residual, orbit.iterations, status)
+        )
+
+    def _step(self, state: State, step: float) -> tuple[State, float]:
+        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        for name, one in smooth:
+            self._meet_smooth(name, one, state, new)
+        if event is not None:
+            return self._cross(state, event), step
+        self._add(new)
+        if at_border:
+            raise Stop(Ending.REACHED, where(new.orbit, self.axes))
+        return new, step
+
+    def _meet_smooth(self, name: str, one: Root, old: State, new: State) -> None:
+        here = self._place(one.orbit, self.follower.born)
+        values = np.array(self._values(one.orbit))
+        moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
+        first, second = (abs(moved) * one.doubt + _ROUNDINGS * _UNIT * abs(values)).tolist()
+        self.meetings.append(
+            CodimensionTwo(
+                types=(here.type, name),
+                lines=(here.line, ""),
+                values=self._values(one.orbit),
+                uncertainties=(first, second),
+                residual=one.residual,
+                iterations=one.iterations,
+                status=one.status,
+                failed="",
+                word_before=one.orbit.word.whole,
+                word_after=one.orbit.word.whole,
+                orbit=whole(one.orbit),
+            )
+        )
+
+    def _cross(self, old: State, event: Event) -> State:
+        """Record a point where a second leg has the duration 0, and go on in the word beyond."""
+        located = event.located
+        at = located.orbit("numpy")
+        born = None if self.follower.born is None else located.legs[0]
+        here, there = self._place(at, born), self._place(at, event.leg)
+        stop, beside = None, None
+        try:
+            beside = self.follower.cross(event)
+            beside = self.follower.symmetric(beside) if beside else None
+        except InvalidInput as error:
+            stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
+        except Stop as error:
+            stop = error
+        first, second = (float(value) for value in located.uncertainties[-2:])
+        self.meetings.append(
+            CodimensionTwo(
+                types=(here.type, there.type),
+                lines=(here.line, there.line),
+                values=self._values(at),
+                uncertainties=(first, second),
+                residual=float(located.residual),
+                iterations=located.iterations,
+                status=at.status,
+                failed=event.failed.named(old.orbit.word),
+                word_before=old.orbit.word.whole,
+                word_after=beside.orbit.word.whole if beside else None,
+                orbit=whole(at),
+            )
+        )
+        if beside is None:
+            failed = f"{event.failed.named(old.orbit.word)} fails at {where(at, self.axes)}"
+            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, failed)
+        self._add(beside)
+        return beside

@@ -1,0 +1,62 @@
+"""Where a period-doubled branch ends: its two halves become one, at a period doubling.
+
+Followed further it would come back along itself, with its halves exchanged.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Root, root
+from capsule_sym._orbits.continuation.states import Axis
+from capsule_sym._orbits.shooting.equations import Vector
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.word import Word
+
+_WIDTHS = 10.0 ** np.arange(-3, 2)  # of the interval around a doubling, over that of the step
+
+
+def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
+    """The period doubling between two orbits of one branch at which the halves exchange places.
+
+    The root's orbit is that of half the period; its share and doubt are of the axis. None where
+    the itinerary's halves have other fields, or keep their places, or where no doubling is near.
+    """
+    half, word = len(old.word) // 2, old.word
+    if word.multiple % 2 or half == 0 or word.fields[:half] != word.fields[half:]:
+        return None
+    before, after = _difference(old), _difference(new)
+    if not before @ after < 0:
+        return None
+    # The doubled orbit's equations are singular there; those of half the period are not.
+    share = before @ before / (before @ before - before @ after)
+    middle = old.z + share * (new.z - old.z)
+    durations = (middle[4 : 4 + half] + middle[4 + half :]) / 2
+    guess = [*middle[:4], *durations]
+    values = list(old.values)
+    first, last = (axis.share(one.values) for one in (old, new))
+    once = Word(word.legs[:half], word.multiple // 2)
+    reach = abs(new.z - old.z).max()
+
+    def at(q: float) -> Orbit | None:
+        found = close(axis.placed(values, q), once, guess)
+        near = isinstance(found, Orbit) and abs(found.durations - durations).max() <= reach
+        return found if near and isinstance(found, Orbit) else None
+
+    for factor in _WIDTHS.tolist():
+        width = factor * abs(last - first)
+        low = first + share * (last - first) - width / 2
+
+        def between(part: float, low: float = low, width: float = width) -> Orbit | None:
+            return at(low + part * width)
+
+        found = root(PERIOD_DOUBLING, between)
+        if found is not None:
+            return found._replace(share=low + found.share * width, doubt=found.doubt * width)
+    return None
+
+
+def _difference(orbit: Orbit) -> Vector:
+    """How the durations of the two halves differ, (n/2,)."""
+    half = len(orbit.word) // 2
+    return orbit.durations[:half] - orbit.durations[half:]

@@ -1,0 +1,216 @@
+"""Where a word changes: the orbit with a leg of duration 0, solved for exactly, and its name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.shooting.changes import around
+from capsule_sym._orbits.shooting.equations import (
+    ROUNDINGS,
+    Matrix,
+    Shot,
+    Span,
+    Vector,
+    shoot,
+    solve,
+)
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.word import Word, contact, drift
+from capsule_sym.generated import formulas
+
+_MOST_STEPS = 20
+_LARGEST_RESIDUAL = 1024  # units of rounding
+
+
+class Located(NamedTuple):
+    """An orbit on which certain legs have the duration 0, solved for, and how well.
+
+    `values` are the seven parameters, of which as many as there are such legs were free. The
+    `residual` is the largest entry of the equations'; `uncertainties` bound the errors of the free
+    parameters to first order: the rounding of every equation carried through the inverse Jacobian.
+    `iterations` counts the steps of Newton's method.
+    """
+
+    word: Word
+    legs: tuple[int, ...]
+    z: Vector
+    values: tuple[Number, ...]
+    shot: Shot
+    residual: Number
+    uncertainties: tuple[Number, ...]
+    iterations: int
+
+    def orbit(self, backend: str) -> Orbit:
+        """The orbit, in the number system of a backend."""
+        return Orbit(self.values, self.word, self.z, self.shot, backend, self.iterations)
+
+
+def locate(
+    numbers: Backend,
+    values: Sequence[Number],
+    free: tuple[ParameterPath, ...],
+    word: Word,
+    z: Vector,
+    legs: tuple[int, ...],
+) -> Located | None:
+    """The orbit on which each of `legs` has the duration 0, by Newton's method; None if none.
+
+    Unknowns are the other entries of z and as many parameters, those that vary on the paths `free`;
+    `z` and `values` hold the guess.
+    """
+    gone = [4 + leg for leg in legs]
+    rest = [i for i in range(len(z)) if i not in gone]
+    given, z = list(values), np.array(list(z))
+    z[gone] = numbers.number(0)
+    # Near a leg of duration 0 the derivative has an error of some unit^(1/3), steps shrink by that.
+    small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
+    with np.errstate(all="ignore"):
+        for iterations in range(1, _MOST_STEPS + 1):
+            shot = shoot(numbers, given, word, z)
+            at = [path.value(given) for path in free]
+            matrix = _matrix(shot, rest, free, at)
+            if not all(abs(value) < float("inf") for value in shot.residual):
+                return None
+            try:
+                step = solve(numbers, matrix, shot.residual)
+            except np.linalg.LinAlgError:
+                return None
+            z[rest] = z[rest] - step[: len(rest)]
+            for path, value, change in zip(free, at, step[len(rest) :], strict=True):
+                given = path.placed(given, value - change)
+            if max(abs(step)) <= small * (1 + max(abs(z))):
+                return _solved(numbers, given, free, word, z, legs, rest, iterations)
+    return None
+
+
+def _matrix(
+    shot: Shot, rest: list[int], free: tuple[ParameterPath, ...], at: Sequence[Number]
+) -> Matrix:
+    """The derivative of the equations by some entries of z and by what varies."""
+    by = [path.along(shot.by_p, value) for path, value in zip(free, at, strict=True)]
+    return np.column_stack([shot.by_z[:, rest], *by])
+
+
+def _solved(
+    numbers: Backend,
+    given: list[Number],
+    free: tuple[ParameterPath, ...],
+    word: Word,
+    z: Vector,
+    legs: tuple[int, ...],
+    rest: list[int],
+    iterations: int,
+) -> Located | None:
+    shot = shoot(numbers, given, word, z)
+    at = [path.value(given) for path in free]
+    matrix, unknowns = _matrix(shot, rest, free, at), np.array([*z[rest], *at])
+    residual = max(abs(shot.residual))
+    if not residual <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
+        return None
+    rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
+    # Columns: the rows of the inverse that give the parameters.
+    last = np.full((len(unknowns), len(free)), numbers.number(0))
+    for k in range(len(free)):
+        last[len(rest) + k, k] = last[len(rest) + k, k] + 1
+    rows = solve(numbers, matrix.T, last).T
+    uncertainties = tuple(abs(rows) @ (rounding + abs(shot.residual)))
+    return Located(word, legs, z, tuple(given), shot, residual, uncertainties, iterations)
+
+
+class Place(NamedTuple):
+    """The type of an event, the line on which it happens, and the surfaces that meet there."""
+
+    type: str
+    line: str
+    surfaces: tuple[str, ...]
+
+
+GRAZING = "grazing"
+ADDING = "adding-sliding"
+GRAZING_SLIDING = "grazing-sliding"
+CROSSING = "crossing-sliding"
+SWITCHING = "switching-sliding"
+CORNER = "boundary-intersection crossing"
+
+_SURFACES = {
+    "L1": ("S1", "S2"),
+    "L2": ("S2", "S3"),
+    "L3": ("S4", "S5"),
+    "L4": ("S5", "S6"),
+    "L5": ("S1", "S4", "S7", "S9"),
+    "L6": ("S2", "S5", "S7", "S9"),
+    "L7": ("S2", "S5", "S8", "S10"),
+    "L8": ("S3", "S6", "S8", "S10"),
+    "L10": ("S1", "S4", "S8", "S10"),
+    "O1": ("S1", "S2", "S4", "S5", "S7", "S9"),
+    "O2": ("S2", "S3", "S5", "S6", "S8", "S10"),
+}
+
+
+def place(word: Word, shot: Shot, leg: int) -> Place | None:
+    """What happens where a leg has the duration 0; None for what has no name.
+
+    Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
+    """
+    before, during, after = around(word, leg)
+    span = shot.spans[leg]
+    if contact(before) != contact(after):
+        if drift(before) == drift(after):
+            return None
+        line = _corner({word.legs[leg - 1].guard, word.legs[leg].guard}, span)
+        return Place(CORNER, line, _SURFACES[line])
+    if contact(during) != contact(before):
+        if before != after:
+            return None
+        sign = drift(before)
+        surfaces = ("S2", "S5") if sign == 0 else ("S7", "S8") if sign > 0 else ("S9", "S10")
+        return Place(GRAZING, "L9", surfaces)
+    kind = _sliding(drift(before), drift(during), drift(after))
+    if kind is None:
+        return None
+    line = _edge(span)
+    return Place(kind, f"{line}^({_part(span, line)})", _SURFACES[line])
+
+
+def _sliding(before: int, during: int, after: int) -> str | None:
+    if before == after:
+        return GRAZING_SLIDING if before else ADDING
+    if during == 0 and after == -before:
+        return CROSSING
+    return SWITCHING if during == -before and after == 0 else None
+
+
+def _edge(span: Span) -> str:
+    """The edge of stick, L1 to L4, on which a leg begins."""
+    force = span.closed.margin + span.c.friction
+    return f"L{(1 if force > 0 else 2) + 2 * contact(span.leg.field)}"
+
+
+def _part(span: Span, line: str) -> int:
+    """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
+    c, (_, v_r, _) = span.c, span.start
+    side = 1 if line in ("L1", "L3") else -1
+    turn, reach = -formulas.force_change(c, 0, -side * c.f_b), formulas.force_change(c, 0, c.alpha)
+    speed = formulas.force_change(c, v_r, 0)
+    return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
+
+
+def _corner(guards: set[Guard | None], span: Span) -> str:
+    """The line or corner point, on P1 = 0 and P2 = delta, where a leg between two guards begins."""
+    if Guard.UPPER in guards:
+        return "O1"
+    if Guard.LOWER in guards:
+        return "O2"
+    c, (x_r, v_r, _) = span.c, span.start
+    force = formulas.force(c, x_r, 0, v_r)
+    if abs(force) < c.f_b:
+        return "L6" if v_r > 0 else "L7"
+    if v_r > 0:
+        return "L5"
+    return "L8" if force < 0 else "L10"

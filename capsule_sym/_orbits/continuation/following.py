@@ -1,0 +1,358 @@
+"""Following a family of periodic orbits in its parameters, and from one word to the next."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Root, root, tests
+from capsule_sym._orbits.continuation.events import Located, locate
+from capsule_sym._orbits.continuation.path import Evaluation, Solution, Vector, corrected, tangent
+from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Step, Stop, where
+from capsule_sym._orbits.shooting.admissibility import (
+    DURATION,
+    LANDING,
+    MINIMUM,
+    Inequality,
+    inequalities,
+)
+from capsule_sym._orbits.shooting.changes import Change, exchanged, inserted, shortened
+from capsule_sym._orbits.shooting.equations import shoot
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import halved, halved_at, whole
+from capsule_sym._orbits.shooting.word import contact
+
+FIRST = 0.01  # length of a step at the begin and after an event
+BESIDE = 1e-4  # distance from an event at which its two sides are looked at
+_LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
+_TURN = 0.95  # least cosine between tangents of neighbours
+_TOGETHER = 1e-7  # shares of a step that are one event
+_BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
+_DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
+_DIFFERENCE = 1e-6
+
+
+def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
+    """The first half of an orbit that is its own mirror image; None of any other.
+
+    Where beta varies the spring is stiffless at beta = 0 only.
+    """
+    varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
+    if "beta" in varies and any(map(contact, orbit.word.fields)):
+        return None
+    return halved(orbit)
+
+
+class Follower:
+    """Orbits of one word with free parameters, and a condition for each but one of them.
+
+    The condition is that the leg `born` has the duration 0, or that the test function `critical`
+    of a smooth bifurcation vanishes. The unknowns u are z, without the duration of a leg `born`,
+    and q of each axis.
+    """
+
+    def __init__(
+        self,
+        numbers: Backend,
+        orbit: Orbit,
+        axes: tuple[Axis, ...],
+        born: int | None = None,
+        critical: str | None = None,
+    ) -> None:
+        self.numbers, self.axes = numbers, axes
+        self.word, self.born, self.critical = orbit.word, born, critical
+        self.values = [float(value) for value in orbit.values]
+        self.unlocated: list[str] = []
+
+    def unknowns(self, z: Vector, values: tuple[float, ...]) -> Vector:
+        """The unknowns of an orbit."""
+        z = np.array(z, dtype=float)
+        kept = z if self.born is None else np.delete(z, 4 + self.born)
+        return np.array([*kept, *(axis.share(values) for axis in self.axes)])
+
+    def orbit(self, u: Vector) -> Orbit:
+        """The orbit, or what is to become one, of these unknowns."""
+        count = len(self.axes)
+        z, values = u[:-count], list(self.values)
+        if self.born is not None:
+            z = np.insert(z, 4 + self.born, 0.0)
+        for axis, q in zip(self.axes, u[-count:], strict=True):
+            values = axis.placed(values, float(q))
+        shot = shoot(self.numbers, values, self.word, z)
+        return Orbit(tuple(values), self.word, z, shot, self.numbers.name)
+
+    def equations(self, u: Vector) -> Evaluation:
+        """The equations at u, and the orbit."""
+        orbit = self.orbit(u)
+        shot = orbit.shot
+        by_z = shot.by_z if self.born is None else np.delete(shot.by_z, 4 + self.born, axis=1)
+        by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
+        by, residual = np.column_stack([by_z, *by_q]), shot.residual
+        if self.critical is not None:
+            residual = np.append(residual, tests(orbit)[self.critical])
+            by = np.vstack([by, self._critical_by(u, self.critical)])
+        return Evaluation(residual, by, orbit)
+
+    def _critical_by(self, u: Vector, name: str) -> Vector:
+        """Gradient of a test function, by central differences of the exact one."""
+        steps = _DIFFERENCE * np.eye(len(u))
+        ends = [(tests(self.orbit(u + s))[name], tests(self.orbit(u - s))[name]) for s in steps]
+        return np.array([(ahead - behind) / (2 * _DIFFERENCE) for ahead, behind in ends])
+
+    def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
+        """The state at u, which a solution may be of, with its tangent in the direction `along`."""
+        _, by, orbit = solution.at if solution else self.equations(u)
+        orbit = replace(orbit, iterations=solution.steps if solution else 0)
+        held = inequalities(self.numbers, orbit.word, orbit.shot, self.born)
+        try:
+            direction = tangent(by, along)
+        except np.linalg.LinAlgError:
+            raise Stop(Ending.NOT_CONVERGED, f"no tangent at {where(orbit, self.axes)}") from None
+        return State(u, orbit, held, direction, tests(orbit))
+
+    def tightest(self, state: State) -> Inequality:
+        """The inequality with the least value. Raises Stop where it fails."""
+        least = min(state.held, key=lambda one: float(one.value))
+        if least.value <= 0:
+            detail = f"{least.named(state.orbit.word)} fails at {where(state.orbit, self.axes)}"
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        return least
+
+    def advance(self, state: State, length: float, largest: float) -> Step:
+        """A step of this length or a shorter one; no q changes by more than about `largest`.
+
+        Raises Stop where even the shortest step is too long.
+        """
+        fastest = np.max(abs(state.tangent[-len(self.axes) :]))
+        length = min(length, _LONGEST, largest / max(fastest, 1e-9))
+        while length >= _LEAST:
+            step = self._tried(state, length)
+            if step is not None:
+                return step
+            length /= 2
+        detail = f"no further point at {where(state.orbit, self.axes)}"
+        if not self.unlocated:
+            raise Stop(Ending.NOT_CONVERGED, detail)
+        failing = f"{' and '.join(self.unlocated)} fails, at no regular event"
+        raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{detail}: {failing}")
+
+    def _tried(self, state: State, length: float) -> Step | None:
+        """A step of this length; None where that is too long."""
+        guess = state.u + length * state.tangent
+        try:
+            solution = corrected(self.equations, guess, state.tangent)
+            outside = None if solution is None else self._outside(solution.u)
+            if solution is not None and outside is not None:
+                solution = self._at_border(state, solution, *outside)
+        except (ArithmeticError, ValueError):
+            return None  # the guess is where parameters, or a path of them, have no values
+        if solution is None:
+            return None
+        new = self.state(solution.u, state.tangent, solution)
+        if new.tangent @ state.tangent < _TURN:
+            return None
+        failing = [one for one in new.held if one.value <= 0]
+        event = self._first(state, new, failing)
+        self.unlocated = []
+        if failing and (event is None or self._hides(state, new, event)):
+            self.unlocated = [one.named(self.word) for one in failing]
+            return None
+        smooth = self._smooth(state, new, event.share if event else 1.0)
+        further = 2 * length if solution.steps <= 3 else length
+        return Step(new, smooth, event, outside is not None, FIRST if event else further)
+
+    def _outside(self, u: Vector) -> tuple[int, float] | None:
+        """Index and border of the first q that has left [0, 1]."""
+        for k in range(len(u) - len(self.axes), len(u)):
+            if not 0 <= u[k] <= 1:
+                return k, float(u[k] > 1)
+        return None
+
+    def _at_border(self, state: State, beyond: Solution, k: int, edge: float) -> Solution | None:
+        share = (edge - state.u[k]) / (beyond.u[k] - state.u[k])
+        guess = state.u + share * (beyond.u - state.u)
+        guess[k] = edge
+        normal = np.zeros(len(guess))
+        normal[k] = 1.0
+        return corrected(self.equations, guess, normal)
+
+    def _smooth(self, old: State, new: State, until: float) -> list[tuple[str, Root]]:
+        """The smooth bifurcations between two states of one word, up to a share, in order."""
+        change = new.u - old.u
+        normal = change / np.linalg.norm(change)
+
+        def between(share: float) -> Orbit | None:
+            solution = corrected(self.equations, old.u + share * change, normal)
+            return solution.at.made if solution else None
+
+        signs = {name: old.tests[name] * new.tests[name] for name in SMOOTH}
+        names = [name for name in SMOOTH if signs[name] < 0 and name != self.critical]
+        roots = [(name, root(name, between)) for name in names]
+        found = [(name, one) for name, one in roots if one is not None and one.share <= until]
+        return sorted(found, key=lambda pair: pair[1].share)
+
+    def _first(self, old: State, new: State, failing: list[Inequality]) -> Event | None:
+        """The first event between two states; None if nothing fails or it is not located."""
+        shares = [_failing_share(old.held, failed) for failed in failing]
+        found = [self._locate(old, new, *one) for one in zip(failing, shares, strict=True)]
+        events = [one for one in found if one is not None]
+        if not events:
+            return None
+        nearest = min(one.share for one in events)
+        for share, one in zip(shares, found, strict=True):
+            if one is None and share < nearest - _DOUBT:
+                return None
+        together = [one for one in events if one.share - nearest < _TOGETHER]
+        # A leg that shrinks to nothing may take other inequalities with it: it is the event.
+        return min(together, key=lambda one: one.failed.kind != DURATION)
+
+    def _hides(self, old: State, new: State, event: Event) -> bool:
+        """Whether another inequality fails before the event, which beyond it is not asked for."""
+        if event.failed.kind == MINIMUM:
+            return False
+        change = new.u - old.u
+        u = old.u + max(event.share - _BEFORE, event.share / 2) * change
+        solution = corrected(self.equations, u, change / np.linalg.norm(change))
+        if solution is None:
+            return True
+        orbit = solution.at.made
+        held = inequalities(self.numbers, orbit.word, orbit.shot, self.born)
+        return any(one.value <= 0 for one in held)
+
+    def _locate(self, old: State, new: State, failed: Inequality, share: float) -> Event | None:
+        orbit, there = self.orbit(old.u + share * (new.u - old.u)), new.orbit
+        if failed.guard is Guard.GAP:
+            # The second spring is on one side only: its touch has no mirror image.
+            orbit, there = whole(orbit), whole(there)
+        word = orbit.word
+        if failed.kind == DURATION:
+            change, leg = Change(word, orbit.z, tuple(range(len(word)))), failed.leg
+        else:
+            try:
+                change, leg = inserted(self.numbers, word, orbit.z, there.shot, failed)
+            except InvalidInput:
+                return None
+        legs: tuple[int, ...] = (leg,)
+        if self.born is not None:
+            before = change.kept[self.born]
+            if before is None:
+                return None
+            legs = (before, leg)
+        free = tuple(axis.path for axis in self.axes)
+        located = locate(self.numbers, orbit.values, free, change.word, change.z, legs)
+        if located is None:
+            return None
+        here = self._collapsed(old, failed, located)
+        step = new.u - old.u
+        if here is None:
+            q = self.unknowns(old.orbit.z, located.values)[-1]
+            along = float((q - old.u[-1]) / step[-1])
+        else:
+            along = float(step @ (here - old.u) / (step @ step))
+        if not -1e-6 <= along <= 1 + 1e-6:
+            return None
+        return Event(failed, leg, change, located, along)
+
+    def _collapsed(self, old: State, failed: Inequality, located: Located) -> Vector | None:
+        """The unknowns, in the present word, of an event in the word with another leg."""
+        z, leg = located.z, 4 + failed.leg
+        if failed.kind == LANDING:
+            z = np.delete(z, leg + 1)
+        elif failed.kind == MINIMUM:
+            if self.word.legs[0].guard is None:
+                return None
+            z = np.array([*z[:leg], z[leg] + z[leg + 1] + z[leg + 2], *z[leg + 3 :]])
+        return self.unknowns(z[: 4 + len(self.word)], located.values)
+
+    def cross(self, event: Event) -> State | None:
+        """Take over the word beyond an event: a state a little further on; None if there is none.
+
+        Raises Stop where the words on the two sides do not share the condition.
+        """
+        located, failed = event.located, event.failed
+        z, leg = located.z, event.leg
+        if (
+            self.word.mirrored
+            and not located.word.mirrored
+            and (self.born is not None or self.critical)
+        ):
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "beyond, the orbit is not its own mirror image")
+        self._keep(event.change)
+        self.word = located.word
+        if failed.kind == DURATION:
+            other = exchanged(self.word, z, leg)
+            if other is None:
+                change, inequality = shortened(self.numbers, self.word, z, located.shot, leg)
+                self._keep(change)
+                self.word = change.word
+                u = self.unknowns(change.z, located.values)
+                both = [self.beside(u, side) for side in self.directions(u)]
+                return max(both, key=lambda one: _margin(one, inequality))
+            self.word = other.word
+        u = self.unknowns(z, located.values)
+        index = 4 + leg - (self.born is not None and self.born < leg)
+        along = np.zeros(len(u))
+        along[index] = 1.0
+        return self.beside(u, along)
+
+    def symmetric(self, state: State) -> State:
+        """The state by the first half of its orbit, where that is its own mirror image."""
+        if self.word.mirrored or self.critical is not None:
+            return state
+        if self.born is None:
+            half = first_half(state.orbit, self.axes)
+        else:
+            half, self.born = halved_at(state.orbit, self.born) or (None, self.born)
+        if half is None:
+            return state
+        self.word, count = half.word, len(self.axes)
+        u = self.unknowns(half.z, half.values)
+        along = np.array([*np.zeros(len(u) - count), *state.tangent[-count:]])
+        return self.state(u, along)
+
+    def _keep(self, change: Change) -> None:
+        if self.born is None:
+            return
+        self.born = change.kept[self.born]
+        if self.born is None:
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the leg of duration 0 merges with another")
+
+    def directions(self, u: Vector) -> list[Vector]:
+        """The two directions of the curve of solutions at u."""
+        rows = self.equations(u).by
+        null = np.linalg.svd(rows)[2][-1]
+        return [null, -null]
+
+    def beside(self, u: Vector, along: Vector) -> State | None:
+        """The state a little further on from u, in the direction that `along` points to."""
+        try:
+            direction = tangent(self.equations(u).by, along)
+        except np.linalg.LinAlgError:
+            return None
+        solution = corrected(self.equations, u + BESIDE * direction, direction)
+        return self.state(solution.u, direction, solution) if solution else None
+
+
+def _failing_share(held: list[Inequality], failed: Inequality) -> float:
+    """The share of a step after which an inequality fails, by its values at both ends."""
+    before = _matching(held, failed)
+    if before is None or before.value <= 0:
+        return 1.0
+    return float(before.value / (before.value - failed.value))
+
+
+def _margin(state: State | None, inequality: Inequality) -> float:
+    if state is None:
+        return -float("inf")
+    matching = _matching(state.held, inequality)
+    return float(matching.value) if matching else float("inf")
+
+
+def _matching(held: list[Inequality], wanted: Inequality) -> Inequality | None:
+    """The inequality of the same kind, leg and guard, of several minima the nearest in time."""
+    same = [i for i in held if (i.kind, i.leg, i.guard) == (wanted.kind, wanted.leg, wanted.guard)]
+    return min(same, key=lambda i: abs(float(i.time - wanted.time)), default=None)

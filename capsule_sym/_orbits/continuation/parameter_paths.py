@@ -1,0 +1,238 @@
+"""Paths of parameters: one varies, others are functions of it, such as alpha = a omega^2."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Number
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
+from capsule_sym._parameters import Parameters
+
+if TYPE_CHECKING:
+    from capsule_sym._parameters import PhysicalParameters
+
+Function = Callable[[Any], Any]
+_LONGEST = 200  # characters of a function
+_SAMPLES = 65  # places of a path at which its values are checked before it is followed
+_ON_PATH = 1e-12  # relative distance of an orbit's parameters from the path it is to lie on
+_OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
+
+
+class NoNumber(ArithmeticError):
+    """A function of a path has no number at a value."""
+
+
+class Slope:
+    """A number with its derivative: arithmetic with it differentiates exactly."""
+
+    def __init__(self, value: Any, slope: Any) -> None:
+        self.value, self.slope = value, slope
+
+    def __add__(self, other: Any) -> Slope:
+        other = _lifted(other)
+        return Slope(self.value + other.value, self.slope + other.slope)
+
+    def __mul__(self, other: Any) -> Slope:
+        other = _lifted(other)
+        return Slope(self.value * other.value, self.slope * other.value + self.value * other.slope)
+
+    def __pow__(self, power: Any) -> Slope:
+        if isinstance(power, Slope):
+            raise TypeError("an exponent that varies")
+        if power == 0:
+            return Slope(self.value**0, 0 * self.slope)
+        return Slope(self.value**power, power * self.value ** (power - 1) * self.slope)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Slope:
+        return self * -1
+
+    def __sub__(self, other: Any) -> Slope:
+        return self + -_lifted(other)
+
+    def __rsub__(self, other: Any) -> Slope:
+        return -self + _lifted(other)
+
+    def __truediv__(self, other: Any) -> Slope:
+        return self * _lifted(other) ** -1
+
+    def __rtruediv__(self, other: Any) -> Slope:
+        return self**-1 * _lifted(other)
+
+
+def _lifted(value: Any) -> Slope:
+    return value if isinstance(value, Slope) else Slope(value, 0)
+
+
+@dataclass(frozen=True)
+class ParameterPath:
+    """What varies along a branch: `name`, and the parameters tied to it, each by a function.
+
+    The name is a parameter, or another one that a tied parameter is an affine function of. The
+    functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
+    as text, and None for those of Python.
+    """
+
+    name: str
+    ties: tuple[tuple[str, Function], ...] = ()
+    texts: tuple[tuple[str, str | None], ...] = ()
+
+    def value(self, values: Sequence[Number]) -> Number:
+        """The value of what varies, at seven parameters on the path."""
+        if self.name in PARAMETERS:
+            return values[PARAMETERS.index(self.name)]
+        name, function = self._affine()
+        at = function(Slope(0 * values[0], 1))
+        return (values[PARAMETERS.index(name)] - at.value) / at.slope
+
+    def placed(self, values: Sequence[Number], value: Number) -> list[Number]:
+        """The seven parameters where what varies has this value; the others as given."""
+        placed = list(values)
+        if self.name in PARAMETERS:
+            placed[PARAMETERS.index(self.name)] = value
+        for name, function in self.ties:
+            placed[PARAMETERS.index(name)] = _number(function, value)
+        return placed
+
+    def along(self, by_p: Matrix, value: Number) -> Vector:
+        """The derivative by what varies, from those by the parameters, (many, 7)."""
+        result = 0 * by_p[:, 0]
+        if self.name in PARAMETERS:
+            result = result + by_p[:, PARAMETERS.index(self.name)]
+        for name, function in self.ties:
+            slope = _lifted(_number(function, Slope(value, 1))).slope
+            result = result + by_p[:, PARAMETERS.index(name)] * slope
+        return result
+
+    def _affine(self) -> tuple[str, Function]:
+        """A tied parameter that is an affine function of what varies."""
+        for name, function in self.ties:
+            try:
+                ends = (0.0, 0.7, 1.9)
+                slopes = [_lifted(_number(function, Slope(at, 1.0))).slope for at in ends]
+            except NoNumber:
+                continue
+            if slopes[0] != 0 and slopes[0] == slopes[1] == slopes[2]:
+                return name, function
+        allowed = f"a parameter ({', '.join(PARAMETERS)}), or what one is an affine function of"
+        raise InvalidInput("parameter", self.name, allowed)
+
+    def check(self, base: Parameters, first: float, last: float) -> None:
+        """Raises InvalidInput where the path between two values goes through no parameters."""
+        if self.name not in PARAMETERS:
+            self._affine()
+        values = tuple(base.to_dict().values())
+        for at in np.linspace(first, last, _SAMPLES).tolist():
+            try:
+                self.along(np.ones((1, 7)), at)
+                placed = [float(value) for value in self.placed(values, at)]
+            except (NoNumber, TypeError, ValueError) as error:
+                where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
+                raise InvalidInput("ties", [name for name, _ in self.ties], where) from None
+            base.replace(**dict(zip(PARAMETERS, placed, strict=True)))
+
+    def holds(self, values: Sequence[float]) -> bool:
+        """Whether seven parameters are on the path."""
+        placed = self.placed(values, self.value(values))
+        return all(
+            abs(a - b) <= _ON_PATH * (abs(a) + abs(b)) for a, b in zip(values, placed, strict=True)
+        )
+
+
+def parameter_path(name: str, ties: Mapping[str, Function | str] | None = None) -> ParameterPath:
+    """The path on which a parameter varies, and those tied to it by functions or their texts.
+
+    A text, such as "0.5*omega**2", has numbers, the name of what varies, + - * / ** and
+    parentheses. Raises InvalidInput for other texts and for ties of what is no parameter.
+    """
+    functions, texts = [], []
+    for tied, given in (ties or {}).items():
+        if tied not in PARAMETERS or tied == name:
+            others = ", ".join(one for one in PARAMETERS if one != name)
+            raise InvalidInput("ties", tied, f"of one of {others}")
+        functions.append((tied, _function(given, name) if isinstance(given, str) else given))
+        texts.append((tied, given if isinstance(given, str) else None))
+    if name not in PARAMETERS and not functions:
+        raise InvalidInput("parameter", name, f"one of {', '.join(PARAMETERS)}")
+    return ParameterPath(name, tuple(functions), tuple(texts))
+
+
+def device_path(device: PhysicalParameters, name: str) -> dict[str, str]:
+    """The tie of a device's P_d, Omega, G, c or k2 (SI units), for `parameter_path`.
+
+    Raises InvalidInput for another name.
+    """
+    tied = {"P_d": "alpha", "Omega": "omega", "G": "delta", "c": "zeta", "k2": "beta"}
+    if name not in tied:
+        raise InvalidInput("parameter", name, f"one of {', '.join(tied)}, of the device")
+    scales = {
+        "P_d": 1 / device.friction_force,
+        "Omega": 1 / device.natural_frequency,
+        "G": device.k1 / device.friction_force,
+        "c": 1 / (2 * device.M_m * device.natural_frequency),
+        "k2": 1 / device.k1,
+    }
+    return {tied[name]: f"{scales[name]!r}*{name}"}
+
+
+def _number(function: Function, value: Any) -> Any:
+    try:
+        result = function(value)
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise NoNumber(str(error)) from error
+    if isinstance(_lifted(result).value, complex) and not isinstance(_lifted(value).value, complex):
+        raise NoNumber("a complex number")
+    return result
+
+
+def _function(text: str, name: str) -> Function:
+    """The function of a text."""
+    try:
+        body = ast.parse(text[: _LONGEST + 1].strip(), mode="eval").body
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        body = None
+    if body is None or len(text) > _LONGEST or not _allowed(body, name):
+        allowed = f"numbers, {name}, + - * / ** and parentheses, {_LONGEST} characters at most"
+        raise InvalidInput("ties", text, allowed)
+    return lambda value: _evaluated(body, value)
+
+
+def _allowed(node: ast.expr, name: str) -> bool:
+    if isinstance(node, ast.BinOp):
+        power = not isinstance(node.op, ast.Pow) or not _names(node.right)
+        sides = _allowed(node.left, name) and _allowed(node.right, name)
+        return type(node.op) in _OPERATIONS and power and sides
+    if isinstance(node, ast.UnaryOp):
+        return isinstance(node.op, ast.USub) and _allowed(node.operand, name)
+    if isinstance(node, ast.Constant):
+        return type(node.value) in (int, float)
+    return isinstance(node, ast.Name) and node.id == name
+
+
+def _names(node: ast.expr) -> bool:
+    return any(isinstance(one, ast.Name) for one in ast.walk(node))
+
+
+def _evaluated(node: ast.expr, value: Any) -> Any:
+    if isinstance(node, ast.BinOp):
+        sides = _evaluated(node.left, value), _evaluated(node.right, value)
+        return _OPERATIONS[type(node.op)](*sides)
+    if isinstance(node, ast.UnaryOp):
+        return -_evaluated(node.operand, value)
+    # Powers of whole numbers may have more digits than there is time for.
+    return float(ast.literal_eval(node)) if isinstance(node, ast.Constant) else value

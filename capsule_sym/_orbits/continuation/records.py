@@ -1,0 +1,289 @@
+"""Orbits, branches and curves as plain records, and as rows of tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from itertools import zip_longest
+from typing import Any
+
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation, moduli
+from capsule_sym._orbits.continuation.continuation import Branch, BranchPoint
+from capsule_sym._orbits.continuation.curves import CodimensionTwo, Curve, CurvePoint
+from capsule_sym._orbits.metrics.worth import Figure, worth
+from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Status
+from capsule_sym._orbits.shooting.word import Word
+
+_FIGURES = (
+    "velocity",
+    "progression",
+    "work",
+    "damper_loss",
+    "friction_loss",
+    "peak_force",
+    "peak_contact",
+)
+
+
+#: Of what `branch_record` gives; another number is another version of it.
+FORMAT = 2
+
+
+def orbit_record(orbit: Orbit) -> dict[str, Any]:
+    """An orbit: word, section point, multipliers, admissibility, figures of merit.
+
+    Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
+    """
+    values = worth(orbit)
+    return {
+        "parameters": _parameters(orbit),
+        **_place(orbit),
+        **_convergence(orbit),
+        "multipliers": _complex(moduli(orbit)),
+        "stable": abs(moduli(orbit)[0]) < 1,
+        "admissibility": _inequality(tightest(orbit), orbit.word),
+        **{name: _figure(getattr(values, name)) for name in _FIGURES},
+        "imbalance": float(values.imbalance),
+    }
+
+
+def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, Any]:
+    """A branch: its points and bifurcations in order, and why it ends.
+
+    `switched` are branches that leave it; each has its `origin`, the label where it does.
+    """
+    others = [branch_record(one) for one in switched]
+    return {
+        "format": FORMAT,
+        "origin": branch.origin or None,
+        "parameters": _parameters(branch.points[0].orbit) if branch.points else None,
+        "parameter": branch.parameter,
+        "ties": dict(branch.axis.path.texts),
+        "points": [_branch_point(point) for point in branch.points],
+        "bifurcations": [bifurcation_record(one) for one in branch.bifurcations],
+        "ending": branch.ending.value,
+        "detail": branch.detail,
+        "switched": others,
+    }
+
+
+def _branch_point(point: BranchPoint) -> dict[str, Any]:
+    multipliers = point.multipliers
+    return {
+        "value": point.value,
+        "parameters": _parameters(point.orbit),
+        **_place(point.orbit),
+        **_convergence(point.orbit),
+        "progression": float(point.orbit.progression),
+        "average_velocity": float(point.orbit.average_velocity),
+        "multipliers": _complex(multipliers),
+        "stable": abs(multipliers[0]) < 1,
+        "admissibility": _inequality(point.admissibility, point.orbit.word),
+    }
+
+
+def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
+    """A bifurcation, with the orbit that undergoes it; `segment` is its leg of duration 0."""
+    return {
+        "label": one.label,
+        "type": one.type,
+        "line": one.line or None,
+        "surfaces": list(one.surfaces),
+        "parameter": one.parameter,
+        "value": one.value,
+        "uncertainty": one.uncertainty,
+        **_convergence(one),
+        "interval": list(one.interval),
+        "failed": one.failed or None,
+        "word_before": _names(one.word_before),
+        "word_after": _names(one.word_after) if one.word_after else None,
+        "multipliers_before": _complex(one.multipliers_before),
+        "multipliers_after": _complex(one.multipliers_after),
+        "symmetry": one.symmetry or None,
+        "segment": None if one.leg is None else _number(one.orbit.word, one.leg),
+        "orbit": {"parameters": _parameters(one.orbit), **_place(one.orbit)},
+    }
+
+
+def curve_record(curve: Curve) -> dict[str, Any]:
+    """A curve of bifurcations: its points, its points of codimension two, and why it ends."""
+    return {
+        "type": curve.type,
+        "parameters": list(curve.parameters),
+        "points": [_curve_point(curve, point) for point in curve.points],
+        "codimension_two": [_meeting(curve, one) for one in curve.codimension_two],
+        "endings": [{"ending": end.value, "detail": detail} for end, detail in curve.endings],
+    }
+
+
+def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
+    return {
+        **dict(zip(curve.parameters, point.values, strict=True)),
+        "line": point.line or None,
+        "word": _names(point.orbit.word),
+        **_convergence(point),
+        "multipliers": _complex(point.multipliers),
+        "admissibility": _inequality(point.admissibility, point.orbit.word),
+    }
+
+
+def _meeting(curve: Curve, one: CodimensionTwo) -> dict[str, Any]:
+    return {
+        "types": list(one.types),
+        "lines": [line or None for line in one.lines],
+        **dict(zip(curve.parameters, one.values, strict=True)),
+        "uncertainties": list(one.uncertainties),
+        **_convergence(one),
+        "failed": one.failed or None,
+        "word_before": _names(one.word_before),
+        "word_after": _names(one.word_after) if one.word_after else None,
+    }
+
+
+def point_rows(branch: Branch) -> list[dict[str, Any]]:
+    """The points of a branch as rows of a table."""
+    rows = []
+    for point in branch.points:
+        record = _branch_point(point)
+        x_r, v_r, v_c = record["state"]
+        row = {
+            "origin": branch.origin,
+            branch.parameter: point.value,
+            "word": " ".join(record["word"]),
+        }
+        row |= {name: record[name] for name in ("period_multiple", "progression")}
+        row |= {"average_velocity": record["average_velocity"], "stable": record["stable"]}
+        row |= _convergence(point.orbit)
+        row |= {f"multiplier_{i}": abs(m) for i, m in enumerate(point.multipliers, 1)}
+        row |= {
+            "tightest": point.admissibility.named(point.orbit.word),
+            "by": float(point.admissibility.value),
+        }
+        rows.append(row | {"phase": record["phase"], "x_r": x_r, "v_r": v_r, "v_c": v_c})
+    return rows
+
+
+def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]]:
+    """Bifurcations as rows of a table."""
+    return [
+        {
+            "label": one.label,
+            "type": one.type,
+            "line": one.line,
+            "parameter": one.parameter,
+            "value": one.value,
+            "uncertainty": one.uncertainty,
+            **_convergence(one),
+            "word_before": str(one.word_before),
+            "word_after": str(one.word_after) if one.word_after else "",
+            "symmetry": one.symmetry,
+            "failed": one.failed,
+        }
+        for one in bifurcations
+    ]
+
+
+def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
+    """The points of curves as rows of a table."""
+    return [
+        {
+            "curve": number,
+            "type": curve.type,
+            "line": point.line,
+            **dict(zip(curve.parameters, point.values, strict=True)),
+            "word": str(point.orbit.word),
+            **_convergence(point),
+            **{
+                f"multiplier_{i}": abs(one) if one is not None else ""
+                for i, one in zip_longest((1, 2, 3), point.multipliers)
+            },
+        }
+        for number, curve in enumerate(curves, 1)
+        for point in curve.points
+    ]
+
+
+def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
+    """The points of codimension two of curves as rows of a table."""
+    return [
+        {
+            "curve": number,
+            "first": " ".join(filter(None, (one.types[0], one.lines[0]))),
+            "second": " ".join(filter(None, (one.types[1], one.lines[1]))),
+            **dict(zip(curve.parameters, one.values, strict=True)),
+            **{
+                f"uncertainty_{name}": error
+                for name, error in zip(curve.parameters, one.uncertainties, strict=True)
+            },
+            **_convergence(one),
+            "word_before": str(one.word_before),
+            "word_after": str(one.word_after) if one.word_after else "",
+        }
+        for number, curve in enumerate(curves, 1)
+        for one in curve.codimension_two
+    ]
+
+
+def failure_record(found: NoOrbit) -> dict[str, Any]:
+    """What is known where there is no orbit: why, and where Newton's method ended."""
+    residual = float(found.residual)
+    return {
+        "status": found.reason.value,
+        "converged": False,
+        "detail": found.detail,
+        "word": _names(found.word) if found.word else None,
+        "residual": residual if math.isfinite(residual) else None,
+        "iterations": found.iterations,
+    }
+
+
+def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwo) -> dict[str, Any]:
+    """How well the equations are solved, as found there."""
+    return {
+        "residual": float(found.residual),
+        "iterations": found.iterations,
+        "status": found.status.value,
+        "converged": found.status is Status.CONVERGED,
+    }
+
+
+def _names(word: Word) -> list[str]:
+    """Names of the fields, begun where a steady motion's word begins."""
+    return list(word.cyclic.names)
+
+
+def _number(word: Word, leg: int) -> int:
+    """Number of a leg, from 1, counted from where the word is begun."""
+    return (leg - word.first) % len(word) + 1
+
+
+def _place(orbit: Orbit) -> dict[str, Any]:
+    """Word, phase and state where its first leg begins, and the durations of its legs."""
+    first, durations = orbit.word.first, orbit.durations.tolist()
+    span, parameters = orbit.shot.spans[first], orbit.parameters
+    return {
+        "word": _names(orbit.word),
+        "period_multiple": orbit.word.multiple,
+        "phase": float(span.angle) / parameters.omega % parameters.period,
+        "state": [float(value) for value in span.start],
+        "durations": [float(h) for h in (*durations[first:], *durations[:first])],
+    }
+
+
+def _parameters(orbit: Orbit) -> dict[str, float]:
+    return orbit.parameters.to_dict()
+
+
+def _inequality(one: Inequality, word: Word) -> dict[str, Any]:
+    return {"inequality": one.named(word), "value": float(one.value)}
+
+
+def _figure(figure: Figure) -> dict[str, Any]:
+    gradient = zip(PARAMETERS, map(float, figure.gradient), strict=True)
+    return {"value": float(figure.value), "gradient": dict(gradient)}
+
+
+def _complex(values: Iterable[complex]) -> list[list[float]]:
+    return [[value.real, value.imag] for value in values]

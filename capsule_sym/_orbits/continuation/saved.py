@@ -1,0 +1,136 @@
+"""Branches from their files: the labelled points, to go on from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.continuation import BranchPoint
+from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
+from capsule_sym._orbits.continuation.records import FORMAT
+from capsule_sym._orbits.shooting.admissibility import tightest
+from capsule_sym._orbits.shooting.equations import PARAMETERS, shoot
+from capsule_sym._orbits.shooting.orbit import Orbit, Status
+from capsule_sym._orbits.shooting.word import Word
+
+Record = Mapping[str, Any]
+_CLOSED = 1e-6  # what the equations of a written orbit are off by is less
+
+
+def labelled_point(
+    path: Path | str,
+    label: str,
+    parameter: str | None = None,
+    ties: Mapping[str, Function | str] | None = None,
+) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
+    """What varies on a branch that `branch --out` wrote, and its point of this label.
+
+    A point of a branch that leaves it has the label "PD1/AS2", of the origin and its own. What
+    varies is what is given, if anything is. Raises InvalidInput for a file that cannot be read, is
+    no branch of this format, or has no such label, and for a branch tied by functions of Python,
+    which no file holds, unless they are given again.
+    """
+    record = read(path)
+    try:
+        named = dict(_named(record, ""))
+        for one in record["switched"]:
+            named |= _named(one, f"{one['origin']}/")
+        if label not in named:
+            raise InvalidInput("label", label, f"one of {', '.join(named)}")
+        if parameter is None and ties is None:
+            ties = record["ties"]
+            lost = [name for name, text in record["ties"].items() if text is None]
+            if lost:
+                raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")
+        varying = parameter_path(parameter or record["parameter"], ties)
+        return varying, _point(varying, named[label])
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
+
+
+def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
+    for one in record["bifurcations"]:
+        yield origin + one["label"], one
+    ends = record["points"][:: max(1, len(record["points"]) - 1)]
+    for label, one in zip(("EP1", "EP2"), ends, strict=False):
+        yield origin + label, one
+
+
+def read(path: Path | str) -> Record:
+    """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
+    try:
+        record = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from None
+    except ValueError:
+        raise InvalidInput("file", str(path), "JSON that `branch --out` wrote") from None
+    if not isinstance(record, dict) or "bifurcations" not in record:
+        raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
+    if record.get("format") != FORMAT:
+        had = record.get("format")
+        raise InvalidInput("format", had, f"{FORMAT}: {path} is of another version")
+    return record
+
+
+def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
+    if "type" not in record:
+        orbit = orbit_of(record)
+        return BranchPoint(record["value"], orbit, tightest(orbit))
+    orbit = orbit_of(record["orbit"])
+    leg = record["segment"]
+    if leg is not None and not 0 < leg <= len(orbit.word):
+        raise ValueError(f"segment {leg} of {len(orbit.word)}")
+    before, after = record["word_before"], record["word_after"]
+    return Bifurcation(
+        type=record["type"],
+        parameter=path.name,
+        path=path,
+        value=record["value"],
+        uncertainty=record["uncertainty"],
+        residual=record["residual"],
+        iterations=record["iterations"],
+        status=Status(record["status"]),
+        line=record["line"] or "",
+        surfaces=tuple(record["surfaces"]),
+        # The orbit's legs are written from where the paper begins, as segments are counted.
+        leg=None if leg is None else leg - 1,
+        symmetry=record["symmetry"] or "",
+        interval=tuple(record["interval"]),
+        failed=record["failed"] or "",
+        word_before=_word(before, orbit.word.multiple),
+        word_after=_word(after, orbit.word.multiple) if after else None,
+        multipliers_before=_complex(record["multipliers_before"]),
+        multipliers_after=_complex(record["multipliers_after"]),
+        orbit=orbit,
+        label=record["label"],
+    )
+
+
+def orbit_of(record: Record) -> Orbit:
+    """The orbit of a record with parameters, word, phase, state and durations."""
+    values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
+    angle = record["phase"] * values[PARAMETERS.index("omega")]
+    z = np.array([*record["state"], angle, *record["durations"]])
+    word = _word(record["word"], record["period_multiple"])
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        orbit = Orbit(values, word, z, shoot(numbers, values, word, z), "numpy")
+    if not abs(orbit.residual) < _CLOSED:
+        raise ValueError("no orbit")
+    return orbit
+
+
+def _word(names: list[str], multiple: int) -> Word:
+    return Word.parse(" ".join(names), multiple)
+
+
+def _complex(pairs: list[list[float]]) -> tuple[complex, ...]:
+    return tuple(complex(*pair) for pair in pairs)

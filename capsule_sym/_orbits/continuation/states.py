@@ -1,0 +1,110 @@
+"""Where a path of orbits stands, what happens on it, and why it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+from capsule_sym._map.backend import Number
+from capsule_sym._orbits.continuation.bifurcations import Root
+from capsule_sym._orbits.continuation.events import Located
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.path import Vector
+from capsule_sym._orbits.shooting.admissibility import Inequality
+from capsule_sym._orbits.shooting.changes import Change
+from capsule_sym._orbits.shooting.equations import Matrix
+from capsule_sym._orbits.shooting.orbit import Orbit
+
+
+class Ending(StrEnum):
+    """Why a branch or a curve ends."""
+
+    #: The parameter has reached the value that was asked for, or the border of its range.
+    REACHED = "reached"
+    #: It came back to where it began.
+    RETURNED = "returned"
+    #: The parameter came back to the value where it began, on another orbit.
+    TURNED_BACK = "turned-back"
+    #: The two halves of a period-doubled orbit became one: a branch of half the period is reached.
+    PERIOD_HALVED = "period-halved"
+    #: Newton's method finds no further point, however short the step.
+    NOT_CONVERGED = "not-converged"
+    #: An inequality of the word fails, and no orbit that the map follows goes on from there.
+    NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
+    #: As many points as allowed.
+    TOO_MANY_POINTS = "too-many-points"
+
+
+class Stop(Exception):
+    """The path ends, and why."""
+
+    def __init__(self, ending: Ending, detail: str) -> None:
+        super().__init__(detail)
+        self.ending, self.detail = ending, detail
+
+
+class Axis(NamedTuple):
+    """What varies, and the range that q from 0 to 1 stands for."""
+
+    path: ParameterPath
+    begin: float
+    end: float
+
+    @property
+    def name(self) -> str:
+        """What varies."""
+        return self.path.name
+
+    def value(self, values: Sequence[Number]) -> float:
+        """The value of what varies, at seven parameters."""
+        return float(self.path.value(values))
+
+    def share(self, values: Sequence[Number]) -> float:
+        """The q of seven parameters."""
+        return (self.value(values) - self.begin) / (self.end - self.begin)
+
+    def placed(self, values: Sequence[float], q: float) -> list[float]:
+        """The seven parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
+        near, share = (self.end, q - 1) if q > 0.5 else (self.begin, q)
+        return self.path.placed(values, near + share * (self.end - self.begin))
+
+    def along(self, by_p: Matrix, values: Sequence[float]) -> Vector:
+        """The derivative by q, from those by the parameters, (many, 7)."""
+        return self.path.along(by_p, self.value(values)) * (self.end - self.begin)
+
+
+class State(NamedTuple):
+    """A point of the path: unknowns u, the orbit, its inequalities, tangent and tests."""
+
+    u: Vector
+    orbit: Orbit
+    held: list[Inequality]
+    tangent: Vector
+    tests: dict[str, float]
+
+
+class Event(NamedTuple):
+    """A failed inequality, the orbit with a leg of duration 0 that stands for it, its share."""
+
+    failed: Inequality
+    leg: int
+    change: Change
+    located: Located
+    share: float
+
+
+class Step(NamedTuple):
+    """The state after a step, what is on the way, in order, and how long to try the next step."""
+
+    state: State
+    smooth: list[tuple[str, Root]]
+    event: Event | None
+    at_border: bool
+    next: float
+
+
+def where(orbit: Orbit, axes: tuple[Axis, ...]) -> str:
+    """The free parameters' values and the word, for a message."""
+    values = (f"{axis.name} = {axis.value(orbit.values)!r}" for axis in axes)
+    return f"{', '.join(values)}, word {orbit.word}"

@@ -1,0 +1,243 @@
+"""From one branch to others: at period doublings, at folds, at border collisions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Backend, backend
+from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Bifurcation
+from capsule_sym._orbits.continuation.continuation import (
+    Branch,
+    BranchPoint,
+    Run,
+    axis_from,
+    failure_of,
+)
+from capsule_sym._orbits.continuation.events import Located
+from capsule_sym._orbits.continuation.following import Follower, first_half
+from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
+from capsule_sym._orbits.continuation.path import corrected
+from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop
+from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality, tightest
+from capsule_sym._orbits.shooting.changes import Change
+from capsule_sym._orbits.shooting.equations import Vector
+from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import orbit_at
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
+from capsule_sym._orbits.shooting.word import Word
+
+_DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its doubled one is sought
+
+
+class _Start(NamedTuple):
+    """A state beside a point, the follower that it belongs to, and whether the period doubles."""
+
+    follower: Follower
+    state: State
+    doubled: bool
+
+
+def continue_from(
+    source: Branch | Path | str,
+    label: str,
+    to: float,
+    *,
+    parameter: str | None = None,
+    points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
+) -> tuple[Branch, ...]:
+    """All branches that leave a labelled point of a branch, or of its file, towards a value.
+
+    `parameter` and `ties`, as of `follow`, are those of the branch unless given. From a
+    period doubling they are the branch itself and that of the doubled orbits, from a fold the two
+    sides of it, from a border collision what lies on the side of the value: two branches, or none,
+    at a non-smooth fold. The `origin` of each is the label, of several "PD1.1" and "PD1.2". Raises
+    InvalidInput for a label that does not exist, a file that is not one of this version, a value
+    that the parameter cannot have, and where no branch leaves that way.
+    """
+    if isinstance(source, Branch):
+        path, point = source.axis.path, source.at(label)
+        if parameter is not None or ties is not None:
+            path = parameter_path(parameter or path.name, ties)
+    else:
+        from capsule_sym._orbits.continuation.saved import labelled_point
+
+        path, point = labelled_point(source, label, parameter, ties)
+    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
+        raise InvalidInput("points", points, "a whole number >= 1")
+    axis = axis_from(point.orbit, path, to)
+    if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
+        point = _with_contact(point, label)
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        starts = list(_leaving(numbers, point, axis))
+        ahead = [start for start in starts if start.state.u[-1] > 0]
+        names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
+        found = [
+            Run(start.follower, start.state.u, start.state.tangent, points, name).go()
+            for start, name in zip(ahead, names, strict=True)
+        ]
+    if not starts:
+        allowed = f"one that branches leave in {path.name}: none leaves this one, to either side"
+        raise InvalidInput("label", label, allowed)
+    if not found:
+        side = "below" if to > axis.begin else "above"
+        raise InvalidInput("to", to, f"{side} {axis.begin}: no branch leaves {label} the other way")
+    return tuple(found)
+
+
+def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
+    """The point where beta = 0, of the word that holds beyond: with contact."""
+    orbit = None
+    if isinstance(point, BranchPoint):
+        parameters, multiple = point.orbit.parameters, point.orbit.word.multiple
+        state = point.orbit.trajectory()(parameters.period * multiple)
+        orbit = orbit_at(parameters, state.tolist(), multiple)
+    if orbit is None:
+        allowed = (
+            "EP1 or EP2 where beta varies: at beta = 0 events come in pairs, beyond they do not"
+        )
+        raise InvalidInput("label", label, allowed)
+    return BranchPoint(point.value, orbit, tightest(orbit))
+
+
+def cascade(branch: Branch, depth: int, *, points: int = 100) -> tuple[Branch, ...]:
+    """The branches of doubled orbits that leave a branch, and those that leave them, to a depth.
+
+    Each is followed to the ends of the range of the first. One that arrives at a period doubling
+    of a branch that is known says so, and is not followed from there again.
+    """
+    if isinstance(depth, bool) or not isinstance(depth, int) or depth < 0:
+        raise InvalidInput("depth", depth, "a whole number >= 0")
+    found: list[Branch] = []
+    level = [branch]
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        for _ in range(depth):
+            level = [new for one in level for new in _doubled_of(numbers, one, branch.axis, points)]
+            found += level
+    return tuple(found)
+
+
+def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> Iterator[Branch]:
+    """The branches of doubled orbits that leave a branch, each once."""
+    last = branch.bifurcations[-1:] if branch.ending is Ending.PERIOD_HALVED else ()
+    reached: set[str] = set()
+    for one in branch.bifurcations:
+        if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
+            continue
+        start = _doubled(numbers, one.orbit, axis)
+        origin = f"{branch.origin}/{one.label}".lstrip("/")
+        if start is None:
+            lost = f"no doubled orbit is found beside {one.label}"
+            yield Branch(axis, (), (), Ending.NOT_CONVERGED, lost, origin)
+            continue
+        new = Run(start.follower, start.state.u, start.state.tangent, points, origin).go()
+        if new.ending is Ending.PERIOD_HALVED:
+            at = _arrival(new, branch)
+            if at is not None:
+                reached.add(at.label)
+                name = f"branch {branch.origin}" if branch.origin else "the first branch"
+                new = replace(new, detail=f"{new.detail}: {at.label} of {name}")
+        yield new
+
+
+def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
+    """The period doubling of a branch at which another one ends."""
+    end = new.bifurcations[-1].orbit
+    doublings = (one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
+    return next((one for one in doublings if same(one.orbit, end)), None)
+
+
+def _leaving(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:
+    """The states beside a point, on every side on which the map realises them."""
+    found = list(_sides(numbers, point, axis))
+    if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
+        doubled = _doubled(numbers, point.orbit, axis)
+        found += [doubled] if doubled else []
+    for start in found:
+        if _lives(start.state):
+            yield start._replace(state=start.follower.symmetric(start.state))
+
+
+def _lives(state: State) -> bool:
+    """Whether a state is a motion, of parameters that there are."""
+    try:
+        return not failure_of(state)
+    except InvalidInput:
+        return False
+
+
+def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:
+    """The states on both sides of a point, of one word or two."""
+    orbit, leg = point.orbit, point.leg if isinstance(point, Bifurcation) else None
+    if leg is None:
+        orbit = first_half(orbit, (axis,)) or orbit
+        follower = Follower(numbers, orbit, (axis,))
+        u = follower.unknowns(orbit.z, orbit.values)
+        for along in follower.directions(u):
+            yield from _started(Follower(numbers, orbit, (axis,)), u, along)
+        return
+    assert isinstance(point, Bifurcation)
+    if point.symmetry == KEPT:
+        orbit, half_leg = halved_at(orbit, leg) or (orbit, leg)
+        leg = leg if half_leg is None else half_leg
+    follower = Follower(numbers, orbit, (axis,))
+    u = follower.unknowns(orbit.z, orbit.values)
+    along = np.zeros(len(u))
+    along[4 + leg] = 1.0
+    yield from _started(follower, u, along)
+    follower = Follower(numbers, orbit, (axis,))
+    try:
+        state = follower.cross(_event(orbit, leg))
+    except (InvalidInput, Stop):
+        return
+    if state is not None:
+        yield _Start(follower, state, doubled=False)
+
+
+def _started(follower: Follower, u: Vector, along: Vector) -> Iterator[_Start]:
+    state = follower.beside(u, along)
+    if state is not None:
+        yield _Start(follower, state, doubled=False)
+
+
+def _event(orbit: Orbit, leg: int) -> Event:
+    """What a follower that comes with the leg of duration 0 crosses."""
+    word, zero = orbit.word, 0 * orbit.z[0]
+    same_word = Change(word, orbit.z, tuple(range(len(word))))
+    located = Located(word, (leg,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0)
+    return Event(Inequality(DURATION, leg, None, zero, zero), leg, same_word, located, 0.0)
+
+
+def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
+    """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
+    word = Word(2 * orbit.word.legs, 2 * orbit.word.multiple)
+    z = np.array([*orbit.z, *orbit.durations])
+    follower = Follower(numbers, replace(orbit, word=word, z=z), (axis,))
+    u = follower.unknowns(z, orbit.values)
+    by = follower.equations(u).by
+    # Of the doubled equations two curves of solutions meet there; along one only the parameter
+    # stands still, and the halves move apart.
+    along = np.append(np.linalg.svd(by[:, :-1])[2][-1], 0.0)
+    for distance in _DISTANCES:
+        solution = corrected(follower.equations, u + distance * along, along)
+        if solution is None or not _apart(solution.at.made, distance / 2):
+            continue
+        state = follower.state(solution.u, along, solution)
+        if not failure_of(state):
+            return _Start(follower, state, doubled=True)
+    return None
+
+
+def _apart(orbit: Orbit, least: float) -> bool:
+    """Whether the two halves of an orbit differ by so much."""
+    n = len(orbit.word) // 2
+    begin, middle = orbit.shot.spans[0].start, orbit.shot.spans[n].start
+    apart: Sequence[float] = [*(begin - middle), *(orbit.durations[:n] - orbit.durations[n:])]
+    return bool(np.max(np.abs(apart)) > least)

@@ -1,0 +1,160 @@
+"""The command `curve`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._options import (
+    certify_option,
+    chosen_parameters,
+    json_option,
+    make_console,
+    parameter_options,
+)
+from capsule_sym._orbits.branch_command import followed, tell_early_end
+from capsule_sym._orbits.command import certify_found, out_option, settling_option
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from capsule_sym._orbits.continuation.curves import Curve
+    from capsule_sym._parameters import Parameters
+
+
+@click.command("curve")
+@parameter_options
+@click.option(
+    "--parameters",
+    "names",
+    nargs=2,
+    required=True,
+    metavar="FIRST SECOND",
+    help="The two parameters, such as alpha gamma.",
+)
+@click.option(
+    "--bifurcation",
+    "kind",
+    required=True,
+    metavar="TYPE",
+    help="Bifurcations with this in their type, such as grazing-sliding; all for all.",
+)
+@click.option(
+    "--first", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Range of the first."
+)
+@click.option(
+    "--second", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Range of the second."
+)
+@click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
+@settling_option
+@out_option
+@certify_option("the points")
+@json_option
+def curve(
+    file: str | None,
+    names: tuple[str, str],
+    kind: str,
+    first: tuple[float, float],
+    second: tuple[float, float],
+    points: int,
+    state: tuple[float, float, float],
+    out: Path | None,
+    certify: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Follow bifurcations in two parameters, with the points where two conditions meet.
+
+    The bifurcations are those on the branch in the first parameter over its range, at the given
+    value of the second, or in the middle of its range where only the default lies outside; each is
+    followed both ways until a parameter leaves its range.
+
+    In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
+    "endings" are. --out writes curves.json, points.csv and codimension_two.csv.
+
+    With --certify alpha is solved for at every point, the other parameters being those of the
+    point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
+    points, and with 4 where --certify does not prove all.
+    """
+    from capsule_sym._orbits.continuation.curves import check, trace
+    from capsule_sym._orbits.continuation.records import (
+        codimension_two_rows,
+        curve_record,
+        curve_rows,
+    )
+    from capsule_sym._records import dumps, table, write
+
+    parameters, _ = chosen_parameters(file, dimensionless)
+    check(parameters, names, (first, second))
+    given = file is not None or dimensionless[names[1]] is not None
+    inside = _within(parameters, names[1], second, given)
+    found = followed(inside, names[0], *first, points, state)
+    chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
+    if not found.bifurcations:
+        tell_early_end(found)
+    if not chosen:
+        types = sorted({one.type for one in found.bifurcations})
+        low, high = (point.value for point in (found.points[0], found.points[-1]))
+        over = f"{names[0]} from {low:g} to {high:g} at {names[1]} = {getattr(inside, names[1]):g}"
+        allowed = f"in the type of one on the branch over {over}, which has {types or 'none'}"
+        raise InvalidInput("bifurcation", kind, allowed)
+    if inside is not parameters:
+        middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
+        click.echo(f"bifurcations are sought at {middle}", err=True)
+    curves = [trace(one, names[1], (first, second), points=points) for one in chosen]
+    record = {"branch": found.ending.value, "curves": [curve_record(one) for one in curves]}
+    if out is not None:
+        texts = {"curves.json": dumps(record) + "\n"}
+        texts["points.csv"] = table(curve_rows(curves), ("curve", "type", "line"))
+        rows = codimension_two_rows(curves)
+        texts["codimension_two.csv"] = table(rows, ("curve", "first", "second"))
+        click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
+    if as_json:
+        click.echo(dumps(record))
+    else:
+        _print_curves(curves)
+    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=True) if not curve.points]
+    for one, curve in lost:
+        ending, detail = curve.endings[0]
+        at = f"{one.type} at {one.parameter} = {one.value:.12g}"
+        click.echo(f"no curve of {at} ({ending.value}): {detail}", err=True)
+    if certify is not None:
+        certify_found(certify, [point for one in curves for point in one.points])
+    if lost:
+        raise click.exceptions.Exit(3)
+
+
+def _within(
+    parameters: Parameters, name: str, ends: tuple[float, float], given: bool
+) -> Parameters:
+    """The parameters with one of them in a range: where its default is not, in the middle."""
+    (low, high), value = ends, getattr(parameters, name)
+    if low <= value <= high:
+        return parameters
+    if given:
+        raise InvalidInput(name, value, f"in the range --second {low:g} {high:g}")
+    return parameters.replace(**{name: (low + high) / 2})
+
+
+def _print_curves(curves: Sequence[Curve]) -> None:
+    console = make_console()
+    for number, one in enumerate(curves, 1):
+        if not one.points:
+            console.print(f"{number}  {one.type}: no points\n")
+            continue
+        begin, end = one.points[0], one.points[-1]
+        console.print(f"{number}  {one.type}: {len(one.points)} points")
+        for word, point in (("from", begin), ("to", end)):
+            named = zip(one.parameters, point.values, strict=True)
+            place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
+            console.print(f"   {word} {place}")
+        for ending, detail in one.endings:
+            console.print(f"   {ending.value}: {detail}")
+        for meeting in one.codimension_two:
+            balls = zip(one.parameters, meeting.values, meeting.uncertainties, strict=True)
+            place = ", ".join(f"{name} = {value:.15g} ± {by:.0e}" for name, value, by in balls)
+            console.print(f"   meets {meeting.types[1]} {meeting.lines[1]} at {place}")
+        console.print()

@@ -1,0 +1,1 @@
+"""Performance of a periodic motion, with gradients."""

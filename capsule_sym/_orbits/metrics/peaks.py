@@ -1,0 +1,80 @@
+"""The largest forces along an orbit, with their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from capsule_sym._map.backend import Number
+from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Span, Vector, force_by
+from capsule_sym._orbits.shooting.extrema import Quantity, turns
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym.generated import formulas
+
+_BETA, _DELTA = (PARAMETERS.index(name) - len(PARAMETERS) for name in ("beta", "delta"))
+_H = 4  # column of the duration in the kernels' Jacobian
+
+
+class _Place(NamedTuple):
+    """A place where a force may be largest: its size, the leg, and the time since its start.
+
+    No time stands for the leg's end.
+    """
+
+    size: Number
+    span: Span
+    time: Number | None
+
+
+def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
+    """The largest |P| along an orbit, and its derivatives (n + 11,)."""
+    place = max(_places(forms, orbit, Quantity.FORCE), key=lambda found: found.size)
+    x_r, v_r, by = _state(forms, place)
+    c = place.span.c
+    force = formulas.force(c, x_r, x_r - c.delta, v_r)
+    side = 1 if force > 0 else -1
+    return side * force, side * force_by(c, x_r, v_r, by)
+
+
+def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
+    """The largest force of the second spring along an orbit, and its derivatives (n + 11,)."""
+    places = _places(forms, orbit, Quantity.GAP)
+    place = max(places, key=lambda found: found.size, default=None)
+    if place is None:
+        return forms.numbers.number(0), 0 * orbit.shot.advance_by
+    x_r, _, by = _state(forms, place)
+    c = place.span.c
+    gradient = c.beta * by[0]
+    gradient[_DELTA] -= c.beta
+    gradient[_BETA] += x_r - c.delta
+    return formulas.force(c, 0, x_r - c.delta, 0), gradient
+
+
+def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
+    """Ends and extrema of all legs, for the gap of those in contact only."""
+    for span in orbit.shot.spans:
+        c, (x_r, v_r, _) = span.c, span.end
+        gap = x_r - c.delta
+        if quantity is Quantity.FORCE:
+            yield _Place(abs(formulas.force(c, x_r, gap, v_r)), span, None)
+        elif c.contact:
+            yield _Place(gap, span, None)
+        else:
+            continue
+        for _, time, value in turns(forms.numbers, span, quantity, {}):
+            yield _Place(abs(value) if quantity is Quantity.FORCE else value, span, time)
+
+
+def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
+    """x_r and v_r at a place, and their total derivatives (2, n + 11) at a fixed time in the leg.
+
+    At an extremum inside a leg the time may be held, for the force does not change with it.
+    """
+    span = place.span
+    if place.time is None:
+        return span.end[0], span.end[1], span.end_by[:2]
+    (position, v_r, *_), matrix = forms.run(span.leg.field, span.c, span.closed, place.time)
+    rows = matrix[:2].copy()
+    rows[:, _H] = 0 * rows[:, _H]
+    return span.closed.x_r + position, v_r, span.total(rows)

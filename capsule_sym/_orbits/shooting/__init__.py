@@ -1,0 +1,1 @@
+"""Periodic orbits of an itinerary: equations, Newton's method, admissibility, stability."""

@@ -1,0 +1,54 @@
+"""The closed form of one leg with its Jacobian: by the C core where there is one, or by kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._native import core
+
+
+class ClosedForms:
+    """The closed forms of F1 to F6 at seven parameter values, in the number system of a backend."""
+
+    def __init__(self, numbers: Backend, values: Sequence[Number]) -> None:
+        self.numbers, self.values = numbers, tuple(values)
+        native = core is not None and numbers.name != "mpmath"
+        self._map = core.Map(np.array(self.values)) if core is not None and native else None
+
+    def constants(self, field: int) -> Any:
+        """Constants of the segment of field F`field`."""
+        if self.numbers.name == "mpmath":
+            return self.numbers.kernels.constants(field, *self.values)
+        return _constants(self.numbers.kernels, field, self.values)
+
+    def run(
+        self, field: int, c: Any, closed: Any, h: Number
+    ) -> tuple[Sequence[Number], NDArray[Any]]:
+        """Values (x_r's change, v_r, v_c's change, x_c's advance) at h, and their Jacobian (4, 12).
+
+        The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero.
+        """
+        if self._map is not None:
+            values, matrix = self._map.closed_form(field, np.array(closed), h)
+            return values.tolist(), matrix
+        kernels, number = self.numbers.kernels, self.numbers.number
+        values = [number(value) for value in kernels.flow(c, closed, h, bool(c.drift))]
+        matrix = np.asarray(kernels.jacobian(c, closed, h))
+        if not c.drift:
+            values += [number(0), number(0)]
+            matrix = np.concatenate([matrix, np.full((2, matrix.shape[1]), number(0))])
+        return values, matrix
+
+
+# The steps of Newton's method at one parameter set use the same constants again.
+@lru_cache(maxsize=64)
+def _constants(kernels: Any, field: int, values: tuple[float, ...]) -> Any:
+    c = kernels.constants(field, *values)
+    # Plain Python numbers make the scalar path several times faster than NumPy's.
+    return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})

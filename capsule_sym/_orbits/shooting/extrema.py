@@ -1,0 +1,220 @@
+"""Every interior extremum of gap, force and speed along a leg, by proof: roots of their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from enum import Enum
+from functools import partial
+from typing import Any, NamedTuple
+
+from capsule_sym._map import quasistatic
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Expansion, Guard, Point, expand
+from capsule_sym._map.isolation import polish, positive_at, search
+from capsule_sym._map.location import Departure, Flow, Start
+from capsule_sym._orbits.shooting.equations import Span
+
+_REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
+_SHRINK = 8
+_FAINT = 32  # errors of a rate, below which its sign is not looked at closer
+_LEAST = 64  # roundings of a time, below which nothing is told apart
+
+
+class Quantity(Enum):
+    """What turns round."""
+
+    GAP = "gap"  # x_r - delta
+    FORCE = "force"  # the interaction force P
+    SPEED = "speed"  # v_c, of a drift
+
+
+class Turn(NamedTuple):
+    """An interior extremum: 1 for a minimum, -1 for a maximum; duration after the start; value."""
+
+    kind: int
+    time: Number
+    value: Number
+
+
+class Minimum(NamedTuple):
+    """An interior minimum of a guard: duration after the leg's start, and the guard there."""
+
+    guard: Guard
+    time: Number
+    value: Number
+
+
+def minima(numbers: Backend, span: Span, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
+    """The minima of all watched guards inside a leg, guard by guard in time.
+
+    `zeros` tells which guards vanish at the leg's start, and how many derivatives from the guard
+    itself on.
+    """
+    c = span.c
+    side = 1 if c.contact else -1
+    for kind, time, value in turns(numbers, span, Quantity.GAP, zeros):
+        if kind == side:
+            yield Minimum(Guard.GAP, time, side * value)
+    # In stick P is least where it is nearest to its lower bound.
+    quantity = Quantity.SPEED if c.drift else Quantity.FORCE
+    for kind, time, value in turns(numbers, span, quantity, zeros):
+        if not c.drift:
+            yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, c.f_b + kind * value)
+        elif kind == c.drift:
+            yield Minimum(Guard.DRIFT, time, kind * value)
+
+
+def turns(
+    numbers: Backend, span: Span, quantity: Quantity, zeros: Mapping[Guard, int]
+) -> Iterator[Turn]:
+    """The extrema of a quantity inside a leg, in the order of time.
+
+    Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
+    where its sign before and after a time at which it cannot differ, one is given. `zeros` is as
+    for `minima`. A leg of duration 0 or less has none.
+    """
+    c, number = span.c, numbers.number
+    # Plain numbers: NumPy's own make this several times slower.
+    x_r, gap, v_r, v_c, margin, *_ = map(number, span.closed)
+    angle, duration = number(span.angle % numbers.full_turn), number(span.h)
+    start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
+    flow = Flow(numbers, c, Departure(span.leg.field, start))
+    now, sign = duration * 0, 0
+    vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
+
+    def rate(h: Number) -> Expansion:
+        at = flow(h) if h > 0 else flow.origin
+        return _signed(_rate(numbers, c, at, quantity), sign)
+
+    def rate_of_forced(with_slow: bool, h: Number) -> Expansion:
+        at = flow(h) if h > 0 else flow.origin
+        return _signed(_rate_of_forced(numbers, c, at, quantity, with_slow), sign)
+
+    while now < duration:
+        here = rate(now)
+        if now == 0:
+            sign, vanishing = _beginning(here, vanishing)
+            here = _signed(here, sign)
+        ahead = min(_REACH / c.rate, duration - now)
+        least = _LEAST * numbers.unit * (now + 1 / c.rate)
+        rounding = _FAINT * here.errors[0]
+        low, high, after = _stretch(here, vanishing, rounding, ahead, least, numbers.unit)
+        about = rate
+        for with_slow in (True, False) if c.q < 0 else (False,):
+            slow = quasistatic.rate(c, with_slow)
+            if slow is not None and (low == high or not after):
+                about, most = partial(rate_of_forced, with_slow), min(_REACH / slow, duration - now)
+                low, high, after = _further(about(now), after, rounding, high, most, numbers.unit)
+        if sign and after < 0 and now + high < duration:
+            time = polish(about, (now + low, now + high), numbers.unit)
+            yield Turn(-sign, time, _value(c, flow(time), quantity))
+        sign = after * (sign or 1) or sign
+        now, vanishing = now + high, 0
+
+
+def _rate(numbers: Backend, c: Any, at: Point, quantity: Quantity) -> Expansion:
+    """Expansion of a quantity's rate, or of a positive multiple of it.
+
+    The remainder of an expansion bounds a derivative, and so that of its derivatives too.
+    """
+    guard, side, order = _guard_of(c, quantity)
+    e = expand(numbers, c, at)[guard]
+    return _signed(Expansion(e.values[order:], e.errors[order:], e.rest, e.growth), side)
+
+
+def _rate_of_forced(
+    numbers: Backend, c: Any, at: Point, quantity: Quantity, with_slow: bool
+) -> Expansion:
+    """The same rate, expanded much further: the fast free part is only bounded."""
+    guard, side, order = _guard_of(c, quantity)
+    return _signed(quasistatic.expand_forced(numbers, c, at, order, with_slow)[guard], side)
+
+
+def _guard_of(c: Any, quantity: Quantity) -> tuple[Guard, int, int]:
+    """A guard, the sign, and which derivative of it is the rate of a quantity, or a multiple."""
+    if quantity is Quantity.GAP:
+        return Guard.GAP, 1 if c.contact else -1, 1
+    if c.drift:
+        # v_c changes at the rate (P - friction)/gamma.
+        return Guard.DRIFT, c.drift, 1 if quantity is Quantity.SPEED else 2
+    return Guard.LOWER, 1, 1
+
+
+def _signed(e: Expansion, sign: int) -> Expansion:
+    if sign >= 0:
+        return e
+    return Expansion([-value for value in e.values], e.errors, e.rest, e.growth)
+
+
+def _value(c: Any, at: Point, quantity: Quantity) -> Number:
+    if quantity is Quantity.GAP:
+        return at.gap
+    return at.v_c if quantity is Quantity.SPEED else at.margin + c.friction
+
+
+def _beginning(rate: Expansion, zeros: int) -> tuple[int, int]:
+    """Sign of a rate just after an instant, 0 if not known, and how many zeros it has there."""
+    for count in range(zeros, len(rate.values)):
+        value, error = rate.values[count], rate.errors[count]
+        if abs(value) > error:
+            return (1 if value > 0 else -1), count
+    return 0, 0
+
+
+def _stretch(
+    rate: Expansion, zeros: int, rounding: Number, ahead: Number, least: Number, unit: Number
+) -> tuple[Number, Number, int]:
+    """How far a rate is positive, how far to go in all, and its sign there, 0 if not known.
+
+    If it is negative there, it has one root in between, or is hidden by `rounding`.
+    """
+    faint = not zeros and abs(rate.values[0]) <= rounding
+    reach = ahead
+    while reach > least:
+        found = search(rate, zeros, reach, unit)
+        if found.bracket is not None and found.bracket[1] > least:
+            return *found.bracket, -1
+        if found.clear > least and not (faint and found.clear < ahead):
+            return found.clear, found.clear, 1
+        if faint:
+            break  # shorter stretches would hardly leave it behind
+        reach = reach / _SHRINK
+    # Rounding hides the rate here, and perhaps not further on.
+    step = least
+    while step < ahead:
+        for sign in (1, -1):
+            if positive_at(_raised(_signed(rate, sign), -rounding), step, unit):
+                return ahead * 0, step, sign
+        step = _SHRINK * step
+    return ahead * 0, ahead, 0
+
+
+def _further(
+    rate: Expansion, sign: int, rounding: Number, least: Number, most: Number, unit: Number
+) -> tuple[Number, Number, int]:
+    """As `_stretch`, from an expansion that reaches further: at least so far, and at most.
+
+    As far as a positive rate is proved to stay so. One that is hidden by `rounding`: to where it
+    shows, or as far as it is proved to stay hidden.
+    """
+    zero = least * 0
+    if not sign:
+        step = _SHRINK * least
+        while step < most:
+            for way in (1, -1):
+                if positive_at(_raised(_signed(rate, way), -rounding), step, unit):
+                    return zero, step, way
+            step = _SHRINK * step
+    hidden = [_raised(e, rounding) for e in (rate, _signed(rate, -1))]
+    proved, reach = [rate] if sign else hidden, most
+    while reach > least:
+        clear = min(search(e, 0, reach, unit).clear for e in proved)
+        if clear > least:
+            return (clear if sign else zero), clear, sign
+        reach = reach / _SHRINK
+    return (least if sign else zero), least, sign
+
+
+def _raised(rate: Expansion, by: Number) -> Expansion:
+    return replace(rate, values=[rate.values[0] + by, *rate.values[1:]])

@@ -1,0 +1,343 @@
+"""A periodic orbit of a given word, found by Newton's method on its equations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput, Outcome
+from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
+from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._orbits.shooting.equations import (
+    PARAMETERS,
+    ROUNDINGS,
+    Matrix,
+    Shot,
+    Vector,
+    shoot,
+    solve,
+)
+from capsule_sym._orbits.shooting.word import Word, contact, drift
+from capsule_sym._parameters import Parameters
+
+_MOST_STEPS = 25
+_LEAST_SCALE = 2.0**-12
+_LOST = 0.01  # condition of the equations, over what double precision resolves
+_BACK = 0.5  # how far a leg may go below duration 0, over its fastest rate
+_backend = backend  # the parameter of `close` has the same name
+
+
+class Reason(StrEnum):
+    """Why there is no orbit."""
+
+    #: Newton's method did not come to rest on a solution.
+    NOT_CONVERGED = "not-converged"
+    #: The equations' derivative is singular, as at a fold or at undamped resonance.
+    SINGULAR = "singular"
+    #: The equations have no finite value at the guess.
+    NOT_FINITE = "not-finite"
+    #: The equations are solved, but the map goes another way from there.
+    NOT_REALISED = "not-realised"
+    #: The simulated motion did not settle on a periodic one.
+    NOT_PERIODIC = "not-periodic"
+
+
+@dataclass(frozen=True)
+class NoOrbit:
+    """No orbit was found, and why; `residual` is the largest entry where the search ended.
+
+    `iterations` counts the steps of Newton's method up to there.
+    """
+
+    reason: Reason
+    detail: str
+    word: Word | None
+    values: tuple[Number, ...]
+    residual: Number
+    iterations: int = 0
+
+
+class Status(StrEnum):
+    """Whether equations are solved."""
+
+    CONVERGED = "converged"
+    NOT_CONVERGED = "not-converged"
+
+
+@dataclass(frozen=True, eq=False)
+class Orbit(Labelled):
+    """A periodic orbit modulo drift: a solution z of its word's equations.
+
+    `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
+    forcing angle and durations as in `equations`, `shot` the equations there. `iterations` counts
+    the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
+    digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
+    """
+
+    values: tuple[Number, ...]
+    word: Word
+    z: Vector
+    shot: Shot
+    backend: str
+    iterations: int = 0
+    dimension = "segment"
+
+    def __repr__(self) -> str:
+        found = f"residual {float(self.residual):.1e}, by {self.backend}"
+        return f"<Orbit {self.word!r} at {self.parameters}: {found}>"
+
+    @property
+    def parameters(self) -> Parameters:
+        """The parameters, rounded to double precision."""
+        return Parameters(*(float(value) for value in self.values))
+
+    @property
+    def residual(self) -> Number:
+        """Largest entry of the equations' residual."""
+        return max(abs(self.shot.residual))
+
+    @cached_property
+    def status(self) -> Status:
+        """Whether the equations are solved, by their residual here."""
+        with backend(self.backend) as numbers:
+            solved = solved_to_rounding(numbers, self.shot, self.z)
+        return Status.CONVERGED if solved else Status.NOT_CONVERGED
+
+    @property
+    def durations(self) -> Vector:
+        """Duration of each leg, shape (n,)."""
+        return self.z[4:]
+
+    @property
+    def progression(self) -> Number:
+        """Advance of x_c per excitation period."""
+        return self.shot.advance / self.word.multiple
+
+    @property
+    def average_velocity(self) -> Number:
+        """Advance of x_c per unit of time."""
+        with backend(self.backend) as numbers:
+            omega = self.values[PARAMETERS.index("omega")]
+            return self.progression * omega / numbers.full_turn
+
+    @cached_property
+    def by_parameter(self) -> Matrix:
+        """Derivative dz/dp (n + 4, 7) along the branch, by the implicit function theorem.
+
+        Raises numpy.linalg.LinAlgError at a fold.
+        """
+        with backend(self.backend) as numbers:
+            return -solve(numbers, self.shot.by_z, self.shot.by_p)
+
+    @cached_property
+    def motion(self) -> SteadyMotion:
+        """The orbit as a steady motion of the map: segments, global map, progression.
+
+        What is known exactly at a switch is kept there: x_r = delta, v_c = 0.
+        """
+        with backend(self.backend) as numbers:
+            return SteadyMotion(
+                tuple(_segments(numbers, self)), self.word.multiple, self.progression
+            )
+
+    def trajectory(self) -> Trajectory:
+        """One period of the orbit as a trajectory, to be evaluated at times."""
+        segments = self.motion.segments
+        origin = segments[0].start, segments[0].start_state
+        return Trajectory.of_segments(self.parameters, self.backend, origin, segments)
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The segments of one period as columns, as those of a trajectory."""
+        return self.trajectory().columns
+
+    def attributes(self) -> dict[str, Any]:
+        """Parameters, progression per excitation period, and status."""
+        progression = {"progression": float(self.progression), "status": str(self.status)}
+        return {**self.parameters.to_dict(), **progression}
+
+    def refined(self) -> Orbit | NoOrbit:
+        """The same orbit in 50 digits."""
+        return close(self.values, self.word, list(self.z), backend="mpmath")
+
+
+def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
+    """Itinerary, period number, progression and average velocity of orbits, and their starts."""
+    starts = np.array([orbit.z[:3] for orbit in orbits], dtype=float).reshape(-1, 3)
+    return {
+        "itinerary": np.array([str(orbit.word) for orbit in orbits], dtype=np.str_),
+        "period_number": np.array([orbit.word.multiple for orbit in orbits], dtype=int),
+        "progression": np.array([float(orbit.progression) for orbit in orbits]),
+        "average_velocity": np.array([float(orbit.average_velocity) for orbit in orbits]),
+        "x_r": starts[:, 0],
+        "v_r": starts[:, 1],
+        "v_c": starts[:, 2],
+        "residual": np.array([float(orbit.residual) for orbit in orbits]),
+        "status": np.array([str(orbit.status) for orbit in orbits], dtype=np.str_),
+    }
+
+
+def close(
+    parameters: Parameters | Sequence[Number],
+    word: Word,
+    guess: Sequence[Number] | None = None,
+    *,
+    backend: str = "numpy",
+) -> Orbit | NoOrbit:
+    """The orbit of this word near a guess z, by damped Newton steps with the exact Jacobian.
+
+    The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
+    the largest entry of z if that is above 1, or at most the roundings of its equations' terms
+    where those are larger, as of long itineraries. Without a guess only a word without switches is
+    closed. Raises InvalidInput for a guess of the wrong size.
+    """
+    given = parameters.to_dict().values() if isinstance(parameters, Parameters) else parameters
+    with _backend(backend) as numbers:
+        values = tuple(numbers.number(value) for value in given)
+        if guess is None:
+            guess = _stick_guess(numbers, values, word)
+        if len(guess) != len(word) + 4:
+            raise InvalidInput("guess", guess, f"{len(word) + 4} numbers for the word {word}")
+        with np.errstate(all="ignore"):
+            return _newton(numbers, values, word, np.array([numbers.number(v) for v in guess]))
+
+
+def _stick_guess(numbers: Backend, values: Sequence[Number], word: Word) -> list[Number]:
+    if word.legs[0].guard is not None:
+        raise InvalidInput("guess", None, "given for a word with switches")
+    turn = numbers.full_turn / 2 if word.mirrored else numbers.full_turn
+    period = word.multiple * turn / values[PARAMETERS.index("omega")]
+    return [numbers.number(0)] * 4 + [period]
+
+
+def _newton(numbers: Backend, values: tuple[Number, ...], word: Word, z: Vector) -> Orbit | NoOrbit:
+    steps = 0
+
+    def none(reason: Reason, detail: str) -> NoOrbit:
+        return NoOrbit(reason, detail, word, values, norm, steps)
+
+    shot = shoot(numbers, values, word, z)
+    norm = _norm(shot)
+    if not norm < float("inf"):
+        return none(Reason.NOT_FINITE, "the residual of the guess is not finite")
+    for steps in range(1, _MOST_STEPS + 1):
+        try:
+            step = solve(numbers, shot.by_z, shot.residual)
+        except np.linalg.LinAlgError:
+            return none(Reason.SINGULAR, "the Jacobian of the equations is singular")
+        solved = norm <= _tolerance(numbers, z)
+        # A solution is polished by one more step, as far as rounding lets it.
+        better = _step(numbers, values, word, z, step, shot, 1.0 if solved else _LEAST_SCALE)
+        if better is not None:
+            z, shot = better
+            norm = _norm(shot)
+        elif solved_to_rounding(numbers, shot, z):
+            solved = True
+        if solved:
+            if numbers.name != "mpmath" and np.linalg.cond(shot.by_z) * numbers.unit > _LOST:
+                return none(Reason.SINGULAR, "rounding leaves no digit of the solution")
+            return Orbit(values, word, z, shot, numbers.name, steps)
+        if better is None:
+            break
+    return none(
+        Reason.NOT_CONVERGED, "Newton's method came to rest where the residual is not small"
+    )
+
+
+def _tolerance(numbers: Backend, z: Vector) -> Number:
+    """Largest entry of the residual that is taken for zero."""
+    tolerance = 1e-13 if numbers.name != "mpmath" else numbers.number(10) ** -50
+    return tolerance * max(1, *abs(z))
+
+
+def solved_to_rounding(numbers: Backend, shot: Shot, z: Vector) -> bool:
+    """Whether each equation is solved as far as the roundings of its own terms let it.
+
+    In a long itinerary every rounding is carried on by all that follows: the terms are large.
+    """
+    terms = numbers.unit * (abs(shot.by_z) @ abs(z))
+    return all(abs(shot.residual) <= np.maximum(_tolerance(numbers, z), ROUNDINGS * terms))
+
+
+def _step(
+    numbers: Backend,
+    values: tuple[Number, ...],
+    word: Word,
+    z: Vector,
+    step: Vector,
+    shot: Shot,
+    least_scale: float,
+) -> tuple[Vector, Shot] | None:
+    """The longest fraction of a Newton step that makes the residual smaller; None if none does."""
+    scale, norm = 1.0, _norm(shot)
+    least = [-_BACK / span.c.rate for span in shot.spans]
+    while scale >= least_scale:
+        trial = z - scale * step
+        if all(h > low for h, low in zip(trial[4:], least, strict=True)):
+            ahead = shoot(numbers, values, word, trial)
+            if _norm(ahead) < norm:
+                return trial, ahead
+        scale /= 2
+    return None
+
+
+def _norm(shot: Shot) -> Number:
+    return max(abs(shot.residual))
+
+
+def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
+    """The orbit's legs as segments of the map."""
+    legs, spans = orbit.word.legs, orbit.shot.spans
+    omega, delta = (orbit.values[PARAMETERS.index(name)] for name in ("omega", "delta"))
+    starts = [_exact_start(legs[i - 1].guard, s.start, delta) for i, s in enumerate(spans)]
+    position, segments = numbers.number(0), []
+    first = None
+    for i, span in enumerate(spans):
+        turns, angle = numbers.turns(span.angle)
+        if first is None:
+            first = turns
+        turns -= first
+        later, end_angle = numbers.turns(span.angle + omega * span.h)
+        following = (i + 1) % len(spans)
+        segments.append(
+            Segment(
+                field=span.leg.field,
+                source=_plane(orbit.word, i),
+                target=_plane(orbit.word, following),
+                start=Instant(turns, angle / omega),
+                end=Instant(later - first, end_angle / omega),
+                start_state=starts[i],
+                end_state=starts[following],
+                duration=span.h,
+                outcome=Outcome.REGULAR if span.leg.guard else Outcome.NEVER,
+                tangencies=(),
+                evaluations=0,
+                position=position,
+                advance=span.moved[2],
+                closed=span.closed,
+            )
+        )
+        position = position + span.moved[2]
+    return segments
+
+
+def _exact_start(guard: Guard | None, state: Vector, delta: Number) -> tuple[Any, Any, Any]:
+    """A leg's start with what the guard before it makes exact."""
+    x_r, v_r, v_c = state
+    return delta if guard is Guard.GAP else x_r, v_r, 0 * v_c if guard is Guard.DRIFT else v_c
+
+
+def _plane(word: Word, index: int) -> str:
+    """The switching plane on which a leg begins, Eq. (24)."""
+    field, guard = word.legs[index].field, word.legs[index - 1].guard
+    if guard is not Guard.GAP or drift(field) == 0:
+        return f"Σ{field}"
+    return {(1, 1): "Σ7", (1, 0): "Σ8", (-1, 1): "Σ9", (-1, 0): "Σ10"}[drift(field), contact(field)]

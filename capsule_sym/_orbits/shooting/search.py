@@ -1,0 +1,312 @@
+"""Finding periodic orbits: from a motion that settles, and from random starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import Segment, Trajectory, simulate
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._orbits.shooting.admissibility import realised, rerun, tightest
+from capsule_sym._orbits.shooting.identity import primitive, same
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
+from capsule_sym._orbits.shooting.stability import jacobian, multipliers
+from capsule_sym._orbits.shooting.word import Word, drift
+from capsule_sym._parameters import Parameters
+
+_BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
+_LATEST = 16  # segments that tell the size of the motion
+_NEAR = 0.1  # how far, in units of the motion's own size, an orbit may be from where it is sought
+_NEWTON_STEPS = 30
+_CLOSED = 1e-6  # change over the orbit's periods below which a word is read off
+_REPEATED = 1e-7  # change over a turn below which a run has settled
+_ARRIVED = 1e-6  # distance, in units of the motion's size, below which a run is on its orbit
+_SLACK = 10  # how far a run may be from an orbit over what the multipliers say
+_BLOCKS = 64  # how long a run that creeps towards its orbit is looked at, in blocks
+_TOLD = 3  # itineraries that a message names
+
+
+def find_orbit(
+    parameters: Parameters,
+    state: Sequence[float] = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    periods: int = 1024,
+) -> Orbit | NoOrbit:
+    """The stable orbit on which the simulated motion settles within so many excitation periods.
+
+    The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
+    motion repeats, is taken if it is stable, the map realises it, and the motion goes on towards
+    it. Itineraries over 1 to 16 excitation periods are tried. Where there is no orbit the detail
+    names those that the end of the run suggested, and what is wrong with each. Raises InvalidInput
+    as `simulate` does.
+    """
+    length, refused = _BLOCK, list[_Refused]()
+    while True:
+        length = min(length, periods)
+        # Always from the start: a chaotic transient would go elsewhere from a rounded state.
+        trajectory = simulate(parameters, state, phase, length)
+        if not trajectory.success:
+            return NoOrbit(
+                Reason.NOT_PERIODIC, trajectory.message, None, _values(parameters), float("inf")
+            )
+        refused = []
+        for ending in endings(trajectory):
+            found = _taken(trajectory, ending)
+            if isinstance(found, Orbit):
+                return found
+            refused.append(_Refused(ending, found))
+        if length == periods:
+            break
+        length *= 2
+    repeated = [one.why for one in refused if one.ending.change < _REPEATED]
+    if repeated:
+        # The run did settle, and yet its equations have no such solution.
+        return repeated[0]
+    return NoOrbit(
+        Reason.NOT_PERIODIC,
+        f"the run from {tuple(state)} at phase {phase} has not settled within {periods} excitation "
+        f"periods on a motion of at most {LONGEST}; {_told(refused)}",
+        None,
+        _values(parameters),
+        float("inf"),
+    )
+
+
+class Ending(NamedTuple):
+    """The last turn of a run that repeats an itinerary: its word, unknowns z, and what it changed.
+
+    `change` is the largest change of the state over the turn, in units of the motion's size.
+    """
+
+    word: Word
+    guess: list[float]
+    change: float
+
+
+class _Refused(NamedTuple):
+    """What was tried, and why it is not the orbit that the run settles on."""
+
+    ending: Ending
+    why: NoOrbit
+
+
+def _told(refused: Sequence[_Refused]) -> str:
+    """What was tried, in words."""
+    if not refused:
+        return "the end of the run repeats no itinerary"
+    told = [
+        f"{one.ending.word} over {one.ending.word.multiple} ({one.why.reason}: {one.why.detail})"
+        for one in refused[:_TOLD]
+    ]
+    more = [f"and {len(refused) - _TOLD} more"] if len(refused) > _TOLD else []
+    return f"tried {', '.join(told + more)}"
+
+
+def _taken(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
+    """The orbit next to the end of a run, if the run settles on it."""
+    found = realise(trajectory.parameters, ending.word, ending.guess)
+    if isinstance(found, NoOrbit):
+        return found
+    orbit = primitive(found)
+    largest = float(abs(multipliers(orbit)[0]))
+    if not _near(orbit, ending.guess):
+        detail = "the orbit of this itinerary is far from the run"
+    elif not largest < 1:
+        detail = f"the orbit of this itinerary is unstable, its multiplier {largest:.6g}"
+    elif not _settles(trajectory, orbit, largest):
+        detail = "the run goes on away from the orbit of this itinerary"
+    else:
+        return orbit
+    return NoOrbit(Reason.NOT_PERIODIC, detail, orbit.word, orbit.values, orbit.residual)
+
+
+def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
+    """Whether a run is on an orbit, or comes closer to it as the largest multiplier says."""
+    multiple = orbit.word.multiple
+    marks = np.array(rerun(orbit).stroboscopic[-multiple:], dtype=float)
+    size = 1 + abs(np.array([span.start for span in orbit.shot.spans], dtype=float)).max()
+
+    def distance(run: Trajectory) -> float:
+        return float(abs(marks - np.array(run.final[1], dtype=float)).max(axis=1).min())
+
+    first = now = distance(trajectory)
+    for block in range(_BLOCKS):
+        if now <= _ARRIVED * size:
+            return True
+        if now > _SLACK * first * largest ** (block * _BLOCK / multiple):
+            return False
+        state = [float(value) for value in trajectory.final[1]]
+        trajectory = simulate(trajectory.parameters, state, periods=_BLOCK)
+        now = distance(trajectory)
+    return now < first
+
+
+def realise(
+    parameters: Parameters, word: Word, guess: Sequence[float] | None = None
+) -> Orbit | NoOrbit:
+    """The orbit of a given word near a guess z, as `close` finds it, if the map goes along it.
+
+    Where it does not, the reason is NOT_REALISED, and the detail names the inequality of the word
+    that fails most.
+    """
+    orbit = close(parameters, word, guess)
+    if isinstance(orbit, NoOrbit) or (min(orbit.durations) > 0 and realised(orbit)):
+        return orbit
+    worst = tightest(orbit)
+    detail = "the map goes another way, though every inequality of the word holds"
+    if worst.value <= 0:
+        detail = f"{worst.named(word)} is {float(worst.value):.3g}, where the word needs it above 0"
+    return NoOrbit(Reason.NOT_REALISED, detail, word, orbit.values, orbit.residual)
+
+
+def endings(trajectory: Trajectory) -> Iterator[Ending]:
+    """The last 1, 2, ... excitation periods of a run, where they repeat those before.
+
+    They do where the fields are the same, and the states not far off. Segments may be longer than a
+    period. First comes stick without an end, where the run ends with more than a period of it.
+    """
+    period, omega = trajectory.parameters.period, trajectory.parameters.omega
+    last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
+    if drift(last.field) == 0 and not last.target and float(last.duration) > period:
+        change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
+        yield Ending(Word.of((last.field,)), [*marks[-1].tolist(), 0.0, period], change)
+    segments = [s for s in trajectory.segments if s.target]
+    if not segments:
+        return
+    times = np.array([s.start.period * period + float(s.start.phase) for s in segments])
+    starts = np.array([s.start_state for s in segments], dtype=float)
+    end = times[-1] + float(segments[-1].duration)
+    size = abs(starts[-_LATEST:]).max()
+    for multiple in range(1, LONGEST + 1):
+        # The switch that comes nearest to so many periods before the last one.
+        first = int(np.argmin(abs(end - multiple * period - times)))
+        chosen = segments[first:]
+        fields = [s.field for s in segments[max(0, 2 * first - len(segments)) :]]
+        change = abs(starts[first] - np.array(chosen[-1].end_state, dtype=float)).max()
+        late = abs(end - multiple * period - times[first])
+        if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
+            continue
+        legs = [_Leg(s.field, _start(s, omega), float(s.duration)) for s in chosen]
+        if (guess := _guess(legs, multiple)) is not None:
+            yield Ending(*guess, change / size)
+
+
+class _Leg(NamedTuple):
+    """A leg of a run: field, unknowns (x_r, v_r, v_c, theta) at its start, duration."""
+
+    field: int
+    start: list[float]
+    duration: float
+
+
+def _start(segment: Segment, omega: float) -> list[float]:
+    return [*map(float, segment.start_state), float(segment.start.phase) * omega]
+
+
+def _guess(legs: Sequence[_Leg], multiple: int) -> tuple[Word, list[float]] | None:
+    """Word and unknowns of legs that follow themselves, None if they cannot."""
+    try:
+        word = Word.of((leg.field for leg in legs), multiple)
+    except InvalidInput:
+        return None
+    if len(word) == 1:
+        word = Word(word.legs)
+    first = word.first
+    durations = [leg.duration for leg in (*legs[first:], *legs[:first])]
+    return word.rotated(first), [*legs[first].start, *durations]
+
+
+def random_search(
+    parameters: Parameters,
+    starts: int = 50,
+    *,
+    multiples: Sequence[int] = (1, 2, 3),
+    box: Sequence[float] | None = None,
+    transient: int = 50,
+    seed: int = 0,
+    report: Callable[[int, int], None] | None = None,
+) -> tuple[Orbit, ...]:
+    """Periodic orbits found from random initial states, stable or not, each once.
+
+    From every start, and from where it has come to after `transient` excitation periods, Newton's
+    method is applied to the map over each number of periods in `multiples`, and what it finds is
+    polished by its word. Starts are uniform in (-b, b) for the bounds b in `box`, by default
+    twice what the motion from rest reaches, and at least the gap. `report` is told after each start
+    how many starts are done and how many orbits are known. Orbits are in order of their multiple.
+    """
+    bounds = _reach(parameters) if box is None else np.asarray(box, dtype=float)
+    random = np.random.default_rng(seed)
+    found: list[Orbit] = []
+    for start in range(starts):
+        state = random.uniform(-1.0, 1.0, 3) * bounds
+        settled = simulate(parameters, state.tolist(), periods=transient).final[1]
+        for begin in (state, np.array(settled, dtype=float)):
+            for multiple in multiples:
+                orbit = _newton(parameters, begin, multiple)
+                if orbit is not None and not any(same(orbit, known) for known in found):
+                    found.append(orbit)
+        if report is not None:
+            report(start + 1, len(found))
+    return tuple(sorted(found, key=lambda orbit: orbit.word.multiple))
+
+
+def _reach(parameters: Parameters) -> NDArray[np.float64]:
+    run = simulate(parameters, periods=20)
+    states = np.array([s.end_state for s in run.segments], dtype=float)
+    reach: NDArray[np.float64] = 2 * abs(states).max(axis=0)
+    return np.maximum(reach, max(1.0, parameters.delta))
+
+
+def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -> Orbit | None:
+    """The orbit that Newton's method on the map over some periods leads to; None if to none."""
+    for _ in range(_NEWTON_STEPS):
+        run = simulate(parameters, state.tolist(), periods=multiple)
+        if not run.success:
+            return None
+        change = np.array(run.final[1], dtype=float) - state
+        size = 1 + abs(state).max()
+        if abs(change).max() < _CLOSED * size:
+            return _read_off(run, multiple)
+        try:
+            step = np.linalg.solve(jacobian(run) - np.eye(3), change)
+        except np.linalg.LinAlgError:
+            return None
+        # A step beyond the size of the motion itself says that the guess was no good.
+        state = state - step * min(1.0, size / abs(step).max())
+    return None
+
+
+def orbit_at(parameters: Parameters, state: Sequence[float], multiple: int) -> Orbit | None:
+    """The orbit through a state at phase 0, in the word that the map goes through; None if none."""
+    return _read_off(simulate(parameters, state, periods=multiple), multiple)
+
+
+def _read_off(run: Trajectory, multiple: int) -> Orbit | None:
+    """The orbit next to a run over one turn of it."""
+    guess = _one_turn(run, multiple)
+    orbit = close(run.parameters, *guess) if guess else None
+    return primitive(orbit) if isinstance(orbit, Orbit) and realised(orbit) else None
+
+
+def _one_turn(run: Trajectory, multiple: int) -> tuple[Word, list[float]] | None:
+    """Word and unknowns of a run over one turn of an orbit, from phase 0 to phase 0."""
+    omega = run.parameters.omega
+    legs = [_Leg(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
+    if len(legs) > 1 and legs[0].field == legs[-1].field:
+        # The turn is cut in the middle of a leg: the run's last segment is its first part.
+        joined = legs[-1]._replace(duration=legs[-1].duration + legs[0].duration)
+        legs = [*legs[1:-1], joined]
+    return _guess(legs, multiple)
+
+
+def _near(orbit: Orbit, guess: Sequence[float]) -> bool:
+    states = np.array([span.start for span in orbit.shot.spans])
+    return bool(abs(orbit.z[:3] - guess[:3]).max() <= _NEAR * abs(states).max())
+
+
+def _values(parameters: Parameters) -> tuple[float, ...]:
+    return tuple(parameters.to_dict().values())

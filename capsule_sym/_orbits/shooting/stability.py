@@ -1,0 +1,164 @@
+"""Linear stability: monodromy of a periodic orbit, its multipliers, and Lyapunov exponents.
+
+Between switches a deviation of the state (x_r, v_r, v_c) is carried by the flow's Jacobian, across
+a switch by the saltation matrix S = I + (f_after - f_before) n^T / (n^T f_before). The fields are
+continuous on the impact surface and where a slip begins, so that S differs from I only where the
+capsule comes to rest, n = (0, 0, 1). If it then sticks, S projects out v_c, and the rank falls.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import Segment, Trajectory
+from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.word import drift
+from capsule_sym.generated import formulas
+
+
+def field(c: Any, state: Vector, cosine: Number) -> Vector:
+    """Right side (x_r', v_r', v_c') of the segment with constants `c`, Eqs. (7)-(12)."""
+    x_r, v_r, v_c = state
+    place = x_r, x_r - c.delta, v_r
+    acceleration = formulas.v_rate(c, *place, cosine)
+    if not c.drift:
+        return np.array([v_r, acceleration, 0 * v_c])
+    return np.array([v_r, acceleration, formulas.v_c_rate(c, formulas.margin_at(c, *place))])
+
+
+def saltation(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
+    """Saltation matrix (3, 3) where the capsule comes to rest in passing from one field to another.
+
+    `before` and `after` are the constants of the two segments, `state` and the cosine of the
+    forcing angle those of the switch.
+    """
+    f, g = field(before, state, cosine), field(after, state, cosine)
+    matrix = np.zeros((3, 3)) * f[2] + np.eye(3, dtype=int)
+    matrix[:, 2] = matrix[:, 2] + (g - f) / f[2]
+    # Here v_c' / v_c' cancels to 0 for a capsule that sticks, but for rounding.
+    matrix[2, 2] = g[2] / f[2]
+    return matrix  # type: ignore[no-any-return]
+
+
+def monodromy(orbit: Orbit) -> Matrix:
+    """Monodromy matrix (3, 3) of the state over the orbit, at the phase where it begins.
+
+    Of the first half of a motion that is its own mirror image it is the matrix of half the period
+    and the reflection: its square is that of the motion.
+    """
+    with backend(orbit.backend) as numbers:
+        return _product(numbers, orbit, 0)
+
+
+def multipliers(orbit: Orbit) -> NDArray[np.complex128]:
+    """The three multipliers, the largest modulus first.
+
+    One is 0 exactly where the capsule sticks somewhere along the orbit: only deviations with
+    v_c = 0 leave the stick.
+    """
+    spans = orbit.shot.spans
+    sticking = [i for i, span in enumerate(spans) if not span.c.drift]
+    with backend(orbit.backend) as numbers:
+        matrix = _product(numbers, orbit, sticking[0] if sticking else 0)
+        size = 2 if sticking else 3
+        values = np.zeros(3, dtype=complex)
+        values[:size] = np.linalg.eigvals(matrix[:size, :size].astype(float))
+    if orbit.word.mirrored:
+        values = values**2
+    return values[np.argsort(-abs(values), kind="stable")]
+
+
+def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
+    """Product of Jacobians and saltation matrices over the legs from `first` on."""
+    spans, word = orbit.shot.spans, orbit.word
+    n, forms = len(spans), ClosedForms(numbers, orbit.values)
+    sign = -1 if word.mirrored else 1
+    product: Matrix = np.zeros((3, 3)) * numbers.number(1) + sign * np.eye(3, dtype=int)
+    # The reflection is -1 in all of the state, so that it does not matter where it is taken.
+    for k in (*range(first, n), *range(first)):
+        span = spans[k]
+        product = span.matrix[:3, :3] @ product
+        if span.leg.guard is Guard.DRIFT:
+            cosine, _ = numbers.cos_sin(span.angle + span.c.omega * span.h)
+            after = forms.constants(word.neighbour(k + 1))
+            product = saltation(span.c, after, span.end, cosine) @ product
+    return product
+
+
+def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
+    """Derivative (3, 3) of a run's final state with respect to the state at its start.
+
+    In double precision whatever the trajectory's backend.
+    """
+    product = np.eye(3)
+    for matrix in _matrices(trajectory, trajectory.segments):
+        product = matrix @ product
+    return product
+
+
+def lyapunov(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
+    """The three Lyapunov exponents per unit of time, descending, along a trajectory.
+
+    Only segments that begin after `transient` excitation periods count. An exponent is -inf once
+    the capsule has stuck. In double precision whatever the trajectory's backend. Raises
+    InvalidInput where no segment is left.
+    """
+    segments = tuple(s for s in trajectory.segments if s.start.period >= transient)
+    if not segments:
+        raise InvalidInput("transient", transient, "less than the periods of the run")
+    frame, sums = np.eye(3), np.zeros(3)
+    for matrix in _matrices(trajectory, segments):
+        frame, grown = _orthonormal(matrix @ frame)
+        sums[: len(grown)] += grown
+        sums[len(grown) :] = -math.inf
+    return np.sort(sums / sum(float(s.duration) for s in segments))[::-1]
+
+
+def _matrices(trajectory: Trajectory, segments: Sequence[Segment]) -> Iterator[NDArray[np.float64]]:
+    """What carries a deviation along: Jacobians of the flow, and saltation matrices."""
+    with backend("numpy") as numbers:
+        forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
+        for segment, following in pairwise((*segments, None)):
+            assert segment is not None
+            yield from _steps(forms, segment, following)
+
+
+def _steps(
+    forms: ClosedForms, segment: Segment, following: Segment | None
+) -> Iterator[NDArray[np.float64]]:
+    """Jacobians over pieces of a segment no longer than a period, and the switch at its end."""
+    c, duration = forms.constants(segment.field), float(segment.duration)
+    pieces = math.ceil(duration * c.omega / forms.numbers.full_turn) or 1
+    # A segment's flow is affine in the state: its Jacobian is the same from every start.
+    start = forms.numbers.kernels.Start(0.0, -c.delta, 0.0, 0.0, 0.0, 1.0, 0.0)
+    matrix = forms.run(segment.field, c, start, duration / pieces)[1][:3, :3]
+    for _ in range(pieces):
+        yield matrix
+    if following and drift(segment.field) not in (0, drift(following.field)):
+        state = np.array([float(value) for value in segment.end_state])
+        cosine = math.cos(float(segment.end.phase) * c.omega)
+        yield saltation(c, forms.constants(following.field), state, cosine)
+
+
+def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """An orthonormal basis of the frame's span, and the logarithms of its growth.
+
+    Where the last row vanishes the capsule sticks, and a third vector has nowhere to point.
+    """
+    if not np.any(frame[2]):
+        basis, triangle = np.linalg.qr(frame[:2, :2])
+        basis = np.vstack([basis, np.zeros((1, 2))])
+    else:
+        basis, triangle = np.linalg.qr(frame)
+    return basis, np.log(abs(np.diag(triangle)))

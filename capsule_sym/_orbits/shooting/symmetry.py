@@ -1,0 +1,146 @@
+"""Orbits that are their own mirror image, by their first halves.
+
+While the second spring exerts no force the capsule is symmetric under (x_r, v_r, v_c, tau) ->
+(-x_r, -v_r, -v_c, tau + pi/omega). An orbit that is its own image meets everything twice, a switch
+at the spring apart. Half of it has equations of its own, in which it happens once.
+
+Smooth bifurcations do not break the symmetry: of two motions without contact the energy of their
+difference, (x_r^2 + (v_r + v_c)^2 + gamma v_c^2)/2, never grows, since damping and friction take
+from it. All multipliers are at most 1 in modulus, and for zeta > 0 there is one orbit. What breaks
+the symmetry is a touch of the spring.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.admissibility import inequalities
+from capsule_sym._orbits.shooting.changes import rotated
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector, shoot
+from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.word import Word, contact, drift, mirror
+
+KEPT, BROKEN = "kept", "broken"
+_BETA = PARAMETERS.index("beta")
+_SAME = 1e-7  # states of one orbit, found twice, differ by less
+_SAMPLES = 16
+
+
+def springless(orbit: Orbit) -> bool:
+    """Whether a word without contact passes the second spring, which is so where beta = 0 only."""
+    if orbit.values[_BETA] != 0 or any(map(contact, orbit.word.fields)):
+        return False
+    with backend(orbit.backend) as numbers:
+        held = inequalities(numbers, orbit.word, orbit.shot)
+    return any(one.guard is Guard.GAP and one.value < 0 for one in held)
+
+
+def mirrored(orbit: Orbit) -> bool:
+    """Whether an orbit is its own mirror image: all of (x_r, v_r, v_c) reversed half a turn later.
+
+    Over an even number of excitation periods no orbit is its own image.
+    """
+    if orbit.word.multiple % 2 == 0:
+        return False
+    run, half = orbit.trajectory(), orbit.word.multiple * orbit.parameters.period / 2
+    begin = float(run.origin[0].phase)
+    times = begin + half * np.arange(_SAMPLES) / _SAMPLES
+    states, later = run(times), run(times + half)
+    return bool(abs(states + later).max() < _SAME * (1 + abs(states).max()))
+
+
+def whole(orbit: Orbit) -> Orbit:
+    """The whole orbit of which this may be the first half; a leg keeps its index."""
+    if not orbit.word.mirrored:
+        return orbit
+    word, durations = orbit.word.whole, orbit.durations
+    if len(word) == 1:
+        z = np.array([*orbit.z[:4], 2 * durations[0]])
+    else:
+        z = np.array([*orbit.z, *durations])
+    with backend(orbit.backend) as numbers:
+        shot = shoot(numbers, orbit.values, word, z)
+    return Orbit(orbit.values, word, z, shot, orbit.backend, orbit.iterations)
+
+
+def halved(orbit: Orbit) -> Orbit | None:
+    """The first half of an orbit that is its own mirror image, None of any other.
+
+    Where beta = 0 the half is of fields without contact: the second spring exerts no force.
+    """
+    plain = _without_contact(orbit)
+    if plain is None:
+        return None
+    word = half_word(plain.word)
+    if word is None or not mirrored(orbit):
+        return None
+    half = _first_half(plain, word, plain.z)
+    found = close(half.values, word, list(half.z), backend=half.backend)
+    return found if isinstance(found, Orbit) else None
+
+
+def halved_at(orbit: Orbit, leg: int | None) -> tuple[Orbit, int | None] | None:
+    """The first half of a bifurcating orbit, and its leg of duration 0; None as for `halved`."""
+    word = half_word(orbit.word)
+    if word is None or not mirrored(orbit):
+        return None
+    z, n = orbit.z, len(word)
+    if leg is not None and leg >= n:
+        turned = rotated(orbit.word, z, orbit.shot, n)
+        z, word = turned.z, replace(word, legs=turned.word.legs[:n])
+    return _first_half(orbit, word, z), None if leg is None else leg % n
+
+
+def _first_half(orbit: Orbit, word: Word, z: Vector) -> Orbit:
+    z = z[: 4 + len(word)].copy()
+    if len(orbit.word) == 1:
+        z[4] = z[4] / 2
+    with backend(orbit.backend) as numbers:
+        shot = shoot(numbers, orbit.values, word, z)
+    return Orbit(orbit.values, word, z, shot, orbit.backend, orbit.iterations)
+
+
+def half_word(word: Word) -> Word | None:
+    """The word of the first half, None where the second is not of the images of its fields."""
+    n = len(word) // 2
+    if word.multiple % 2 == 0 or any(contact(field) for field in word.fields):
+        return None
+    if len(word) == 1:
+        return Word(word.legs, word.multiple, mirrored=True)
+    if 2 * n < len(word) or word.fields[n:] != tuple(map(mirror, word.fields[:n])):
+        return None
+    return Word(word.legs[:n], word.multiple, mirrored=True)
+
+
+def _without_contact(orbit: Orbit) -> Orbit | None:
+    """The orbit in fields without contact; None where the second spring exerts a force."""
+    word = orbit.word
+    if not any(contact(field) for field in word.fields):
+        return orbit
+    if orbit.values[_BETA] != 0:
+        return None
+    switches = [i for i in range(len(word)) if word.legs[i - 1].guard is not Guard.GAP]
+    if not switches:
+        state = orbit.trajectory()(orbit.parameters.period * word.multiple)
+        z = [*map(float, state), 0.0, word.multiple * orbit.parameters.period]
+        found = close(orbit.values, Word.of((2,), word.multiple), z, backend=orbit.backend)
+        return found if isinstance(found, Orbit) else None
+    with backend(orbit.backend) as numbers:
+        turned = rotated(orbit.word, orbit.z, orbit.shot, switches[0])
+        fields, durations = list[int](), list[float]()
+        for leg, before, h in zip(
+            turned.word.legs, turned.word.rotated(-1).legs, turned.z[4:], strict=True
+        ):
+            if before.guard is Guard.GAP:
+                durations[-1] += h
+            else:
+                fields.append(2 - drift(leg.field))
+                durations.append(h)
+        plain = Word.of(fields, word.multiple)
+        unknowns = np.array([*turned.z[:4], *durations])
+        shot = shoot(numbers, orbit.values, plain, unknowns)
+    return Orbit(orbit.values, plain, unknowns, shot, orbit.backend, orbit.iterations)

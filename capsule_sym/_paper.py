@@ -1,0 +1,127 @@
+"""The printed paper as data: `paper.toml`, entry by entry, without SymPy.
+
+Nothing else in the package holds printed data. `casestudy` and `thresholds` take Section 4 from
+here, and `_symbolic.paper` sets every entry beside the derivation.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any, Literal
+
+Reading = Literal["clear", "doubtful", "illegible"]
+
+_ABOUT = ("id", "place", "reading", "note", "columns")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What the paper prints at one place, as data by key, and how sure the reading of it is."""
+
+    id: str
+    place: str
+    reading: Reading
+    note: str
+    printed: Mapping[str, Any]
+
+    def __getitem__(self, key: str) -> Any:
+        """A printed formula, number, name or list."""
+        return self.printed[key]
+
+
+class Paper:
+    """The entries of the transcription by identifier."""
+
+    def __init__(self, entries: Mapping[str, Entry]) -> None:
+        self._entries = dict(entries)
+
+    def __getitem__(self, name: str) -> Entry:
+        return self._entries[name]
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._entries.values())
+
+    def begun_with(self, prefix: str) -> tuple[Entry, ...]:
+        """The entries `prefix`1, `prefix`2, ... in their order."""
+        return tuple(e for e in self if e.id.removeprefix(prefix).isdigit())
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of Section 4: the global map for alpha up to `high`, and the event there.
+
+    It holds from `low`, or at `high` alone where `low` is None; `closed` says whether it holds at
+    `high` too. Numbers are decimal, as printed; event, line and panel may be empty.
+    """
+
+    low: str | None
+    high: str
+    closed: bool
+    map: str
+    event: str
+    line: str
+    panel: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """A bifurcation of Section 4: its type, the line or part of a line, and alpha as printed."""
+
+    type: str
+    line: str
+    alpha: str
+
+
+def section_4(paper: Paper) -> tuple[Row, ...]:
+    """The rows of Section 4 in order of alpha."""
+    return tuple(
+        Row(
+            low=entry.printed.get("low"),
+            high=entry["high"],
+            closed=entry["closed"],
+            map=entry["map"],
+            event=entry.printed.get("event", ""),
+            line=entry.printed.get("line", ""),
+            panel=entry.printed.get("panel", ""),
+        )
+        for entry in paper.begun_with("section.4.")
+    )
+
+
+def events(paper: Paper) -> tuple[Event, ...]:
+    """The bifurcations of Section 4 in the printed order."""
+    return tuple(Event(row.event, row.line, row.high) for row in section_4(paper) if row.event)
+
+
+def panels(paper: Paper) -> dict[str, str]:
+    """Excitation amplitude alpha of each panel of Fig. 7."""
+    return dict(paper["figure.7"].printed)
+
+
+def paper_of(document: Mapping[str, Any]) -> Paper:
+    """The transcription as a parsed TOML document holds it; no identifier may occur twice."""
+    names = [record["id"] for record in document["entry"]]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"transcribed twice: {', '.join(twice)}")
+    entries = {
+        record["id"]: Entry(
+            id=record["id"],
+            place=record["place"],
+            reading=record["reading"],
+            note=record.get("note", ""),
+            printed={key: value for key, value in record.items() if key not in _ABOUT},
+        )
+        for record in document["entry"]
+    }
+    return Paper(entries)
+
+
+@cache
+def read() -> Paper:
+    """The transcription that is shipped."""
+    text = (files(__package__) / "paper.toml").read_text(encoding="utf-8")
+    return paper_of(tomllib.loads(text))

@@ -1,0 +1,211 @@
+"""The parameters of the capsule system: dimensionless, or physical in SI units.
+
+Definitions and scaling are those of Section 2 of the paper (Guo & Liu, Physica D, 2019,
+doi 10.1016/j.physd.2019.04.008).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container
+from dataclasses import dataclass, fields, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+
+_Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
+
+
+def _number(name: str, value: object, *, positive: bool) -> float:
+    allowed = "finite and > 0" if positive else "finite and >= 0"
+    # Kinds whose conversion to double would silently drop digits (mpf, Fraction, strings) are
+    # refused, and so is bool, which Python counts as an int.
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise InvalidInput(name, value, f"a real number, {allowed}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = -math.inf if value < 0 else math.inf
+    if not math.isfinite(number) or number < 0 or (positive and number == 0):
+        raise InvalidInput(name, number, allowed)
+    return number
+
+
+def _validate(instance: Any, positive: Container[str]) -> None:
+    for name in _names(type(instance)):
+        value = _number(name, getattr(instance, name), positive=name in positive)
+        object.__setattr__(instance, name, value)
+
+
+def _names(kind: type[Any]) -> list[str]:
+    return [field.name for field in fields(kind)]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """The seven dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
+
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
+    gamma and f_b are > 0 and the others are >= 0.
+    """
+
+    alpha: float = 0.7
+    """Excitation amplitude, P_d / P_f."""
+    omega: float = 0.8
+    """Excitation frequency, Omega / Omega0."""
+    delta: float = 0.02
+    """Gap, k1 G / P_f."""
+    zeta: float = 0.05
+    """Damping ratio, c / (2 M_m Omega0)."""
+    beta: float = 1.5
+    """Stiffness ratio, k2 / k1."""
+    gamma: float = 3.3
+    """Mass ratio, M_c / M_m."""
+    f_b: float = 1.0
+    """Friction bound, max|F_r| / P_f; 1 for dry friction."""
+
+    def __post_init__(self) -> None:
+        _validate(self, positive=("omega", "gamma", "f_b"))
+
+    @property
+    def period(self) -> float:
+        """Period of the excitation, 2 pi / omega (dimensionless)."""
+        return 2 * math.pi / self.omega
+
+    def replace(self, **changes: float) -> Self:
+        """A copy with some parameters changed; raises `InvalidInput` as construction does."""
+        names = _names(type(self))
+        for name in changes:
+            if name not in names:
+                raise InvalidInput("parameter", name, f"one of {', '.join(names)}")
+        return replace(self, **changes)
+
+    def to_dict(self) -> dict[str, float]:
+        """The parameters by name, in the order of the fields."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalParameters:
+    """The parameters of the device in SI units, with the scales that carry results back.
+
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
+    k1, Omega, mu and g are > 0 and the others are >= 0, and unless the friction force, the
+    natural frequency, the length scale and the dimensionless parameters are representable.
+    """
+
+    M_m: float
+    """Inner mass (kg)."""
+    M_c: float
+    """Mass of the capsule (kg)."""
+    k1: float
+    """Stiffness of the spring between them (N/m)."""
+    k2: float
+    """Stiffness of the second spring (N/m)."""
+    c: float
+    """Damping coefficient (N s/m)."""
+    G: float
+    """Gap before the second spring (m)."""
+    P_d: float
+    """Amplitude of the excitation (N)."""
+    Omega: float
+    """Frequency of the excitation (rad/s)."""
+    mu: float
+    """Friction coefficient (dimensionless)."""
+    g: float = 9.81
+    """Gravitational acceleration (m/s^2)."""
+
+    def __post_init__(self) -> None:
+        _validate(self, positive=("M_m", "M_c", "k1", "Omega", "mu", "g"))
+        for name in ("friction_force", "natural_frequency", "length_scale"):
+            _number(name, getattr(self, name), positive=True)
+        self.dimensionless()
+
+    @property
+    def friction_force(self) -> float:
+        """Coulomb friction P_f = mu (M_m + M_c) g (N), the unit of force."""
+        return self.mu * (self.M_m + self.M_c) * self.g
+
+    @property
+    def natural_frequency(self) -> float:
+        """Natural frequency Omega0 = sqrt(k1 / M_m) (rad/s), the inverse of the unit of time."""
+        return math.sqrt(self.k1 / self.M_m)
+
+    @property
+    def length_scale(self) -> float:
+        """Length P_f / k1 (m), the unit of displacement."""
+        return self.friction_force / self.k1
+
+    def dimensionless(self) -> Parameters:
+        """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
+        return Parameters(
+            alpha=self.P_d / self.friction_force,
+            omega=self.Omega / self.natural_frequency,
+            delta=self.k1 * self.G / self.friction_force,
+            zeta=self.c / (self.M_m * self.natural_frequency) / 2,
+            beta=self.k2 / self.k1,
+            gamma=self.M_c / self.M_m,
+            f_b=1.0,
+        )
+
+    def time(self, tau: _Quantity) -> _Quantity:
+        """Time in s, from dimensionless time: a float or an array of any shape."""
+        return tau / self.natural_frequency
+
+    def displacement(self, x: _Quantity) -> _Quantity:
+        """Displacement in m, from a dimensionless one: a float or an array of any shape."""
+        return x * self.length_scale
+
+    def velocity(self, v: _Quantity) -> _Quantity:
+        """Velocity in m/s, from a dimensionless one: a float or an array of any shape."""
+        return v * (self.length_scale * self.natural_frequency)
+
+    def acceleration(self, a: _Quantity) -> _Quantity:
+        """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""
+        return a * (self.length_scale * self.natural_frequency**2)
+
+
+def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameters:
+    """The parameters in a TOML file: dimensionless or physical, never a mix.
+
+    The keys stand at the top level and are the fields of `Parameters` (each missing one takes
+    the case study's value) or of `PhysicalParameters` (all but g required). Raises `InvalidInput`
+    when the file cannot be read, is not TOML, or holds a key or a value that is not allowed.
+    """
+    table = read_toml(path)
+    dimensionless, physical = _names(Parameters), _names(PhysicalParameters)
+    for name in table:
+        if name not in dimensionless and name not in physical:
+            allowed = f"one of {', '.join(dimensionless)}, or of {', '.join(physical)}"
+            raise InvalidInput("parameter", name, allowed)
+    given = [name for name in physical if name in table]
+    if not given:
+        return Parameters(**table)
+    for name in dimensionless:
+        if name in table:
+            raise InvalidInput(name, table[name], f"absent where {given[0]} is given in SI units")
+    for name in physical:
+        if name not in table and name != "g":
+            raise InvalidInput(name, None, "given with the other physical parameters")
+    return PhysicalParameters(**table)
+
+
+def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
+    """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
+    try:
+        import tomllib
+
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
+    except ValueError as error:  # neither UTF-8 nor TOML
+        raise InvalidInput("file", str(path), f"a TOML file ({error})") from error
+    except RecursionError:
+        raise InvalidInput(
+            "file", str(path), "a TOML file with fewer brackets in each other"
+        ) from None

@@ -1,0 +1,139 @@
+"""Results as plain records of numbers, strings, lists and dicts, and their text in JSON."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from capsule_sym._errors import InvalidInput
+
+if TYPE_CHECKING:
+    from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
+    from capsule_sym._parameters import PhysicalParameters
+
+_DIGITS = 50
+# No text in a record holds NUL, so that it can mark the numbers that json would write as strings.
+_MARKED = re.compile(r'"\\u0000([^"]*)"')
+
+
+def segment_record(segment: Segment) -> dict[str, Any]:
+    """A segment: field, local map, switching planes, start and end, and how its switch was found.
+
+    `source` is None for a start off every switching plane, `target` for the segment that the end
+    of the run cuts, and then so is `local_map`.
+    """
+    return {
+        "field": segment.name,
+        "mode": segment.mode,
+        "local_map": segment.local_map if segment.source and segment.target else None,
+        "source": segment.source or None,
+        "target": segment.target or None,
+        "start": _point(segment.start, segment.start_state),
+        "end": _point(segment.end, segment.end_state),
+        "outcome": segment.outcome.value,
+    }
+
+
+def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
+    """Word, global map, period multiple and progression; each None where no motion was found."""
+    return {
+        "word": list(motion.word) if motion else None,
+        "global_map": motion.global_map if motion else None,
+        "period_multiple": motion.period_multiple if motion else None,
+        "progression": motion.progression if motion else None,
+    }
+
+
+def run_record(trajectory: Trajectory, motion: SteadyMotion | None) -> dict[str, Any]:
+    """A whole run and the steady motion that it ends in, None if it has not settled.
+
+    Only of a run that ended early it says why, as `stopped`.
+    """
+    record = {
+        "parameters": trajectory.parameters.to_dict(),
+        "backend": trajectory.backend,
+        "segments": [segment_record(segment) for segment in trajectory.segments],
+        **motion_record(motion),
+        "final": _point(*trajectory.final),
+    }
+    if not trajectory.success:
+        record["stopped"] = trajectory.message
+    return record
+
+
+def physical_record(
+    physical: PhysicalParameters, trajectory: Trajectory, motion: SteadyMotion | None
+) -> dict[str, Any]:
+    """The device and its results in SI units: s, m and m/s.
+
+    `durations` are those of the run's segments in order, `progression` the advance per excitation
+    period.
+    """
+    period = physical.time(trajectory.parameters.period)
+    advance = physical.displacement(float(motion.progression)) if motion else None
+    return {
+        "parameters": asdict(physical),
+        "period": period,
+        "durations": [physical.time(float(s.duration)) for s in trajectory.segments],
+        "progression": advance,
+        "average_velocity": None if advance is None else advance / period,
+    }
+
+
+def dumps(record: dict[str, Any]) -> str:
+    """The record as JSON text, every number with all its digits.
+
+    A double is written with the digits that give it back, an mpmath number with 50: a reader
+    that wants them all parses numbers as decimals.
+    """
+    text = json.dumps(record, allow_nan=False, default=_marked, ensure_ascii=False, indent=2)
+    return _MARKED.sub(r"\1", text)
+
+
+def table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> str:
+    """Rows as CSV text, with the columns of the first row, or those given where there is none."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]) if rows else columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def write(texts: Mapping[str, str], directory: Path) -> list[Path]:
+    """Write files by name; each appears whole or not at all. Returns their paths.
+
+    Raises InvalidInput where they cannot be written.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            _replace(directory / name, text)
+    except OSError as error:
+        raise InvalidInput("directory", str(directory), f"writable ({error.strerror})") from error
+    return [directory / name for name in texts]
+
+
+def _replace(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _point(instant: Instant, state: tuple[Any, ...]) -> dict[str, Any]:
+    return {"period": instant.period, "phase": instant.phase, "state": list(state)}
+
+
+def _marked(number: Any) -> str:
+    import mpmath
+
+    return f"\0{mpmath.nstr(number, _DIGITS)}"

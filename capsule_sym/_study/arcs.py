@@ -1,0 +1,123 @@
+"""A trajectory as curves to draw: one arc for each segment, from its closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import Instant, Trajectory
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Parameters
+from capsule_sym.generated import formulas
+from capsule_sym.generated.switching import FIELDS
+
+_PER_PERIOD = 240  # points, so that no corner shows in a picture a page wide
+
+Array = NDArray[np.float64]
+Motion = Trajectory | Orbit
+"""What has a cycle: a run that ends in a steady motion, or a periodic orbit."""
+
+
+@dataclass(frozen=True)
+class Arc:
+    """A segment, or the part of it that is drawn, as points of its closed form, dimensionless.
+
+    All arrays have shape (n,); `time` is absolute, in excitation periods.
+    """
+
+    field: int
+    source: str
+    target: str
+    time: Array
+    x_r: Array
+    v_r: Array
+    v_c: Array
+    x_c: Array
+
+    @property
+    def states(self) -> tuple[Array, Array, Array]:
+        """Coordinates (x_r, v_r, v_c) of the state space."""
+        return self.x_r, self.v_r, self.v_c
+
+    @property
+    def stick(self) -> bool:
+        """Whether the capsule is at rest: F2 or F5."""
+        return self.field in (2, 5)
+
+    @property
+    def contact(self) -> bool:
+        """Whether the mass touches the second spring: F4, F5 or F6."""
+        return self.field >= 4
+
+
+def arcs(motion: Motion, periods: int) -> list[Arc]:
+    """The segments over the last excitation periods of a run, cut at the beginning of the first.
+
+    Of an orbit all segments are given. Raises InvalidInput if `periods` is not in [1, the run's
+    whole periods].
+    """
+    if not isinstance(motion, Trajectory):
+        return cycle(motion)
+    end, _ = motion.final
+    if not 1 <= periods <= end.period:
+        raise InvalidInput("periods", periods, f"from 1 to the run's {end.period}")
+    period = motion.parameters.period
+    stop = _time(end, period)
+    return _between(motion, stop - periods * period, stop, period / _PER_PERIOD)
+
+
+def opening(trajectory: Trajectory, duration: float) -> list[Arc]:
+    """The segments over the first time of a run, cut at `duration` (dimensionless)."""
+    period = trajectory.parameters.period
+    (first, _), (last, _) = trajectory.origin, trajectory.final
+    begin, stop = _time(first, period), _time(last, period)
+    return _between(trajectory, begin, min(begin + duration, stop), duration / _PER_PERIOD)
+
+
+def cycle(motion: Motion) -> list[Arc]:
+    """The arcs of an orbit, or of the steady motion at the end of a run, over one period of it.
+
+    Raises InvalidInput if a run does not end in a steady motion.
+    """
+    if not isinstance(motion, Trajectory):
+        run, period = motion.trajectory(), motion.parameters.period
+        begin, end = (_time(instant, period) for instant, _ in (run.origin, run.final))
+        return _between(run, begin, end, period / _PER_PERIOD)
+    steady = motion.steady()
+    if steady is None:
+        raise InvalidInput("motion", motion.parameters, "a run that ends in a steady motion")
+    return arcs(motion, steady.period_multiple)
+
+
+def _time(instant: Instant, period: float) -> float:
+    return instant.period * period + float(instant.phase)
+
+
+def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> list[Arc]:
+    period = trajectory.parameters.period
+    found = []
+    for segment in trajectory.segments:
+        start, stop = (_time(instant, period) for instant in (segment.start, segment.end))
+        low, high = max(start, begin), min(stop, end)
+        if low < high:
+            time = np.linspace(low, high, 2 + int(np.ceil((high - low) / step)))
+            states, x_c = trajectory(time), trajectory.position(time)
+            # At a switch the run is already the next segment's: the same state but for rounding.
+            if low == start:
+                states[0] = [float(value) for value in segment.start_state]
+            if high == stop:
+                states[-1] = [float(value) for value in segment.end_state]
+            x_r, v_r, v_c = states.T
+            planes = segment.source, segment.target
+            found.append(Arc(segment.field, *planes, time / period, x_r, v_r, v_c, x_c))
+    return found
+
+
+def interaction(arc: Arc, parameters: Parameters) -> Array:
+    """The force between mass and capsule along an arc: P3, in contact P4 (dimensionless)."""
+    c = NumpyBackend().constants(FIELDS[int(arc.contact), 0], parameters)
+    return formulas.force(c, arc.x_r, arc.x_r - parameters.delta, arc.v_r)  # type: ignore[no-any-return]

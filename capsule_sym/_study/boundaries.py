@@ -1,0 +1,125 @@
+"""Switching surfaces S1-S6 and lines L1-L8 as polygons and polylines, Eqs. (13)-(14).
+
+L10 is the part of P1 = 0, P2 = delta that Eq. (14) leaves out: v_r < 0, P3 > f_b, where
+delta > f_b.
+
+Everything lies on one of two planes: P1 = v_c = 0 (S1-S6, L1-L8) or P2 = x_r = delta (S7-S10, L9).
+A box (x_r, v_r, v_c), a pair of limits for each, says how much of them is drawn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._parameters import Parameters
+from capsule_sym.generated import formulas
+
+Array = NDArray[np.float64]
+Limits = tuple[float, float]
+
+
+def surfaces(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
+    """The parts of S1-S6 in a rectangle of the plane P1 = 0, as polygons (n, 2) of (x_r, v_r).
+
+    A surface that does not meet the rectangle is absent.
+    """
+    p, delta = parameters, parameters.delta
+    rectangle = np.column_stack([(*x_r, *x_r[::-1]), np.repeat(v_r, 2)])
+    free = _clip(rectangle, (-1.0, 0.0, delta))
+    pressed = _clip(rectangle, (1.0, 0.0, -delta))
+    found: dict[str, Array] = {}
+    for first, half, stick in ((1, free, 2), (4, pressed, 5)):
+        force = np.array([*_slopes(p, stick), _force_at_origin(p, stick)])
+        above, below = (force + np.array([0.0, 0.0, bound]) for bound in (-p.f_b, p.f_b))
+        parts = (_clip(half, above), _clip(_clip(half, -above), below), _clip(half, -below))
+        found |= {f"S{first + i}": part for i, part in enumerate(parts) if len(part) > 2}
+    return found
+
+
+def lines(parameters: Parameters, x_r: Limits, v_r: Limits) -> dict[str, Array]:
+    """The parts of L1-L8 in a rectangle of the plane P1 = 0, as their two ends (2, 2).
+
+    A line that does not meet the rectangle is absent.
+    """
+    p, delta = parameters, parameters.delta
+    rectangle = [(1.0, 0.0, -x_r[0]), (-1.0, 0.0, x_r[1]), (0.0, 1.0, -v_r[0]), (0.0, -1.0, v_r[1])]
+    found = {}
+    reach = 1e3 * max(map(abs, (*x_r, *v_r, p.f_b, delta)))
+    for name, side, stick, bound in (
+        ("L1", -1.0, 2, p.f_b),
+        ("L2", -1.0, 2, -p.f_b),
+        ("L3", 1.0, 5, p.f_b),
+        ("L4", 1.0, 5, -p.f_b),
+    ):
+        c, (stiffness, damper) = NumpyBackend().constants(stick, p), _slopes(p, stick)
+        middle = np.array([formulas.position_at(c, bound, 0.0), 0.0])
+        along = reach * np.array([-damper, stiffness])
+        whole = np.array([middle - along, middle + along])
+        found[name] = _within(whole, [*rectangle, (side, 0.0, -side * delta)])
+    upper, lower = np.clip(corners(p), -reach, reach)
+    for name, high, low in (
+        ("L5", reach, max(upper, 0.0)),
+        ("L6", upper, 0.0),
+        ("L10", 0.0, upper),
+        ("L7", min(upper, 0.0), lower),
+        ("L8", lower, -reach),
+    ):
+        if high > low:
+            found[name] = _within(np.array([(delta, high), (delta, low)]), rectangle)
+    return {name: line for name, line in found.items() if len(line) and np.ptp(line, axis=0).any()}
+
+
+def corners(parameters: Parameters) -> tuple[float, float]:
+    """v_r of the corner points O1 and O2 on P1 = 0, P2 = delta; infinite without damping."""
+    p = parameters
+    if p.zeta == 0.0:
+        return np.copysign(np.inf, p.f_b - p.delta), -np.inf
+    c = NumpyBackend().constants(2, p)
+    return formulas.velocity_at(c, p.f_b), formulas.velocity_at(c, -p.f_b)
+
+
+def _slopes(parameters: Parameters, stick: int) -> tuple[float, float]:
+    """Derivatives of the interaction force with respect to x_r and v_r."""
+    c = NumpyBackend().constants(stick, parameters)
+    return formulas.force_change(c, 1.0, 0.0), formulas.force_change(c, 0.0, 1.0)
+
+
+def _force_at_origin(parameters: Parameters, stick: int) -> float:
+    c = NumpyBackend().constants(stick, parameters)
+    return float(formulas.force(c, 0.0, -parameters.delta, 0.0))
+
+
+def _clip(polygon: Array, half_plane: Sequence[float] | Array) -> Array:
+    """The part of a convex polygon where a x + b y + c >= 0, by Sutherland and Hodgman."""
+    a, b, c = half_plane
+    if not len(polygon):
+        return polygon
+    values = polygon @ (a, b) + c
+    kept = []
+    for i, (point, value) in enumerate(zip(polygon, values, strict=True)):
+        before, previous = polygon[i - 1], values[i - 1]
+        if (value >= 0) != (previous >= 0):
+            kept.append(before + (point - before) * previous / (previous - value))
+        if value >= 0:
+            kept.append(point)
+    return np.array(kept).reshape(-1, 2)
+
+
+def _within(ends: Array, half_planes: Sequence[tuple[float, float, float]]) -> Array:
+    """The part of a line, given by its ends, inside half-planes: its two ends, or nothing."""
+    first, step = ends[0], ends[1] - ends[0]
+    low, high = 0.0, 1.0
+    for a, b, c in half_planes:
+        value, slope = first @ (a, b) + c, step @ (a, b)
+        if slope == 0.0:
+            if value < 0:
+                return np.empty((0, 2))
+        elif slope > 0:
+            low = max(low, -value / slope)
+        else:
+            high = min(high, -value / slope)
+    return np.array([first + low * step, first + high * step]) if low < high else np.empty((0, 2))

@@ -1,0 +1,191 @@
+"""The case study of Section 4: the global maps that the paper prints, and the exact ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import capsule_sym
+from capsule_sym import _paper as paper
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import SteadyMotion, simulate
+from capsule_sym._map.backend import default_backend
+from capsule_sym._parameters import Parameters
+from capsule_sym._records import dumps, motion_record, segment_record, table
+from capsule_sym._records import write as write_texts
+from capsule_sym.generated.py import DIGEST
+
+_PAPER = paper.read()
+
+PANELS = {name: float(alpha) for name, alpha in paper.panels(_PAPER).items()}
+"""Excitation amplitude alpha of each panel of Fig. 7."""
+
+GAMMAS = (float(_PAPER["section.4.parameters"]["gamma"]), 3.0)
+"""Mass ratios of the two runs: the printed one, and one at which the printed maps come out."""
+
+_BLOCK = 64  # excitation periods after which to look whether the motion is steady
+_MOST_PERIODS = 4096
+
+
+class PrintedMap(NamedTuple):
+    """A printed global map, which holds from the end of the row above up to alpha = `high`.
+
+    `closed` says whether it holds at `high` too. Rows with one `high` are an interval that ends
+    before it, and the map printed for that value alone.
+    """
+
+    high: float
+    closed: bool
+    global_map: str
+
+
+PRINTED = tuple(PrintedMap(float(row.high), row.closed, row.map) for row in paper.section_4(_PAPER))
+"""Global maps of the steady motion as Section 4 prints them, by alpha in (0, 2]."""
+
+THRESHOLDS = frozenset(row.high for row in PRINTED[:-1])
+"""Printed bifurcation values of alpha. They are rounded to four digits, so that the motion computed
+at one of them is that of one side or the other."""
+
+
+def printed_map(alpha: float) -> str:
+    """The printed global map at alpha in (0, 2]; raises `InvalidInput` outside."""
+    if alpha > 0:
+        for row in PRINTED:
+            if alpha < row.high or (row.closed and alpha == row.high):
+                return row.global_map
+    raise InvalidInput("alpha", alpha, "in (0, 2]")
+
+
+def local_maps(global_map: str) -> list[str]:
+    """The local maps of a global map, composed right to left, in order of time."""
+    return global_map.split(" ∘ ")[::-1]
+
+
+def same_motion(first: str, second: str) -> bool:
+    """Whether two global maps are the same cyclic sequence of local maps."""
+    a, b = local_maps(first), local_maps(second)
+    return any(a == b[i:] + b[:i] for i in range(len(b)))
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """The case study at one gamma and one panel of Fig. 7, run from rest."""
+
+    panel: str
+    parameters: Parameters
+    periods: int
+    """Excitation periods that were run."""
+    motion: SteadyMotion | None
+    """None where the run has not settled within `periods`."""
+
+    @property
+    def printed(self) -> str:
+        """The global map that the paper prints."""
+        return printed_map(self.parameters.alpha)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the exact global map is the printed one."""
+        return self.motion is not None and same_motion(self.motion.global_map, self.printed)
+
+
+def run() -> Iterator[Case]:
+    """The cases, `GAMMAS` by `PANELS`, each run from rest until the motion is steady."""
+    for gamma in GAMMAS:
+        for panel, alpha in PANELS.items():
+            yield _settle(panel, Parameters(alpha=alpha, gamma=gamma))
+
+
+def _settle(panel: str, parameters: Parameters) -> Case:
+    state, periods = (0.0, 0.0, 0.0), 0
+    while True:
+        trajectory = simulate(parameters, state, periods=_BLOCK)
+        periods += _BLOCK
+        motion = trajectory.steady() if trajectory.success else None
+        if motion or not trajectory.success or periods >= _MOST_PERIODS:
+            return Case(panel, parameters, periods, motion)
+        # A run ends at phase 0, where the next one begins.
+        _, state = trajectory.final
+
+
+def record(cases: list[Case]) -> dict[str, Any]:
+    """All results with their provenance, ready for JSON; see `records` for the steady motions."""
+    return {
+        "version": capsule_sym.__version__,
+        "generated": DIGEST,
+        "backend": default_backend(),
+        "start": {"phase": 0.0, "state": [0.0, 0.0, 0.0]},
+        "cases": [
+            {
+                "panel": case.panel,
+                "parameters": case.parameters.to_dict(),
+                "periods": case.periods,
+                "printed_global_map": case.printed,
+                "at_printed_threshold": case.parameters.alpha in THRESHOLDS,
+                "agrees": case.agrees,
+                **motion_record(case.motion),
+                "segments": [segment_record(s) for s in case.motion.segments]
+                if case.motion
+                else [],
+            }
+            for case in cases
+        ],
+    }
+
+
+def write(result: dict[str, Any], directory: Path) -> list[Path]:
+    """Write what `record` gives: casestudy.json, and cases.csv and segments.csv from it.
+
+    Every file appears whole or not at all. Returns their paths; raises `InvalidInput` when they
+    cannot be written.
+    """
+    texts = {
+        "casestudy.json": dumps(result) + "\n",
+        "cases.csv": table(_case_rows(result)),
+        "segments.csv": table(_segment_rows(result)),
+    }
+    return write_texts(texts, directory)
+
+
+def _case_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
+    return [
+        {
+            "panel": case["panel"],
+            **case["parameters"],
+            "periods": case["periods"],
+            "agrees": case["agrees"],
+            "at_printed_threshold": case["at_printed_threshold"],
+            "global_map": case["global_map"],
+            "printed_global_map": case["printed_global_map"],
+            "period_multiple": case["period_multiple"],
+            "progression": case["progression"],
+            "version": result["version"],
+            "generated": result["generated"],
+        }
+        for case in result["cases"]
+    ]
+
+
+def _segment_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
+    return [
+        {
+            "gamma": case["parameters"]["gamma"],
+            "alpha": case["parameters"]["alpha"],
+            "panel": case["panel"],
+            "local_map": segment["local_map"],
+            "mode": segment["mode"],
+            **_columns("start", segment["start"]),
+            **_columns("end", segment["end"]),
+            "outcome": segment["outcome"],
+        }
+        for case in result["cases"]
+        for segment in case["segments"]
+    ]
+
+
+def _columns(prefix: str, point: dict[str, Any]) -> dict[str, Any]:
+    state = zip(("x_r", "v_r", "v_c"), point["state"], strict=True)
+    values = {"period": point["period"], "phase": point["phase"], **dict(state)}
+    return {f"{prefix}_{name}": value for name, value in values.items()}

@@ -1,0 +1,255 @@
+"""The results that figures draw: computed once, then kept as files in the user's cache.
+
+A file is named by a digest of what it was computed from: inputs, package version, and code.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+import capsule_sym
+from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._options import Track
+from capsule_sym._parameters import Parameters
+from capsule_sym._records import dumps, write
+from capsule_sym.generated.py import DIGEST
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from capsule_sym._orbits.continuation.continuation import Branch
+    from capsule_sym._orbits.shooting.orbit import Orbit
+    from capsule_sym._study.sections import Section
+
+_BLOCK = 64  # excitation periods after which to look whether the motion is steady
+_MOST_PERIODS = 4096
+_BRANCH_POINTS = 200
+_STEPS = 30  # of a branch that is followed for its bifurcations only
+# Along the steady motions of the case study a disturbance is down to 1e-6 after 1,500 periods.
+_CHART_PERIODS, _CHART_TOLERANCE = 1500, 1e-6
+_STRIDE = 8  # cells of a chart between those that are computed first
+_DRAWN = 3  # excitation periods of a motion that is drawn, or its multiple if that is more
+
+
+class Range(NamedTuple):
+    """A range of a parameter, and the number of values in it on a chart."""
+
+    name: str
+    low: float
+    high: float
+    cells: int
+
+
+class Store:
+    """Results by name and inputs, from the cache or else computed and put there."""
+
+    def __init__(self, track: Track, directory: Path | None = None) -> None:
+        self.track, self.directory = track, directory or cache_directory()
+        self.spare: Path | None = None
+
+    def get(self, name: str, inputs: Any, compute: Callable[[], Any]) -> Any:
+        """The result of `compute`, plain data for JSON, which `name` and `inputs` decide."""
+        path = self._path(name, inputs, ".json")
+        # What cannot be read, such as a damaged file, is computed again.
+        with suppress(OSError, ValueError, LookupError, TypeError):
+            return json.loads(path.read_text(encoding="utf-8"))["result"]
+        kept = dumps({**_provenance(), "inputs": inputs, "result": compute()})
+        with suppress(InvalidInput):  # a figure needs no cache
+            write({path.name: kept}, self.directory)
+        return json.loads(kept)["result"]
+
+    def _path(self, name: str, inputs: Any, ending: str = "") -> Path:
+        text = json.dumps([name, _provenance(), inputs], sort_keys=True)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:16]
+        return self.directory / f"{name}-{digest}{ending}"
+
+    def _place(self) -> Path:
+        """The directory, or one that ends with this process where nothing can be kept."""
+        try:
+            self.directory.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            if self.spare is None:
+                self.spare = Path(mkdtemp(prefix="capsule-sym-"))
+                atexit.register(rmtree, self.spare, ignore_errors=True)
+            return self.spare
+        return self.directory
+
+    def _at_once(self, text: str, compute: Callable[[], Any]) -> Any:
+        """The result of one long step, while a bar shows that it is under way."""
+
+        def step() -> Iterator[Any]:
+            yield compute()
+
+        return next(iter(self.track(step(), text, None)))
+
+    def motions(self, wanted: Sequence[Parameters]) -> list[Trajectory]:
+        """The steady motion from rest at each parameter set, as a run of a few periods."""
+        inputs = [parameters.to_dict() for parameters in wanted]
+
+        def compute() -> list[dict[str, Any]]:
+            return [_settled(p) for p in self.track(wanted, "Settling motions", len(wanted))]
+
+        found = self.get("motions", inputs, compute)
+        return [_run(p, record) for p, record in zip(wanted, found, strict=True)]
+
+    def branch(self, parameters: Parameters, parameter: str, begin: float, to: float) -> Any:
+        """The `branch_record` of the motion from rest at `begin`, followed in a parameter."""
+        inputs = [parameters.to_dict(), parameter, begin, to]
+
+        def compute() -> dict[str, Any]:
+            start = parameters.replace(**{parameter: begin})
+            return branch_record(_followed(start, parameter, to, _BRANCH_POINTS))
+
+        return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
+
+    def curves(self, parameters: Parameters, first: Range, second: Range) -> Any:
+        """The bifurcations of the branch in the first parameter as curves in two.
+
+        Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
+        at the low end of the first range.
+        """
+        from capsule_sym._orbits.continuation.curves import trace
+        from capsule_sym._orbits.continuation.records import curve_record
+
+        def compute() -> list[dict[str, Any]]:
+            start = parameters.replace(**{first.name: first.low})
+            found = _followed(start, first.name, first.high, _STEPS).bifurcations
+            ranges = (first.low, first.high), (second.low, second.high)
+            tracked = self.track(found, "Following the curves", len(found))
+            return [curve_record(trace(one, second.name, ranges)) for one in tracked]
+
+        return self.get("curves", [parameters.to_dict(), first, second], compute)
+
+    def chart(self, parameters: Parameters, first: Range, second: Range) -> xr.Dataset:
+        """The words over two parameters, refined where neighbours differ.
+
+        Raises NotInstalled without the libraries of sweeps.
+        """
+        try:
+            from capsule_sym._sweeps import Axis, Sweep, open_results, refine
+        except ModuleNotFoundError as missing:
+            raise NotInstalled(missing, "sweep") from missing
+
+        path = self._place() / self._path("chart", [parameters.to_dict(), first, second]).name
+        if not (path / "done").exists():
+            axes = tuple(Axis.linear(*one) for one in (first, second))
+            sweep = Sweep(axes, parameters, periods=_CHART_PERIODS, tolerance=_CHART_TOLERANCE)
+            self._at_once(
+                "Charting motions",
+                lambda: refine(sweep, path, stride=_STRIDE, resume=True, any_core=True),
+            )
+            (path / "done").touch()
+        return open_results(path)
+
+    def bundle(self, section: Section, parameters: Parameters) -> list[Trajectory]:
+        """Runs of one period from the rim of a section's window."""
+        starts = section.starts(parameters).tolist()
+        return [simulate(parameters, start, section.phase, periods=1) for start in starts]
+
+
+def cache_directory() -> Path:
+    """Where the user's programs keep what they can compute again; nothing is made there."""
+    try:
+        from platformdirs import user_cache_path
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing) from missing
+    return user_cache_path("capsule-sym", appauthor=False)
+
+
+@cache
+def _provenance() -> dict[str, str]:
+    """Version, generated code, and a digest of the code that computes what is kept."""
+    root = Path(capsule_sym.__file__).parent
+    digest = hashlib.sha256((root / "_parameters.py").read_bytes())
+    for package in ("_map", "_native", "_orbits", "_study", "_sweeps"):
+        for source in sorted((root / package).rglob("*")):
+            if source.suffix in (".py", ".pyx", ".c", ".h"):
+                digest.update(source.read_bytes())
+    code = digest.hexdigest()[:16]
+    return {"version": capsule_sym.__version__, "generated": DIGEST, "code": code}
+
+
+def _followed(parameters: Parameters, parameter: str, to: float, points: int) -> Branch:
+    from capsule_sym._orbits.continuation.continuation import follow
+    from capsule_sym._orbits.shooting.orbit import NoOrbit
+    from capsule_sym._orbits.shooting.search import find_orbit
+
+    orbit = find_orbit(parameters)
+    if isinstance(orbit, NoOrbit):
+        allowed = f"where a run from rest becomes periodic ({orbit.detail})"
+        raise InvalidInput("parameters", parameters.to_dict(), allowed)
+    return follow(orbit, parameter, to, points=points)
+
+
+def branch_record(branch: Branch) -> dict[str, Any]:
+    """A branch as `capsule-sym branch --json` gives it, and more to draw.
+
+    Points and bifurcations have `stroboscopic`, the states at the beginning of each excitation
+    period of the orbit, and the average velocity; points have `energy`, per excitation period
+    `work`, `damper_loss` and `friction_loss`.
+    """
+    from capsule_sym._orbits.continuation import records
+
+    record = records.branch_record(branch)
+    for point, plain in zip(branch.points, record["points"], strict=True):
+        plain |= {"stroboscopic": strobe(point.orbit), "energy": _energies(point.orbit)}
+    for one, plain in zip(branch.bifurcations, record["bifurcations"], strict=True):
+        velocity = float(one.orbit.average_velocity)
+        plain |= {"stroboscopic": strobe(one.orbit), "average_velocity": velocity}
+    return record
+
+
+def strobe(orbit: Orbit) -> list[list[float]]:
+    """The states (x_r, v_r, v_c) of an orbit where its excitation periods begin."""
+    times = orbit.parameters.period * np.arange(1, orbit.word.multiple + 1)
+    return [[float(value) for value in state] for state in orbit.trajectory()(times)]
+
+
+def _energies(orbit: Orbit) -> dict[str, float] | None:
+    """Energies per excitation period; None at a fold, where `worth` has no gradient."""
+    from capsule_sym._orbits.metrics.worth import worth
+
+    try:
+        figures = worth(orbit)
+    except np.linalg.LinAlgError:
+        return None
+    names = ("work", "damper_loss", "friction_loss")
+    return {name: float(getattr(figures, name).value) for name in names}
+
+
+def orbit_of(record: Mapping[str, Any]) -> Orbit:
+    """The orbit at a point or a bifurcation of a branch's record."""
+    from capsule_sym._orbits.continuation import saved
+
+    return saved.orbit_of(record.get("orbit", record))
+
+
+def _settled(parameters: Parameters) -> dict[str, Any]:
+    """State at phase 0 and period multiple of the steady motion from rest."""
+    state: Sequence[float] = (0.0, 0.0, 0.0)
+    for _ in range(_MOST_PERIODS // _BLOCK):
+        trajectory = simulate(parameters, state, periods=_BLOCK)
+        motion = trajectory.steady() if trajectory.success else None
+        # A run ends at phase 0, where the next one begins.
+        _, state = trajectory.final
+        if motion:
+            return {"state": list(state), "multiple": motion.period_multiple}
+    allowed = f"where a run from rest becomes periodic within {_MOST_PERIODS} excitation periods"
+    raise InvalidInput("parameters", parameters.to_dict(), allowed)
+
+
+def _run(parameters: Parameters, record: dict[str, Any]) -> Trajectory:
+    # One period more than is drawn, so that the first drawn segment has its beginning.
+    return simulate(parameters, record["state"], periods=max(_DRAWN, record["multiple"]) + 1)

@@ -1,0 +1,94 @@
+"""The events of Figs. 8 and 9: printed amplitudes, exact ones, and states near their lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._parameters import Parameters
+from capsule_sym._study.arcs import Arc
+from capsule_sym._study.boundaries import Array
+from capsule_sym.generated import formulas
+
+
+class Event(NamedTuple):
+    """A bifurcation as Figs. 8 and 9 show it: what it is, its line, and the field that meets it.
+
+    `alphas` are the printed amplitudes of the trajectories, in increasing order; `middle` is the
+    printed bifurcation value among them. `zoom` is the size of the magnified view in parts of the
+    whole.
+    """
+
+    name: str
+    line: str
+    field: int
+    alphas: tuple[float, ...]
+    middle: float
+    zoom: float
+
+
+CROSSINGS = (
+    Event("boundary-intersection crossing", "L7", 4, (0.4, 0.5245, 0.6), 0.5245, 0.22),
+    Event("boundary-intersection crossing", "L6", 3, (1.4, 1.443, 1.5), 1.443, 0.22),
+)
+"""The events of Fig. 8."""
+
+
+SLIDINGS = (
+    Event("adding-sliding", "L2", 2, (0.939, 1.2), 0.939, 0.22),
+    Event("crossing-sliding", "L3", 6, (1.5, 1.6148, 1.64), 1.6148, 0.22),
+    Event("switching-sliding", "L2", 1, (1.64, 1.661, 1.69), 1.661, 0.06),
+    Event("grazing-sliding", "L2", 3, (1.69, 1.7126, 1.9), 1.7126, 0.12),
+)
+"""The events of Fig. 9."""
+
+
+def exact(
+    events: Sequence[Event], bifurcations: Sequence[Mapping[str, Any]]
+) -> list[tuple[Event, Mapping[str, Any] | None]]:
+    """The events around their exact values, each with its bifurcation of a branch.
+
+    The amplitudes keep their distances from the middle. An event that is not on the branch stays
+    where it is, with None.
+    """
+    found = []
+    for event in events:
+        same = [
+            one
+            for one in bifurcations
+            if one["type"] == event.name and (one["line"] or "").split("^")[0] == event.line
+        ]
+        nearest = min(same, key=lambda one: abs(one["value"] - event.middle), default=None)
+        if nearest:
+            middle = nearest["value"]
+            alphas = tuple(
+                middle if alpha == event.middle else middle + alpha - event.middle
+                for alpha in event.alphas
+            )
+            event = event._replace(alphas=alphas, middle=middle)
+        found.append((event, nearest))
+    return found
+
+
+def nearest(drawn: Sequence[Arc], event: Event, parameters: Parameters) -> Array:
+    """The drawn state of the event's field that comes nearest to the event's line, shape (3,)."""
+    candidates = np.concatenate(
+        [np.column_stack(arc.states) for arc in drawn if arc.field == event.field]
+    )
+    x_r, v_r, v_c = candidates.T
+    p = parameters
+    free, pressed = (
+        formulas.force(NumpyBackend().constants(field, p), x_r, x_r - p.delta, v_r)
+        for field in (2, 5)
+    )
+    misses = {
+        "L2": free + p.f_b,
+        "L3": pressed - p.f_b,
+        "L6": np.where(v_r > 0, x_r - p.delta, np.inf),
+        "L7": np.where(v_r < 0, x_r - p.delta, np.inf),
+    }
+    best: Array = candidates[np.argmin(np.hypot(v_c, misses[event.line]))]
+    return best

@@ -1,0 +1,233 @@
+"""The bifurcations of the case study: the exact values of alpha beside those that are printed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from capsule_sym import _paper as paper
+from capsule_sym._map.backend import Number, backend
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation, refined
+from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.continuation.curves import Curve, trace
+from capsule_sym._orbits.continuation.events import locate
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
+from capsule_sym._orbits.continuation.states import Ending
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._parameters import Parameters
+from capsule_sym._records import table, write
+from capsule_sym._study.casestudy import GAMMAS
+
+FIRST, LAST = 0.005, 2.0
+GAMMA_RANGE = (2.5, 4.0)
+
+
+class Printed(NamedTuple):
+    """An event that Section 4 names: its type, its line or part of a line, and alpha."""
+
+    type: str
+    line: str
+    alpha: float
+
+
+PRINTED = tuple(
+    Printed(event.type, event.line, float(event.alpha)) for event in paper.events(paper.read())
+)
+"""The events of Section 4 in the printed order."""
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """An exact bifurcation on the branch at one gamma, and the printed event that it is."""
+
+    gamma: float
+    bifurcation: Bifurcation
+    value: Number
+    """alpha with 50 digits."""
+    printed: Printed | None
+    curve: Curve
+    """The bifurcation's curve in the plane of alpha and gamma."""
+    gammas_as_printed: tuple[float, ...]
+    """Every gamma of the curve at which the exact alpha is the printed one."""
+
+    @property
+    def place(self) -> int | None:
+        """Place of the event in the printed order, from 1."""
+        return PRINTED.index(self.printed) + 1 if self.printed else None
+
+
+def compute(report: Callable[[], object] = lambda: None) -> list[Threshold]:
+    """All bifurcations between alpha = 0.005 and 2 at each gamma, in the order of the branch.
+
+    `report` is called after each of them. Raises ArithmeticError where a branch ends early.
+    """
+    thresholds: list[Threshold] = []
+    # The curve of an event begun at one gamma is that of the same event at the other.
+    curves: dict[tuple[str, str], Curve] = {}
+    for gamma in GAMMAS:
+        for one in _branch(gamma):
+            name = one.type, one.line
+            if name not in curves:
+                curves[name] = trace(one, "gamma", ((FIRST / 2, LAST), GAMMA_RANGE), points=20)
+            printed, exact = _printed(one), refined(one).values[0]
+            as_printed = tuple(_gammas_as_printed(curves[name], printed))
+            thresholds.append(Threshold(gamma, one, exact, printed, curves[name], as_printed))
+            report()
+    return thresholds
+
+
+def _branch(gamma: float) -> tuple[Bifurcation, ...]:
+    start = find_orbit(Parameters(alpha=FIRST, gamma=gamma))
+    if not isinstance(start, Orbit):
+        raise ArithmeticError(start.detail)
+    branch = follow(start, "alpha", LAST)
+    if branch.ending is not Ending.REACHED:
+        raise ArithmeticError(branch.detail)
+    return branch.bifurcations
+
+
+def _printed(one: Bifurcation) -> Printed | None:
+    """The printed event of this type, on this line or part of it."""
+    for printed in PRINTED:
+        if printed.type == one.type and one.line.startswith(printed.line):
+            return printed
+    return None
+
+
+def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]:
+    """The gammas at which a curve has the printed alpha, by Newton's method from its points."""
+    for point, after in pairwise(curve.points):
+        if printed is None or point.leg is None:
+            return
+        if (point.values[0] - printed.alpha) * (after.values[0] - printed.alpha) > 0:
+            continue
+        orbit = point.orbit
+        values = (printed.alpha, *orbit.values[1:])
+        with backend("numpy") as numbers:
+            found = locate(
+                numbers, values, (ParameterPath("gamma"),), orbit.word, orbit.z, (point.leg,)
+            )
+        if found is not None:
+            yield float(found.values[PARAMETERS.index("gamma")])
+
+
+class Meeting(NamedTuple):
+    """A point in the plane of alpha and gamma where two of the last three events coincide."""
+
+    types: frozenset[str]
+    alpha: float
+    gamma: float
+
+
+_LAST_THREE = {event.type for event in PRINTED[-3:]}
+
+
+def meetings(thresholds: list[Threshold]) -> list[Meeting]:
+    """Where the last three events change their order, by gamma."""
+    found: dict[frozenset[str], Meeting] = {}
+    for threshold in thresholds:
+        for one in threshold.curve.codimension_two:
+            types = frozenset(one.types)
+            if types <= _LAST_THREE and len(types) == 2:
+                found.setdefault(types, Meeting(types, *one.values))
+    return sorted(found.values(), key=lambda one: one.gamma)
+
+
+def conclusion(thresholds: list[Threshold]) -> str:
+    """What follows for the printed values, in words and numbers."""
+    order = [event.type for event in PRINTED[-3:]]
+    sentences = []
+    for gamma in GAMMAS:
+        types = [one.bifurcation.type for one in thresholds if one.gamma == gamma][-3:]
+        same = "as printed" if types == order else f"where {', '.join(order)} is printed"
+        sentences.append(f"At γ = {gamma} the last three events are {', '.join(types)}, {same}.")
+    for one in meetings(thresholds):
+        first, second = sorted(one.types, key=order.index)
+        sentences.append(
+            f"{first.capitalize()} and {second} change their order at γ = {one.gamma:.10g} "
+            f"(α = {one.alpha:.10g})."
+        )
+    for gamma in GAMMAS:
+        chosen = [one for one in thresholds if one.gamma == gamma]
+        off = max(abs(one.printed.alpha / float(one.value) - 1) for one in chosen if one.printed)
+        sentences.append(
+            f"Relative to the exact values, the printed ones are up to {100 * off:.2f} % off "
+            f"at γ = {gamma}."
+        )
+    low, high = GAMMA_RANGE
+    listed = [
+        f"for {_name(one)} at γ = {' and '.join(f'{gamma:.3f}' for gamma in one.gammas_as_printed)}"
+        for one in chosen
+        if one.gammas_as_printed
+    ]
+    fixed = " and ".join(_name(one) for one in chosen if _independent(one.curve))
+    sentences.append(
+        f"Between γ = {low} and {high} the exact value is the printed one {'; '.join(listed)}. "
+        f"The values of {fixed} do not depend on γ."
+    )
+    return " ".join(sentences)
+
+
+def _name(one: Threshold) -> str:
+    return f"{one.bifurcation.type} on {one.bifurcation.line}"
+
+
+def _independent(curve: Curve) -> bool:
+    """Whether alpha is the same all along a curve, but for rounding."""
+    values = [point.values[0] for point in curve.points]
+    return max(values) - min(values) < 1e-12
+
+
+def record(thresholds: list[Threshold]) -> dict[str, Any]:
+    """All thresholds with their curves, ready for JSON."""
+    return {
+        "conclusion": conclusion(thresholds),
+        "order_changes": [
+            {"types": sorted(one.types), "alpha": one.alpha, "gamma": one.gamma}
+            for one in meetings(thresholds)
+        ],
+        "thresholds": [
+            {
+                "gamma": one.gamma,
+                "exact": one.value,
+                "printed": one.printed.alpha if one.printed else None,
+                "printed_place": one.place,
+                "gammas_as_printed": list(one.gammas_as_printed),
+                **bifurcation_record(one.bifurcation),
+            }
+            for one in thresholds
+        ],
+        "curves": [curve_record(curve) for curve in _curves(thresholds)],
+    }
+
+
+def _curves(thresholds: list[Threshold]) -> list[Curve]:
+    return list({id(one.curve): one.curve for one in thresholds}.values())
+
+
+def save(thresholds: list[Threshold], directory: Path) -> list[Path]:
+    """Write thresholds.csv and curves.csv; returns their paths.
+
+    Every file appears whole or not at all. Raises InvalidInput when they cannot be written.
+    """
+    rows = [
+        {
+            "gamma": one.gamma,
+            "type": one.bifurcation.type,
+            "line": one.bifurcation.line,
+            "exact": f"{float(one.value):.12f}",
+            "uncertainty": one.bifurcation.uncertainty,
+            "printed": one.printed.alpha if one.printed else None,
+            "printed_place": one.place,
+            "gammas_as_printed": " ".join(map(repr, one.gammas_as_printed)),
+        }
+        for one in thresholds
+    ]
+    curves = curve_rows(_curves(thresholds))
+    return write({"thresholds.csv": table(rows), "curves.csv": table(curves)}, directory)

@@ -1,0 +1,183 @@
+"""The axes of a sweep: values of parameters and of starts, checked before memory is taken."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import RANGES
+from capsule_sym._sweeps.quantities import TAKEN
+
+PARAMETERS = tuple(RANGES)
+START = ("x_r", "v_r", "v_c", "phase")
+
+_MOST_VALUES = 10**8  # of one axis, which is held in memory
+_LONGEST_NAME = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
+
+    The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start. Raises
+    InvalidInput for a name or a value that is not allowed.
+    """
+
+    name: str
+    quantities: tuple[str, ...]
+    values: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.quantities, list | tuple):
+            raise InvalidInput("quantities", self.quantities, "a tuple of names")
+        object.__setattr__(self, "quantities", tuple(self.quantities))
+        ranges = [_range(quantity) for quantity in self.quantities]
+        check_name(self.name)
+        if self.name in PARAMETERS + START and self.quantities != (self.name,):
+            raise InvalidInput("axis", self.name, f"a name that is not one of {_listed()}")
+        values = _doubles(self.name, self.values)
+        if values.ndim != 2 or values.shape[1] != len(ranges) or not values.size:
+            raise InvalidInput(self.name, values.shape, f"of shape (n, {len(ranges)})")
+        for quantity, column, (low, high) in zip(self.quantities, values.T, ranges, strict=True):
+            bad = ~((column >= low) & (column <= high))  # nan fails the comparisons
+            if bad.any():
+                raise InvalidInput(quantity, float(column[bad][0]), _within(low, high))
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @classmethod
+    def of(cls, name: str, values: ArrayLike) -> Self:
+        """The axis of one quantity with given values, shape (n,)."""
+        _range(name)
+        column = np.atleast_1d(_doubles(name, values))
+        if column.ndim != 1:
+            raise InvalidInput(name, column.shape, "of shape (n,)")
+        return cls(name, (name,), column[:, None])
+
+    @classmethod
+    def linear(cls, name: str, low: float, high: float, count: int) -> Self:
+        """`count` evenly spaced values of one quantity, both ends among them."""
+        low, high = _ends(name, low, high)
+        _check_count(count, 1)
+        return cls.of(name, np.linspace(low, high, count))
+
+    @classmethod
+    def log(cls, name: str, low: float, high: float, count: int) -> Self:
+        """`count` values of one quantity with even ratios, both ends among them."""
+        low, high = _ends(name, low, high)
+        _check_count(count, 1)
+        if not (low > 0 and high > 0):
+            raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
+        values = np.geomspace(low, high, count)
+        return cls.of(name, values.clip(min(low, high), max(low, high)))
+
+    @classmethod
+    def sobol(cls, ranges: Mapping[str, Sequence[float]], count: int, seed: int) -> Self:
+        """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
+
+        The sequence is balanced where `count` is a power of two.
+        """
+        from scipy.stats import qmc
+
+        if not isinstance(ranges, Mapping) or not ranges:
+            raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
+        box = []
+        for name, ends in ranges.items():
+            _range(name)
+            if not isinstance(ends, list | tuple) or len(ends) != 2:
+                raise InvalidInput(name, ends, "a range [low, high]")
+            box.append(_ends(name, *ends))
+            if not box[-1][0] < box[-1][1]:
+                raise InvalidInput(name, ends, "a range [low, high] with low < high")
+        _check_count(count, len(box))
+        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+            raise InvalidInput("seed", seed, "a whole number >= 0")
+        low, high = np.array(box).T
+        design = qmc.Sobol(len(box), rng=np.random.default_rng(seed))
+        whole = design.random_base2((count - 1).bit_length())
+        return cls("sample", tuple(ranges), low + (high - low) * whole[:count])
+
+    def record(self) -> dict[str, Any]:
+        """What identifies the axis, in plain values."""
+        return {
+            "name": self.name,
+            "quantities": list(self.quantities),
+            "count": len(self),
+            "first": self.values[0].tolist(),
+            "last": self.values[-1].tolist(),
+            "sha256": hashlib.sha256(np.ascontiguousarray(self.values).tobytes()).hexdigest(),
+        }
+
+
+def check_name(name: object) -> None:
+    """Raises InvalidInput unless an axis can have this name."""
+    if not isinstance(name, str) or not name.isidentifier() or len(name) > _LONGEST_NAME:
+        raise InvalidInput("axis", name, "a name of letters and digits")
+    if name in TAKEN:
+        raise InvalidInput("axis", name, "another name: this one is a result's")
+
+
+def is_real(value: object) -> bool:
+    """Whether a value is a number that a double can stand for; not so bool, or digits as text."""
+    kinds = int | float | np.integer | np.floating
+    return isinstance(value, kinds) and not isinstance(value, bool)
+
+
+def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """The values as doubles, in their shape; raises InvalidInput for what are no numbers."""
+    allowed = "real numbers, as many in each row"
+    try:
+        given = np.asarray(values) if hasattr(values, "dtype") else np.array(values, dtype=object)
+        if given.dtype == object:
+            for value in given.ravel().tolist():
+                if not is_real(value):
+                    raise InvalidInput(name, value, allowed)
+        elif given.dtype.kind not in "iuf":
+            raise InvalidInput(name, values, allowed)
+        with np.errstate(over="ignore"):
+            return given.astype(float)
+    except (OverflowError, RecursionError, TypeError) as error:
+        raise InvalidInput(name, values, allowed) from error
+    except ValueError as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise InvalidInput(name, values, allowed) from error
+
+
+def _range(quantity: object) -> tuple[float, float]:
+    """The values that a quantity may have; raises InvalidInput for what is no quantity."""
+    if not isinstance(quantity, str) or quantity not in PARAMETERS + START:
+        raise InvalidInput("axis", quantity, f"one of {_listed()}")
+    return RANGES.get(quantity, (0.0 if quantity == "phase" else -1e20, 1e20))
+
+
+def _ends(name: str, low: object, high: object) -> tuple[float, float]:
+    """Both ends of an axis as floats; raises InvalidInput for values that are not allowed."""
+    least, most = _range(name)
+    for value in (low, high):
+        if not is_real(value) or not least <= value <= most:  # type: ignore[operator]
+            raise InvalidInput(name, value, _within(least, most))
+    return float(low), float(high)  # type: ignore[arg-type]
+
+
+def _check_count(count: object, width: int) -> None:
+    most = _MOST_VALUES // width
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
+        raise InvalidInput("count", count, f"a whole number from 1 to {most}")
+
+
+def _within(low: float, high: float) -> str:
+    return f"a number in [{low:g}, {high:g}] for a run"
+
+
+def _listed() -> str:
+    return ", ".join(PARAMETERS + START)

@@ -1,0 +1,218 @@
+"""What is computed of the cells of one chunk. A cell that fails says why, and no other one does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import CapsuleError, Outcome
+from capsule_sym._map import SteadyMotion, simulate
+from capsule_sym._map.steady import LONGEST
+from capsule_sym._native import Watch, core, live
+from capsule_sym._orbits.metrics.worth import worth
+from capsule_sym._orbits.shooting.stability import lyapunov, multipliers
+from capsule_sym._parameters import Parameters
+from capsule_sym._sweeps import words
+from capsule_sym._sweeps.axes import PARAMETERS
+from capsule_sym._sweeps.closing import closed
+from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome, variables
+from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym.generated.py import DIGEST
+
+KERNELS = DIGEST
+"""Digest of the generated kernels that compute the cells."""
+CORE = live()
+"""What runs them: backends, and cores of other widths, differ in the last bits."""
+
+_ROOM = 512  # bytes for the switches of two periods of a motion; longer ones go the slow way
+_SHARED = ("gamma", "beta", "zeta", "omega")
+_FURTHER = 1000  # excitation periods, at most, that a Lyapunov exponent of a run is taken over
+_BLOCK = 64  # excitation periods that the slow way takes at a time
+
+
+class Block(NamedTuple):
+    """Results of a chunk: columns (n, ...) by variable, and what they do not hold.
+
+    `words` has code and number of cells of each word by its text, `reasons` the reason of each
+    failed cell by its place in the chunk; `kernels` and `core` name what computed them.
+    """
+
+    columns: dict[str, NDArray[np.generic]]
+    words: dict[str, tuple[int, int]]
+    reasons: dict[str, str]
+    kernels: str
+    core: str
+
+
+class Abandoned(CapsuleError):
+    """The results of a chunk are not wanted any more."""
+
+
+def compute(part: Sweep, watch: Watch | None = None) -> Block:
+    """The results of all cells of a chunk. No exception of a cell leaves this function.
+
+    Raises Abandoned soon after the watch is over.
+    """
+    cells = _Cells(part, watch or Watch())
+    slow = cells.fast() if core is not None else np.arange(part.size)
+    for i in slow.tolist():
+        cells.guarded(i, cells.slow)
+    if set(part.compute) & {"multipliers", "energies", "lyapunov"}:
+        for i in np.flatnonzero(cells.columns["outcome"] != CellOutcome.FAILED).tolist():
+            cells.guarded(i, cells.close)
+    kept = {name: cells.columns[name] for name in variables(part.compute)}
+    reasons = {str(i): cells.reasons[i] for i in sorted(cells.reasons)}
+    return Block(kept, cells.counted() if "word" in part.compute else {}, reasons, KERNELS, CORE)
+
+
+class _Cells:
+    def __init__(self, part: Sweep, watch: Watch) -> None:
+        self.part, self.watch = part, watch
+        self.rows, self.states, self.phases = part.columns()
+        self.columns: dict[str, NDArray[np.generic]] = {}
+        for name, v in variables().items():
+            shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
+            blank = np.nan if v.dtype[0] in "fc" else 0
+            self.columns[name] = np.full(shape, blank, v.dtype)
+        self.words: dict[int, str] = {}
+        self.reasons: dict[int, str] = {}
+
+    def guarded(self, i: int, work: Callable[[int], None]) -> None:
+        self.look()
+        try:
+            work(i)
+        except Abandoned:
+            raise
+        except Exception as error:
+            self.fail(i, f"{type(error).__name__}: {error}")
+
+    def look(self) -> None:
+        if self.watch.over:
+            raise Abandoned("the run was stopped")
+
+    def fail(self, i: int, reason: str) -> None:
+        self.columns["outcome"][i] = CellOutcome.FAILED
+        self.reasons[i] = reason
+
+    def fast(self) -> NDArray[np.intp]:
+        """All cells by the C core; returns those that it leaves open."""
+        assert core is not None
+        count, last = self.part.size, min(self.part.periods, 2 * LONGEST)
+        # The core takes runs side by side that share these parameters.
+        order = np.lexsort([self.rows[:, PARAMETERS.index(name)] for name in _SHARED])
+        rows = np.ascontiguousarray(self.rows[order])
+        records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
+        stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
+        strobe = np.empty((count, last + 1, 3))
+        watch = self.watch
+        core.start_many(rows, self.states[order], self.phases[order], records, watch)
+        core.run_many(rows, records, self.part.periods - last, stops, watch=watch)
+        ahead = stops != core.DONE
+        records["turn"] = 0
+        core.run_many(rows, records, last, stops, strobe, watch=watch)
+        stops[ahead] = core.OPEN
+        tolerance = self.part.tolerance
+        core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
+        self.look()
+        back = np.argsort(order)
+        records, motions, stops, switches = (
+            records[back],
+            motions[back],
+            stops[back],
+            switches[back],
+        )
+        columns = self.columns
+        columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
+        multiple = columns["multiple"][:] = motions["multiple"]
+        periodic = multiple > 0
+        columns["progression"][periodic] = (motions["advance"] / np.maximum(multiple, 1))[periodic]
+        columns["outcome"][:] = np.where(
+            motions["never"] != 0,
+            CellOutcome.NEVER_SWITCHES,
+            np.where(periodic, CellOutcome.CONVERGED, CellOutcome.NOT_PERIODIC),
+        )
+        codes: dict[bytes, int] = {}
+        field = motions["field"].tolist()
+        passed = motions["switches"].tolist()
+        done = (stops == core.DONE) & (periodic | (motions["never"] != 0))
+        for i in np.flatnonzero(done).tolist():
+            key = switches[i, : passed[i]].tobytes() or bytes([16 * field[i]])
+            if key not in codes:
+                codes[key] = self.code([label // 16 for label in key])
+            columns["word"][i] = codes[key]
+        return np.flatnonzero(stops != core.DONE)
+
+    def counted(self) -> dict[str, tuple[int, int]]:
+        """Code and number of cells of each word, by its text."""
+        codes, counts = np.unique(self.columns["word"], return_counts=True)
+        cells = dict(zip(codes.tolist(), counts.tolist(), strict=True))
+        texts = {text: code for code, text in self.words.items() if code in cells}
+        return {text: (texts[text], cells[texts[text]]) for text in sorted(texts)}
+
+    def code(self, fields: list[int]) -> int:
+        """The code of a cyclic word, and its text among the words."""
+        text = words.text(fields)
+        found = words.code(text)
+        self.words[found] = text
+        return found
+
+    def slow(self, i: int) -> None:
+        """One cell by the trajectory, which settles with 50 digits what double leaves open."""
+        parameters, part = Parameters(*self.rows[i].tolist()), self.part
+        state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
+        left, settled = part.periods, 0
+        while True:
+            self.look()
+            # The last run is long enough to tell the longest motion.
+            ahead = min(_BLOCK, left - 2 * LONGEST - 1)
+            trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
+            settled += trajectory.statistics.escalations
+            if not trajectory.success:
+                return self.fail(i, trajectory.message)
+            _, state = trajectory.final
+            if ahead <= 0:
+                break
+            left, phase = left - ahead, 0.0
+        motion = trajectory.steady(part.tolerance)
+        never = trajectory.segments[-1].outcome is Outcome.NEVER
+        self.columns["final"][i] = state
+        if motion is not None:
+            self.columns["multiple"][i] = motion.period_multiple
+            self.columns["progression"][i] = motion.progression
+        if motion is not None or never:
+            self.columns["word"][i] = self.code(_fields(motion) or [trajectory.segments[-1].field])
+        if never:
+            outcome = CellOutcome.NEVER_SWITCHES
+        elif motion is None:
+            outcome = CellOutcome.NOT_PERIODIC
+        else:
+            outcome = CellOutcome.SETTLED if settled else CellOutcome.CONVERGED
+        self.columns["outcome"][i] = outcome
+
+    def close(self, i: int) -> None:
+        """What is asked for of the closed orbit of one cell, or of the run where there is none."""
+        columns, part = self.columns, self.part
+        parameters = Parameters(*self.rows[i].tolist())
+        state = tuple(columns["final"][i].tolist())
+        if not columns["multiple"][i]:
+            if "lyapunov" in part.compute:
+                further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
+                columns["lyapunov"][i] = lyapunov(further)[0]
+            return
+        orbit = closed(parameters, state, int(columns["multiple"][i]), int(columns["word"][i]))
+        found = multipliers(orbit)
+        columns["multipliers"][i] = found
+        with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
+            grown = np.log(abs(found[0]))
+        columns["lyapunov"][i] = grown / (orbit.word.multiple * parameters.period)
+        if "energies" in part.compute:
+            value = worth(orbit)
+            for name in VARIABLES["energies"]:
+                columns[name][i] = getattr(value, name).value
+
+
+def _fields(motion: SteadyMotion | None) -> list[int]:
+    return [segment.field for segment in motion.segments] if motion else []

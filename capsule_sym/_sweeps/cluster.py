@@ -1,0 +1,111 @@
+"""Chunks on a Dask cluster: what is not wanted any more is stopped there, and waiting is said."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from threading import Event, Thread
+from typing import Any
+
+from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._native import Watch
+from capsule_sym._processes import undisturbed
+from capsule_sym._sweeps.cells import Block, compute
+from capsule_sym._sweeps.pools import Lost, Pool
+from capsule_sym._sweeps.sweep import Sweep
+
+_CONNECTING = 10  # seconds until an address is given up
+_ANSWERING = 5  # seconds until a scheduler is said to be silent
+_LOOKING = 0.2  # seconds between two looks at whether a chunk is still wanted
+_SILENT = logging.CRITICAL + 1
+
+_log = logging.getLogger(__name__)
+
+
+@contextmanager
+def client_of(address: str, workers: int | None) -> Iterator[Any]:
+    """A client of the Dask scheduler at an address, or of a cluster of its own for "local".
+
+    Logs of Dask are silenced in this process: what matters of them is told by exceptions. Raises
+    InvalidInput where no scheduler answers within seconds.
+    """
+    distributed: Any = import_module("distributed")
+    for name in ("distributed", "distributed.client", "distributed.nanny", "asyncio", "tornado"):
+        logging.getLogger(name).setLevel(_SILENT)
+    with ExitStack() as stack:
+        if address == "local":
+            with undisturbed():  # of which the processes that are started later have it, too
+                cluster = stack.enter_context(
+                    distributed.LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        dashboard_address=None,
+                        silence_logs=_SILENT,
+                    )
+                )
+            # Its hook into the garbage collection swallows a Ctrl-C that comes during one.
+            import_module("distributed.gc").disable_gc_diagnosis()
+            yield stack.enter_context(distributed.Client(cluster))
+            return
+        try:
+            client = distributed.Client(address, timeout=_CONNECTING)
+        except Exception as error:  # of many kinds, one for each part of an address
+            allowed = f"the address of a Dask scheduler that answers within {_CONNECTING} s"
+            raise InvalidInput("dask", address, allowed) from error
+        yield stack.enter_context(client)
+
+
+class DaskPool(Pool):
+    """The executor of a Dask client."""
+
+    def __init__(self, executor: Any) -> None:
+        super().__init__(executor)
+        self.client = executor._client
+        self.said = ""
+
+    def submit(self, part: Sweep) -> Future[Block]:
+        """Has a chunk computed; raises Lost where the client has lost its scheduler."""
+        try:
+            return self.executor.submit(compute_while_wanted, part)
+        except Exception as error:
+            raise self.lost() from error
+
+    def lost(self) -> CapsuleError:
+        """What a future that nobody cancelled means."""
+        return Lost(
+            "the connection to the Dask scheduler is lost; what was finished is kept, and "
+            "--resume goes on from there"
+        )
+
+    def waited(self) -> None:
+        """Says what a run waits for, once, where that is not its chunks."""
+        try:
+            count = len(self.client.sync(self.client.scheduler.ncores, callback_timeout=_ANSWERING))
+            saying = "" if count else "waiting: the Dask cluster has no workers"
+        except Exception:  # of many kinds; that the connection is lost the futures tell
+            saying = "waiting: the Dask scheduler does not answer"
+        if saying and saying != self.said:
+            _log.warning("%s; Ctrl-C ends the run, and keeps what is finished", saying)
+        self.said = saying
+
+
+def compute_while_wanted(part: Sweep) -> Block:
+    """The results of a chunk in a worker, which gives up when nobody waits for them any more."""
+    distributed: Any = import_module("distributed")
+    worker = distributed.get_worker()
+    key, watch, done = worker.get_current_task(), Watch(), Event()
+
+    def look() -> None:
+        while not done.wait(_LOOKING):
+            task = worker.state.tasks.get(key)
+            if task is None or task.state != "executing":
+                watch.stop()
+
+    Thread(target=look, daemon=True).start()
+    try:
+        return compute(part, watch)
+    finally:
+        done.set()

@@ -1,0 +1,248 @@
+"""The commands `sweep`, `basin` and `sweep-info`."""
+
+from __future__ import annotations
+
+import gc
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from traceback import clear_frames
+from typing import Any, TypeVar
+
+import click
+
+from capsule_sym._options import (
+    chosen_parameters,
+    json_option,
+    make_progress,
+    parameter_options,
+    state_option,
+)
+from capsule_sym._sweeps.info import damaged_parts, info_record, show
+
+_Command = TypeVar("_Command", bound=Callable[..., None])
+
+
+def _require_extra() -> None:
+    for name in ("xarray", "zarr"):
+        if find_spec(name) is None:
+            raise click.UsageError(f"{name} is missing: pip install 'capsule-sym[sweep]'")
+
+
+def _running(command: _Command) -> _Command:
+    """The options that say where results go and what runs the cells."""
+    for option in (
+        json_option,
+        click.option("--dask", metavar="ADDRESS", help="Run on a Dask cluster; local starts one."),
+        click.option("--workers", type=int, help="Chunks at a time.  [default: one per core]"),
+        click.option(
+            "--executor",
+            type=click.Choice(["threads", "processes"]),
+            default="threads",
+            show_default=True,
+        ),
+        click.option(
+            "--any-core",
+            is_flag=True,
+            help="Go on although another core began; results then differ in the last bits.",
+        ),
+        click.option("--resume", is_flag=True, help="Go on with what the store holds."),
+        click.option("--store", required=True, metavar="DIR", help="Where results go."),
+    ):
+        command = option(command)
+    return command
+
+
+@click.command("sweep")
+@click.argument("file", metavar="FILE.toml")
+@click.option(
+    "--refine",
+    "stride",
+    type=int,
+    metavar="STRIDE",
+    help="Compute every STRIDE-th point of a chart over two axes, and all points only where "
+    "neighbours differ.",
+)
+@_running
+def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) -> None:
+    """Run every cell of the sweep in FILE.toml and keep the results in DIR.
+
+    A file for a chart of motion types:
+
+    \b
+        periods = 300
+        compute = ["word", "progression"]
+        [parameters]
+        omega = 0.8
+        [axes]
+        alpha = { from = 0.01, to = 2.0, count = 512 }
+        gamma = { from = 1.0, to = 5.0, count = 512, spacing = "log" }
+
+    An axis is also a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
+    gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
+    `[start]` holds what no axis changes of the start. `compute` names any of word, progression,
+    final, multipliers, energies, lyapunov. Every chunk is written when it is finished: an
+    interrupted sweep goes on with --resume. DIR/results.zarr opens with xarray.
+    """  # noqa: D301 (what keeps click from filling the file's lines is the character)
+    _require_extra()
+    from capsule_sym._sweeps import load_sweep, refine, run
+
+    loaded = load_sweep(file)
+    with _executor(**how) as given:
+        if stride is None:
+            summary = run(loaded, store, **given)
+            record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
+        else:
+            chart = refine(loaded, store, stride=stride, **given)
+            record = {
+                "store": store,
+                "cells": loaded.size,
+                "computed": sum(r.computed for r in chart.rounds),
+                "damaged": chart.damaged,
+                "fraction_computed": chart.fraction,
+                "seconds": sum(r.seconds for r in chart.rounds),
+            }
+    show(record, as_json)
+
+
+_WINDOW = click.Tuple([float, float, int])
+
+
+@click.command("basin")
+@parameter_options
+@click.option("--x-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along x_r.")
+@click.option("--v-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_r.")
+@click.option("--v-c", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_c.")
+@click.option("--phase", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along the phase.")
+@state_option("What no axis changes of the start.")
+@click.option("--periods", default=300, show_default=True, help="Excitation periods to run.")
+@click.option("--tolerance", default=1e-9, show_default=True, help="Within which a motion repeats.")
+@_running
+def basin(
+    file: str | None,
+    x_r: tuple[float, float, int] | None,
+    v_r: tuple[float, float, int] | None,
+    v_c: tuple[float, float, int] | None,
+    phase: tuple[float, float, int] | None,
+    state: tuple[float, float, float],
+    periods: int,
+    tolerance: float,
+    as_json: bool,
+    store: str,
+    executor: str,
+    workers: int | None,
+    dask: str | None,
+    resume: bool,
+    any_core: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Run a basin of attraction and tell its attractors.
+
+    Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
+    Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
+    """
+    _require_extra()
+    from capsule_sym._sweeps import Axis, Sweep, run_basin
+
+    windows = {"x_r": x_r, "v_r": v_r, "v_c": v_c, "phase": phase}
+    axes = tuple(Axis.linear(name, *window) for name, window in windows.items() if window)
+    parameters, _ = chosen_parameters(file, dimensionless)
+    chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
+    with _executor(executor, workers, dask, resume, any_core) as given:
+        summary, _ = run_basin(chosen, store, **given)
+    record = {**_summary(summary, periods), **info_record(Path(store))}
+    show(record, as_json)
+
+
+@click.command("sweep-info")
+@click.option("--check", is_flag=True, help="Compare every file with its checksum; exit 1 if not.")
+@json_option
+@click.argument("store", metavar="DIR")
+def sweep_info(store: str, check: bool, as_json: bool) -> None:
+    """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
+    _require_extra()
+    record = info_record(Path(store), check)
+    show(record, as_json)
+    if damaged_parts(record):
+        raise click.exceptions.Exit(1)
+
+
+def _summary(summary: Any, periods: int) -> dict[str, Any]:
+    return {
+        **summary._asdict(),
+        "periods_per_second_and_core": summary.periods_per_second_and_core(periods),
+    }
+
+
+@contextmanager
+def _executor(
+    executor: str, workers: int | None, dask: str | None, resume: bool, any_core: bool
+) -> Iterator[dict[str, Any]]:
+    """The arguments of `run`, with a progress bar."""
+    given: dict[str, Any] = {
+        "executor": executor,
+        "workers": workers,
+        "resume": resume,
+        "any_core": any_core,
+        "command": shlex.join(["capsule-sym", *sys.argv[1:]]),
+    }
+    try:
+        with _progress() as progress, _dask(dask, workers) as cluster:
+            yield {**given, **cluster, "progress": progress}
+    except KeyboardInterrupt as interrupt:
+        _let_go(interrupt)
+        raise KeyboardInterrupt(*interrupt.args) from None
+
+
+def _let_go(error: BaseException | None) -> None:
+    """Frees what the frames of an exception hold: locks between processes, which have to be."""
+    while error is not None:
+        clear_frames(error.__traceback__)
+        error = error.__context__
+    gc.collect()
+
+
+@contextmanager
+def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
+    if address is None:
+        yield {}
+        return
+    if find_spec("distributed") is None:
+        raise click.UsageError("distributed is missing: pip install 'capsule-sym[sweep]'")
+    from capsule_sym._sweeps.cluster import client_of
+
+    with client_of(address, workers) as client:
+        count = sum(client.nthreads().values())
+        # Workers may come later: a run says that it waits for them.
+        yield {"executor": client.get_executor(), "workers": workers or count or 1}
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int], None]]:
+    from rich.progress import BarColumn, ProgressColumn, Task, TimeRemainingColumn
+    from rich.text import Text
+
+    class Cells(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            # How many there are is known only when the store is open.
+            if task.total is None:
+                return Text("starting")
+            done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
+            return Text(f"{done}, {task.speed or 0:,.0f} a second")
+
+    with make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
+        task = bar.add_task("", total=None)
+        total = -1
+
+        def show(done: int, of: int) -> None:
+            nonlocal total
+            if of != total:
+                # What a store held before does not count towards the rate.
+                total = of
+                bar.reset(task, total=of, completed=done)
+            bar.update(task, completed=done)
+
+        yield show

@@ -1,0 +1,186 @@
+"""Running a sweep on anything that speaks `concurrent.futures.Executor`."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    wait,
+)
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import check_count
+from capsule_sym._processes import deferred
+from capsule_sym._sweeps.cells import Block
+from capsule_sym._sweeps.layout import Added
+from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
+from capsule_sym._sweeps.store import Store, opened
+from capsule_sym._sweeps.sweep import Sweep
+
+_MOST_DEATHS = 3  # of pools in which nothing was finished, before their chunks are blamed
+
+Progress = Callable[[int, int], None]
+
+
+class Summary(NamedTuple):
+    """What a run did: cells in all, cells computed now, damaged parts found, seconds, workers.
+
+    A damaged part is a chunk or a file beside the chunks; all of them are made again.
+    """
+
+    cells: int
+    computed: int
+    damaged: int
+    seconds: float
+    workers: int
+
+    def periods_per_second_and_core(self, periods: int) -> float:
+        """Excitation periods that a core ran per second, over the time of the whole run."""
+        return self.computed * periods / self.seconds / self.workers
+
+
+def run(
+    sweep: Sweep,
+    store: str | os.PathLike[str],
+    *,
+    executor: str | Executor = "threads",
+    workers: int | None = None,
+    resume: bool = False,
+    any_core: bool = False,
+    command: str = "",
+    progress: Progress = lambda done, total: None,
+) -> Summary:
+    """Runs all cells that a store does not hold yet, each chunk written as it is finished.
+
+    The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of
+    a Dask client. At most `workers` chunks (by default one per core) are on their way, so that
+    memory does not grow with the sweep, and an end at any moment costs at most a chunk per worker.
+    Results are the same byte for byte however often a run is stopped and resumed; `any_core` gives
+    that up, and goes on with another core (see `opened`). `progress` is called with the cells done
+    and their number. `open_results` reads the results.
+
+    Raises InvalidInput for a store that cannot be used (see `opened`), NotWritten on a full disk,
+    and Lost for a chunk under which workers die. In every case what is finished is kept; so it is
+    on KeyboardInterrupt, which says how much that is.
+    """
+    how = Settings(executor, workers, resume, any_core, command, progress)
+    return run_then(sweep, Path(store), "sweep", dict, how)
+
+
+class Settings(NamedTuple):
+    """How a sweep is run: the arguments of `run` that do not change its results."""
+
+    executor: str | Executor = "threads"
+    workers: int | None = None
+    resume: bool = False
+    any_core: bool = False
+    command: str = ""
+    progress: Progress = lambda done, total: None
+
+
+def run_then(
+    sweep: Sweep, path: Path, kind: str, last: Callable[[], dict[str, Added]], how: Settings
+) -> Summary:
+    """`run`, and when all cells are there further results, which `last` computes from the store."""
+    count = len(os.sched_getaffinity(0)) if how.workers is None else how.workers
+    check_count("workers", count)
+    if not isinstance(how.executor, Executor) and how.executor not in KINDS:
+        raise InvalidInput("executor", how.executor, f"an executor, or one of {', '.join(KINDS)}")
+    begin, work = perf_counter(), None
+    try:
+        with opened(
+            path, sweep, resume=how.resume, command=how.command, kind=kind, any_core=how.any_core
+        ) as to:
+            whole, damaged = to.check.whole, len(to.check.chunks) + len(to.check.files)
+            held = sum(map(sweep.cells_in, whole))
+            todo = (i for i in range(math.prod(sweep.chunks)) if i not in whole)
+            work = _Run(to, count, how.progress, held)
+            work.all(todo, how.executor)
+            to.finish(last())
+    except KeyboardInterrupt:
+        if work is None:
+            raise KeyboardInterrupt(f"no cell was begun; what {path} held is kept") from None
+        kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
+        raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
+    return Summary(sweep.size, sweep.size - held, damaged, perf_counter() - begin, count)
+
+
+class _Run:
+    def __init__(self, store: Store, workers: int, progress: Progress, done: int) -> None:
+        self.store, self.workers, self.progress, self.done = store, workers, progress, done
+        self.todo: Iterator[int] = iter(())
+        self.lost: deque[int] = deque()
+        self.deaths = 0
+        progress(done, store.sweep.size)
+
+    def all(self, todo: Iterator[int], executor: str | Executor) -> None:
+        """Runs chunks until none is left, with a new pool where a worker's death broke the old."""
+        self.todo = todo
+        while True:
+            under_way: dict[Future[Block], int] = {}
+            try:
+                with pool_of(executor, self.workers) as pool:
+                    try:
+                        return self._through(pool, under_way)
+                    except BaseException:
+                        for future in under_way:
+                            future.cancel()
+                        raise
+            except BrokenExecutor as error:
+                # All others come first, until only those are left that workers die under.
+                self.lost.extend(sorted(under_way.values()))
+                self.deaths += 1
+                if isinstance(executor, Executor) or self.deaths == _MOST_DEATHS:
+                    chunks = sorted(self.lost)
+                    raise Lost(
+                        f"a worker died under one of the chunks {chunks}: {error}"
+                    ) from error
+
+    def _through(self, pool: Pool, under_way: dict[Future[Block], int]) -> None:
+        sweep = self.store.sweep
+        while True:
+            # A chunk is written before its worker gets the next, so that no more than one chunk
+            # per worker is ever lost.
+            while len(under_way) < self.workers and (index := self._next()) is not None:
+                try:
+                    under_way[pool.submit(sweep.part(index))] = index
+                except BaseException:
+                    self.lost.append(index)
+                    raise
+            if not under_way:
+                return
+            done = wait(under_way, PATIENCE, FIRST_COMPLETED).done
+            if not done:
+                pool.waited()
+            for future in done:
+                index = under_way[future]
+                try:
+                    block = future.result()
+                except BrokenExecutor:
+                    raise
+                except CancelledError as error:
+                    raise pool.lost() from error
+                except Exception as error:
+                    reason = " ".join(f"{type(error).__name__}: {error}".split())
+                    raise Lost(f"chunk {index}: {reason}") from error
+                with deferred():  # what is kept and what is counted agree at an interrupt
+                    self.store.publish(index, block)
+                    del under_way[future]
+                    self.deaths = 0
+                    self.done += sweep.cells_in(index)
+                self.progress(self.done, sweep.size)
+
+    def _next(self) -> int | None:
+        """The next chunk: those under which workers died come last."""
+        index = next(self.todo, None)
+        return self.lost.popleft() if index is None and self.lost else index

@@ -1,0 +1,93 @@
+"""Files that say whether they are as they were written, and appear whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import stat
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from capsule_sym._errors import InvalidInput
+
+
+def read(path: Path) -> bytes | None:
+    """The bytes of a file; None where there is none, or a link or a device in its place.
+
+    Raises InvalidInput for a folder in its place, which is for nobody here to remove, and for
+    what cannot be read.
+    """
+    try:
+        mode = path.lstat().st_mode
+        if stat.S_ISDIR(mode):
+            raise InvalidInput("store", str(path), "a file, not a folder")
+        return path.read_bytes() if stat.S_ISREG(mode) else None
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InvalidInput("store", str(path), f"readable ({error.strerror})") from error
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of a file, empty where `read` gives None."""
+    data = read(path)
+    return "" if data is None else hashlib.sha256(data).hexdigest()
+
+
+def checksums(folder: Path) -> dict[str, str]:
+    """The checksum of every file in a folder, by its path in there."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {path.relative_to(folder).as_posix(): checksum(path) for path in files}
+
+
+def place(data: bytes, path: Path, beside: Path) -> None:
+    """Writes a file in the folder `beside`, and moves it to its place."""
+    beside.mkdir(exist_ok=True)
+    part = beside / f"{path.name}.part"
+    part.write_bytes(data)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    os.replace(part, path)
+
+
+def move(keys: Iterable[str], source: Path, target: Path) -> None:
+    """Moves files, by their paths in there, from one folder to another."""
+    for key in keys:
+        (target / key).parent.mkdir(parents=True, exist_ok=True)
+        os.replace(source / key, target / key)
+
+
+def remove(path: Path) -> None:
+    """Removes what is there: a file, a link but not what it leads to, or a folder."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def sealed(record: dict[str, Any]) -> bytes:
+    """A record as JSON with its own checksum."""
+    seal = hashlib.sha256(_text(record).encode()).hexdigest()
+    return _text({"sha256": seal, **record}).encode()
+
+
+def unsealed(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
+    """The record with these keys in a file, None unless it is as `sealed` gave it."""
+    data = read(path)
+    if data is None:
+        return None
+    try:
+        record = json.loads(data)
+        if isinstance(record, dict):
+            record.pop("sha256", None)
+            if set(record) == set(keys) and sealed(record) == data:
+                return record
+    except (ValueError, RecursionError):
+        pass
+    return None
+
+
+def _text(record: dict[str, Any]) -> str:
+    return json.dumps(record, ensure_ascii=False, indent=1) + "\n"

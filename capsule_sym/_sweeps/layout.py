@@ -1,0 +1,144 @@
+"""How results look to xarray: dimensions, coordinates, attributes."""
+
+from __future__ import annotations
+
+import platform
+import warnings
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+import zarr
+from numpy.typing import NDArray
+from zarr.errors import ZarrUserWarning
+
+import capsule_sym
+from capsule_sym._sweeps.cells import CORE, KERNELS
+from capsule_sym._sweeps.quantities import CellOutcome, variables
+from capsule_sym._sweeps.sweep import Sweep
+
+
+class Added(NamedTuple):
+    """A result of all cells that is computed from the others in the end."""
+
+    values: NDArray[np.generic]
+    attributes: dict[str, Any]
+
+
+def provenance(command: str) -> dict[str, Any]:
+    """Where results come from: the command, what computed them, and the versions around it."""
+    return {
+        "command": command,
+        "kernels": KERNELS,
+        "core": CORE,
+        "versions": {
+            "capsule-sym": capsule_sym.__version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+            "xarray": xr.__version__,
+            "zarr": zarr.__version__,
+        },
+    }
+
+
+def lay(
+    place: Path,
+    sweep: Sweep,
+    origin: dict[str, Any],
+    cores: Iterable[str] = (),
+    words: dict[str, tuple[int, int]] | None = None,
+    added: Mapping[str, Added] | None = None,
+) -> None:
+    """Writes all of the results of a sweep but its chunks: what xarray opens, with no cell done.
+
+    With the cores that computed the cells, a table of words, and further results, where these are
+    known.
+    """
+    coordinates(sweep, origin, cores).to_zarr(place, zarr_format=3, consolidated=False)
+    group = zarr.open_group(place)
+    made = arrays(group, sweep)
+    if words is not None:
+        made["word"].attrs.update(word_flags(words))
+    for name, (values, attributes) in (added or {}).items():
+        _array(group, name, sweep, values.dtype, attributes)[...] = values
+    consolidate(place)
+
+
+def consolidate(place: Path) -> None:
+    """Copies what describes the arrays of a group into the group's own file, as xarray expects."""
+    with warnings.catch_warnings():
+        # Zarr warns that other readers than its own and xarray may not know these copies.
+        warnings.simplefilter("ignore", ZarrUserWarning)
+        zarr.consolidate_metadata(str(place))
+
+
+def coordinates(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> xr.Dataset:
+    """The axes of a sweep as coordinates; as attributes what is the same for all cells."""
+    columns = {
+        quantity: (axis.name, axis.values[:, i], {"units": "1"})
+        for axis in sweep.axes
+        for i, quantity in enumerate(axis.quantities)
+    }
+    fixed = {
+        **sweep.parameters.to_dict(),
+        **dict(zip(("x_r", "v_r", "v_c"), sweep.state, strict=True)),
+        "phase": sweep.phase,
+    }
+    attributes = {
+        "periods": sweep.periods,
+        "tolerance": sweep.tolerance,
+        **{name: value for name, value in fixed.items() if name not in columns},
+        **{name: origin[name] for name in ("command", "kernels")},
+        "core": "; ".join(cores) or origin["core"],
+        "versions": ", ".join(f"{name} {v}" for name, v in origin["versions"].items()),
+    }
+    return xr.Dataset(coords=columns, attrs=attributes)
+
+
+def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
+    """Empty arrays for all results of a sweep."""
+    arrays = {}
+    for name, v in variables(sweep.compute).items():
+        attributes: dict[str, Any] = {"units": v.unit, "long_name": v.meaning}
+        if name == "outcome":
+            attributes |= outcome_flags()
+        arrays[name] = _array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)
+    return arrays
+
+
+def _array(
+    group: zarr.Group,
+    name: str,
+    sweep: Sweep,
+    dtype: np.dtype[np.generic],
+    attributes: dict[str, Any],
+    dimension: tuple[str, int] | None = None,
+) -> Any:
+    """An empty array over the axes of a sweep, and a dimension of its own if it has one."""
+    own = [dimension] if dimension else []
+    return group.create_array(
+        name,
+        shape=(*sweep.shape, *(size for _, size in own)),
+        chunks=(*sweep.chunk, *(size for _, size in own)),
+        dtype=dtype,
+        fill_value=np.nan if dtype.kind in "fc" else 0,
+        dimension_names=[*(axis.name for axis in sweep.axes), *(title for title, _ in own)],
+        attributes=attributes,
+        config={"write_empty_chunks": True},
+    )
+
+
+def outcome_flags() -> dict[str, Any]:
+    """The outcomes and their codes, as CF flags."""
+    return {
+        "flag_values": [int(outcome) for outcome in CellOutcome],
+        "flag_meanings": " ".join(outcome.name.lower() for outcome in CellOutcome),
+    }
+
+
+def word_flags(table: dict[str, tuple[int, int]]) -> dict[str, Any]:
+    """The words of a table by text, each with its code, as CF flags; _ stands for a blank."""
+    meanings = " ".join(text.replace(" ", "_") for text in table)
+    return {"flag_values": [code for code, _ in table.values()], "flag_meanings": meanings}

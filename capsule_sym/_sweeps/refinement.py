@@ -1,0 +1,170 @@
+"""Charts of motion types at full sharpness for the price of their boundaries."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._sweeps.axes import Axis
+from capsule_sym._sweeps.execution import Summary, run
+from capsule_sym._sweeps.quantities import COMPUTED
+from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
+from capsule_sym._sweeps.store import write_chart
+from capsule_sym._sweeps.sweep import Sweep
+
+_UNKNOWN = -1
+_LONGEST_STRIDE = 2**20
+_MOST_CELLS = 10**8  # which are held in memory
+_LABEL = ("outcome", "word", "multiple")
+
+Numbers = NDArray[np.int32]
+Mask = NDArray[np.bool_]
+
+
+class Chart(NamedTuple):
+    """A refined chart: the share of its points that were computed, and what each round did.
+
+    `damaged` is the number of damaged parts that were found and made again.
+    """
+
+    fraction: float
+    rounds: tuple[Summary, ...]
+    damaged: int
+
+
+def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **how: Any) -> Chart:
+    """The chart of words over two axes, computed only where neighbours differ.
+
+    A lattice of every `stride`-th point is computed first. Then, stride by stride halved, the
+    squares whose corners differ in outcome, word or multiple, and the squares beside them, are
+    computed at their midpoints; a point of any other square has the label of its corners. What
+    is smaller than a stride and lies wholly within a square is not seen. The points of each round
+    are a sweep of their own in the store, which is resumed as one is; `how` are the further
+    arguments of `run`. `open_results` gives `outcome`, `word`, `multiple` and `computed`.
+
+    Raises InvalidInput for anything but two axes of one quantity each, and what `run` raises.
+    """
+    if len(sweep.axes) != 2 or any(len(axis.quantities) != 1 for axis in sweep.axes):
+        raise InvalidInput("axes", [a.name for a in sweep.axes], "two, of one quantity each")
+    if (
+        isinstance(stride, bool)
+        or not isinstance(stride, int)
+        or stride < 1
+        or stride & (stride - 1)
+        or stride > _LONGEST_STRIDE
+    ):
+        raise InvalidInput("stride", stride, f"a power of two, at most {_LONGEST_STRIDE}")
+    if sweep.size > _MOST_CELLS:
+        raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a refined chart")
+    sweep = replace(sweep, compute=("word",), chunk=())
+    points = _Points(sweep, Path(store), how)
+    lattice = [np.unique(np.append(np.arange(0, n, stride), n - 1)) for n in sweep.shape]
+    points.compute(_where(sweep.shape, lattice))
+    while True:
+        # What is computed may differ from its neighbours, and then these are looked at too.
+        while points.compute(_corners(points, lattice)):
+            pass
+        finer = [_halved(lines) for lines in lattice]
+        if all(len(new) == len(old) for new, old in zip(finer, lattice, strict=True)):
+            break
+        points.fill(lattice, finer)
+        lattice = finer
+    return points.chart()
+
+
+class _Points:
+    """Labels of all points of the chart, as numbers, and which of them were computed."""
+
+    def __init__(self, sweep: Sweep, store: Path, how: dict[str, Any]) -> None:
+        self.sweep, self.store, self.how = sweep, store, how
+        self.number: Numbers = np.full(sweep.shape, _UNKNOWN, np.int32)
+        self.computed: Mask = np.zeros(sweep.shape, bool)
+        self.labels: dict[tuple[int, int, int], int] = {}
+        self.texts: dict[int, str] = {}
+        self.cores: set[str] = set()
+        self.summaries: list[Summary] = []
+        self.rounds: Iterator[int] = count()
+
+    def compute(self, wanted: Mask) -> bool:
+        """Computes the points that were not yet; returns whether there were any."""
+        rows, columns = np.nonzero(wanted & ~self.computed)
+        if not rows.size:
+            return False
+        first, second = self.sweep.axes
+        values = np.column_stack([first.values[rows, 0], second.values[columns, 0]])
+        axis = Axis("point", first.quantities + second.quantities, values)
+        part = replace(self.sweep, axes=(axis,), chunk=())
+        place = self.store / f"round-{next(self.rounds):03d}"
+        self.summaries.append(run(part, place, **self.how))
+        self.cores.update(Held(place).tally().cores)
+        with open_results(place) as results:
+            flags = results["word"].attrs
+            meanings = flags["flag_meanings"].split()
+            self.texts.update(zip(flags["flag_values"], meanings, strict=True))
+            label = np.column_stack([results[name].values for name in _LABEL])
+        kinds, inverse = np.unique(label, axis=0, return_inverse=True)
+        numbers = [self.labels.setdefault(tuple(k), len(self.labels)) for k in kinds.tolist()]
+        self.number[rows, columns] = np.array(numbers, np.int32)[inverse.ravel()]
+        self.computed[rows, columns] = True
+        return True
+
+    def fill(self, lattice: list[NDArray[np.intp]], finer: list[NDArray[np.intp]]) -> None:
+        """Gives the points of a finer lattice that are not computed the label of a corner."""
+        nearest = [
+            old[np.searchsorted(old, new, side="right") - 1]
+            for old, new in zip(lattice, finer, strict=True)
+        ]
+        at = np.ix_(*finer)
+        unknown = self.number[at] == _UNKNOWN
+        self.number[at] = np.where(unknown, self.number[np.ix_(*nearest)], self.number[at])
+
+    def chart(self) -> Chart:
+        """The labels of all points, written to the store."""
+        table = np.array(list(self.labels), dtype=np.int64)
+        dims = [axis.name for axis in self.sweep.axes]
+        kinds = {"outcome": np.int8, "word": np.int64, "multiple": np.int16}
+        columns: dict[str, Any] = {
+            name: (dims, table[self.number, i].astype(kinds[name])) for i, name in enumerate(_LABEL)
+        }
+        columns[COMPUTED] = (dims, self.computed)
+        fraction = float(self.computed.mean())
+        damaged = sum(s.damaged for s in self.summaries) + len(damaged_in_chart(self.store))
+        about = {"fraction_computed": fraction}
+        write_chart(self.store, self.sweep, columns, self.texts, sorted(self.cores), about)
+        return Chart(fraction, tuple(self.summaries), damaged)
+
+
+def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]]) -> Mask:
+    mask = np.zeros(shape, bool)
+    mask[np.ix_(*lattice)] = True
+    return mask
+
+
+def _corners(points: _Points, lattice: list[NDArray[np.intp]]) -> Mask:
+    """The corners of all squares of a lattice that are mixed, or beside one that is."""
+    number = points.number[np.ix_(*lattice)]
+    corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
+    mixed = np.pad((corners[0] != np.stack(corners[1:])).any(axis=0), 1)
+    beside = np.zeros_like(mixed)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            beside |= np.roll(mixed, (i, j), axis=(0, 1))
+    chosen = np.zeros(number.shape, bool)
+    for i in (0, 1):
+        for j in (0, 1):
+            chosen[i : i + mixed.shape[0] - 2, j : j + mixed.shape[1] - 2] |= beside[1:-1, 1:-1]
+    mask = np.zeros(points.number.shape, bool)
+    mask[np.ix_(*lattice)] = chosen
+    return mask
+
+
+def _halved(lines: NDArray[np.intp]) -> NDArray[np.intp]:
+    return np.unique(np.append(lines, (lines[:-1] + lines[1:]) // 2))

@@ -1,0 +1,196 @@
+"""What a directory holds of a sweep, read and checked, never changed.
+
+A store is a directory with `results.zarr` (what xarray opens), `sweep.json` (the sweep, its
+provenance, and the checksums of the files of `results.zarr` that hold no chunk), `chunks` (a record
+of each finished chunk: checksums of its files, the texts of its words, the reasons of its failed
+cells; and a second copy of `sweep.json`), and in the end `finished.json` (the checksums of the
+files that the end of a run writes). A refined chart is a directory of such stores, with
+`chart.zarr` and its checksums in `chart.json`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections import Counter
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._sweeps.files import checksum, checksums, read, sealed, unsealed
+from capsule_sym._sweeps.layout import word_flags
+from capsule_sym._sweeps.quantities import ATTRACTOR, variables
+
+RESULTS, CHUNKS, FINISHED = "results.zarr", "chunks", "finished.json"
+SWEEP, COPY = "sweep.json", "chunks/sweep.copy"
+CHART, CHART_RECORD = "chart.zarr", "chart.json"
+
+
+_HEAD = ("kind", "sweep", "provenance", "files")
+_RECORD = ("files", "core", "outcomes", "words", "reasons")
+
+
+class Check(NamedTuple):
+    """The finished chunks that are as they were written, and what is not.
+
+    `chunks` are the numbers of the damaged chunks, `files` the other damaged files.
+    """
+
+    whole: frozenset[int]
+    chunks: tuple[int, ...]
+    files: tuple[str, ...]
+
+
+class Tally(NamedTuple):
+    """Numbers of cells by outcome, word, reason of failure, and what computed them.
+
+    A word comes with its code: (code, cells) by its text.
+    """
+
+    outcomes: Counter[str]
+    words: dict[str, tuple[int, int]]
+    reasons: Counter[str]
+    cores: dict[str, int]
+
+
+class Held:
+    """What a store holds; raises InvalidInput where there is none, or nothing tells of which sweep.
+
+    `head` has the kind of the store ("sweep" or "basin"), its `sweep`, `provenance` and `files`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = Path(path)
+        self.heads = (self.path / SWEEP, self.path / COPY)
+        if not any(map(os.path.lexists, self.heads)):
+            raise InvalidInput("store", str(path), "the directory of a sweep")
+        head = next(filter(None, (unsealed(place, _HEAD) for place in self.heads)), None)
+        if head is None:
+            raise InvalidInput("store", str(path), f"with a whole {SWEEP}: this one is damaged")
+        self.head: dict[str, Any] = head
+
+    @cached_property
+    def grid(self) -> tuple[int, ...]:
+        """How many chunks there are along each axis."""
+        counts = [axis["count"] for axis in self.head["sweep"]["axes"]]
+        sides = self.head["sweep"]["chunk"]
+        return tuple(-(-n // side) for n, side in zip(counts, sides, strict=True))
+
+    def keys(self, index: int) -> dict[str, str]:
+        """The file of each result in a chunk, by the result's name."""
+        place = "/".join(map(str, np.unravel_index(index, self.grid)))
+        return {
+            name: f"{name}/c/{place}" + ("/0" if v.dimension else "")
+            for name, v in variables(self.head["sweep"]["compute"]).items()
+        }
+
+    def record_path(self, index: int) -> Path:
+        """Where the record of a finished chunk is."""
+        return self.path / CHUNKS / f"{index // 1000:06d}" / f"{index:09d}.json"
+
+    def record(self, index: int) -> dict[str, Any] | None:
+        """The record of a finished chunk, None if there is none or it is damaged."""
+        record = unsealed(self.record_path(index), _RECORD)
+        return record if record and set(record["files"]) == set(self.keys(index).values()) else None
+
+    def tally(self) -> Tally:
+        """What the records of all finished chunks add up to."""
+        outcomes, reasons, cores = Counter[str](), Counter[str](), Counter[str]()
+        words: dict[str, tuple[int, int]] = {}
+        for record in filter(None, map(self.record, self._recorded())):
+            outcomes.update(record["outcomes"])
+            reasons.update(record["reasons"].values())
+            cores[record["core"]] += sum(record["outcomes"].values())
+            for text, (code, cells) in record["words"].items():
+                words[text] = code, words.get(text, (code, 0))[1] + cells
+        if len({code for code, _ in words.values()}) < len(words):
+            raise CapsuleError(f"two words have one code: {words}")
+        return Tally(outcomes, dict(sorted(words.items())), reasons, dict(sorted(cores.items())))
+
+    @cached_property
+    def finished(self) -> dict[str, Any] | None:
+        """The record that the end of a run leaves, None if there is none or it is damaged."""
+        return unsealed(self.path / FINISHED, ("files",))
+
+    def damaged_files(self, *, data: bool = True) -> list[str]:
+        """The files of `results.zarr` besides the chunks that are not as they were written.
+
+        Without `data` only of coordinates, and of what describes the results.
+        """
+        begun: dict[str, str] = self.head["files"]
+        ended: dict[str, str] = self.finished["files"] if self.finished else {}
+        return [
+            f"{RESULTS}/{key}"
+            for key in {**begun, **ended}
+            # The end of a run writes some of them anew, and may have been killed in between.
+            if (data or not key.startswith(f"{ATTRACTOR}/c/"))
+            and checksum(self.path / RESULTS / key) not in {begun.get(key), ended.get(key)} - {None}
+        ]
+
+    def check(self) -> Check:
+        """Compares every file with its checksum."""
+        files = self.damaged_files()
+        text = sealed(self.head)
+        files += [str(p.relative_to(self.path)) for p in self.heads if read(p) != text]
+        if os.path.lexists(self.path / FINISHED) and self.finished is None:
+            files.append(FINISHED)
+        whole, damaged = set(), []
+        for index in range(math.prod(self.grid)) if self.finished else self._recorded():
+            record = self.record(index)
+            if record and all(
+                checksum(self.path / RESULTS / key) == seal for key, seal in record["files"].items()
+            ):
+                whole.add(index)
+            else:
+                damaged.append(index)
+        return Check(frozenset(whole), tuple(damaged), tuple(files))
+
+    def _recorded(self) -> Iterator[int]:
+        """The numbers of the chunks that have a record, whole or not."""
+        total = math.prod(self.grid)
+        for entry in sorted((self.path / CHUNKS).glob("*/*.json")):
+            if entry.stem.isdecimal() and entry == self.record_path(int(entry.stem)):
+                index = int(entry.stem)
+                if index < total:
+                    yield index
+
+
+def damaged_in_chart(path: Path) -> list[str]:
+    """The files of a refined chart that are not as they were written."""
+    if not os.path.lexists(path / CHART_RECORD):
+        return []
+    record = unsealed(path / CHART_RECORD, ("files",))
+    if record is None:
+        return [CHART_RECORD]
+    there = checksums(path / CHART)
+    return [f"{CHART}/{key}" for key, seal in record["files"].items() if there.get(key) != seal]
+
+
+def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
+    """The results in a store, read where they are used; cells not computed yet are PENDING.
+
+    Dimensions and coordinates are the sweep's axes, attributes its provenance. `word` holds codes;
+    its attributes `flag_values` and `flag_meanings` give their texts, with _ between the fields.
+    Of a refined chart the whole chart is opened. Raises InvalidInput where there is no store, and
+    where coordinates or what describes the results are damaged.
+    """
+    path = Path(path)
+    if os.path.lexists(path / CHART):
+        damaged, place, held = damaged_in_chart(path), path / CHART, None
+    else:
+        held = Held(path)
+        damaged, place = held.damaged_files(data=False), path / RESULTS
+    try:
+        if not damaged:
+            dataset: xr.Dataset = xr.open_zarr(place, chunks=None, consolidated=True)
+            if held and "word" in dataset and "flag_values" not in dataset["word"].attrs:
+                dataset["word"].attrs.update(word_flags(held.tally().words))
+            return dataset
+    except (OSError, ValueError):
+        damaged = [place.name]
+    raise InvalidInput("store", str(path), f"undamaged: {damaged[0]} is not; --resume mends it")

@@ -1,0 +1,278 @@
+"""Writing results: chunks appear whole or not at all, and what is damaged is made again."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import zarr
+from numpy.typing import NDArray
+
+from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._sweeps.cells import CORE, KERNELS, Block
+from capsule_sym._sweeps.files import checksum, checksums, move, place, remove, sealed
+from capsule_sym._sweeps.layout import (
+    Added,
+    arrays,
+    consolidate,
+    coordinates,
+    lay,
+    outcome_flags,
+    provenance,
+)
+from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.results import (
+    CHART,
+    CHART_RECORD,
+    CHUNKS,
+    COPY,
+    FINISHED,
+    RESULTS,
+    SWEEP,
+    Check,
+    Held,
+)
+from capsule_sym._sweeps.sweep import Sweep
+
+_PARTIAL, _LOCK = "partial", "lock"
+
+
+class NotWritten(CapsuleError):
+    """Results could not be written, as on a full disk. What was written before stays good."""
+
+
+class Store:
+    """A directory that receives the chunks of one sweep; made by `opened`."""
+
+    def __init__(self, path: Path, sweep: Sweep, *, any_core: bool = False) -> None:
+        self.path, self.sweep, self.any_core = path, sweep, any_core
+        self.results, self.partial = path / RESULTS, path / _PARTIAL
+        self.check = Check(frozenset(), (), ())
+        self.held: Held
+        self._staged: dict[str, Any] = {}
+
+    def create(self, kind: str, command: str) -> None:
+        """Lays out an empty store; `sweep.json` comes last and says that it is whole."""
+        for name in (RESULTS, CHUNKS):
+            remove(self.path / name)
+        origin = provenance(command)
+        lay(self.results, self.sweep, origin)
+        self._describe(
+            {
+                "kind": kind,
+                "sweep": self.sweep.record(),
+                "provenance": origin,
+                "files": checksums(self.results),
+            }
+        )
+
+    def mend(self) -> None:
+        """Finds what is damaged, and makes again all of it but the chunks, which `run` does."""
+        self.held = Held(self.path)
+        self.check = self.held.check()
+        if not self.check.files:
+            return
+        with writing(self.path):
+            again = self.partial / RESULTS
+            lay(again, self.sweep, self.held.head["provenance"])
+            made = checksums(again)
+            damaged = {name.removeprefix(f"{RESULTS}/") for name in self.check.files}
+            begun = [key for key in made if key in damaged]
+            ended = self.held.finished or {"files": {}}
+            if damaged & (set(ended["files"]) - set(made)):
+                # What the end of a run added is damaged: back to before it, for it comes again.
+                begun = list(made)
+                remove(self.path / FINISHED)
+            move(begun, again, self.results)
+            remove(again)
+            # Other versions of the libraries may write other bytes of the same meaning.
+            files = self.held.head["files"] | {key: made[key] for key in begun}
+            self._describe({**self.held.head, "files": files})
+
+    def publish(self, index: int, block: Block) -> None:
+        """Writes a chunk beside, moves its files to their places, and records it as finished.
+
+        Raises NotWritten if that cannot be done, CapsuleError for a chunk of other kernels, or of
+        another core than the store was begun with.
+        """
+        if block.kernels != KERNELS:
+            raise CapsuleError(f"a worker has the kernels {block.kernels}, this process {KERNELS}")
+        held = self.held
+        if not self.any_core:
+            check_core(self.path, block.core, held.head["provenance"]["core"])
+        with writing(self.path):
+            region = self.sweep.region(index)
+            shape = tuple(part.stop - part.start for part in region)
+            keys = held.keys(index)
+            for name, staged in self._staging().items():
+                column = block.columns[name]
+                staged[region] = column.reshape(shape + column.shape[1:])
+            outcomes = Counter(block.columns["outcome"].tolist())
+            record = {
+                "files": {key: checksum(self.partial / key) for key in keys.values()},
+                "core": block.core,
+                "outcomes": {CellOutcome(o).name.lower(): n for o, n in sorted(outcomes.items())},
+                "words": block.words,
+                "reasons": block.reasons,
+            }
+            move(keys.values(), self.partial, self.results)
+            place(sealed(record), held.record_path(index), self.partial)
+
+    def finish(self, added: dict[str, Added]) -> None:
+        """Writes what is known when all chunks are there: texts of words, cores, further results.
+
+        What was written before is written anew, so that whatever it was, it is whole now.
+        """
+        held = self.held
+        tally = held.tally()
+        words = tally.words if "word" in self.sweep.compute else None
+        with writing(self.path):
+            last = self.partial / RESULTS
+            lay(last, self.sweep, held.head["provenance"], tally.cores, words, added)
+            files = checksums(last)
+            # A file is as it was begun or as it is listed here, at any moment.
+            move([key for key in files if key not in held.head["files"]], last, self.results)
+            place(sealed({"files": files}), self.path / FINISHED, self.partial)
+            move([key for key in files if key in held.head["files"]], last, self.results)
+
+    def _describe(self, head: dict[str, Any]) -> None:
+        for path in (self.path / COPY, self.path / SWEEP):
+            place(sealed(head), path, self.partial)
+        self.held = Held(self.path)
+
+    def _staging(self) -> dict[str, Any]:
+        """Arrays like those of the results, beside them."""
+        if not self._staged:
+            self._staged = arrays(zarr.open_group(self.partial), self.sweep)
+        return self._staged
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Raises NotWritten for what the operating system refuses."""
+    try:
+        yield
+    except OSError as error:
+        where = error.filename2 or error.filename or path
+        raise NotWritten(
+            f"{where}: {error.strerror or error}; what was finished is kept, and --resume goes on "
+            "from there"
+        ) from error
+
+
+@contextmanager
+def opened(
+    path: Path,
+    sweep: Sweep,
+    *,
+    resume: bool,
+    command: str,
+    kind: str = "sweep",
+    any_core: bool = False,
+) -> Iterator[Store]:
+    """The store of a sweep for one run: a new one, or with `resume` one that was begun.
+
+    Raises InvalidInput for a directory that holds something else, another sweep or results of
+    other kernels, or of another core unless `any_core`, and while another run has it.
+    """
+    begun = _is_begun(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        lock = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
+    except OSError as error:
+        raise InvalidInput("store", str(error.filename), f"writable ({error.strerror})") from error
+    try:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InvalidInput("store", str(path), "free: another run is writing to it") from None
+        store = Store(path, sweep, any_core=any_core)
+        if begun:
+            if not resume:
+                raise InvalidInput("store", str(path), "new, or continued with --resume")
+            _check_same(path, sweep, kind, any_core)
+        with writing(path):
+            os.ftruncate(lock, 0)
+            remove(store.partial)
+            if not begun:
+                store.create(kind, command)
+        if begun:
+            store.mend()
+        yield store
+        remove(store.partial)
+    finally:
+        os.close(lock)
+
+
+def write_chart(
+    path: Path,
+    sweep: Sweep,
+    columns: dict[str, tuple[list[str], NDArray[np.generic]]],
+    texts: dict[int, str],
+    cores: Iterable[str],
+    attributes: dict[str, Any],
+) -> None:
+    """Writes a refined chart: columns by name with their dimensions, texts of words by code."""
+    chart = coordinates(sweep, provenance(""), cores).assign(columns).assign_attrs(attributes)
+    words = dict(sorted(texts.items()))
+    chart["word"].attrs.update(flag_values=list(words), flag_meanings=" ".join(words.values()))
+    chart["outcome"].attrs.update(outcome_flags())
+    part = path / _PARTIAL
+    with writing(path):
+        remove(part)
+        part.mkdir()
+        chart.to_zarr(part / CHART, zarr_format=3, consolidated=False)
+        consolidate(part / CHART)
+        remove(path / CHART_RECORD)
+        remove(path / CHART)
+        os.replace(part / CHART, path / CHART)
+        place(sealed({"files": checksums(path / CHART)}), path / CHART_RECORD, part)
+        remove(part)
+
+
+def check_core(path: Path, core: str, begun: str) -> None:
+    """Raises InvalidInput unless results of a core belong into a store that was begun with one."""
+    if core != begun:
+        raise InvalidInput(
+            "core",
+            core,
+            f"{begun!r}, with which {path} was begun: results of two cores differ in the last "
+            "bits; --any-core goes on, and the record of each chunk says which computed it",
+        )
+
+
+def _is_begun(path: Path) -> bool:
+    """Whether a directory is a store; raises InvalidInput for one that holds something else."""
+    ours = {RESULTS, CHUNKS, _PARTIAL, _LOCK, SWEEP, FINISHED}
+    try:
+        held = {entry.name for entry in path.iterdir()} if os.path.lexists(path) else set()
+        if SWEEP in held or os.path.lexists(path / COPY):
+            return True
+        # A store that nothing describes, but with finished chunks, is not for this run to empty.
+        chunks = any((path / CHUNKS).rglob("*.json")) if CHUNKS in held else False
+    except (OSError, ValueError) as error:  # ValueError: a path with a zero character
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InvalidInput("store", str(path), f"a directory ({reason})") from error
+    if chunks or not held <= ours:
+        raise InvalidInput("store", str(path), "new, or empty, or the directory of a sweep")
+    return False
+
+
+def _check_same(path: Path, sweep: Sweep, kind: str, any_core: bool) -> None:
+    there = Held(path).head
+    for name, value in {"kind": kind, **sweep.record()}.items():
+        before = {"kind": there["kind"], **there["sweep"]}.get(name)
+        if before != value:
+            raise InvalidInput(name, value, f"{before!r}, as in {path}")
+    origin = there["provenance"]
+    if origin["kernels"] != KERNELS:
+        allowed = f"{origin['kernels']!r}, with which {path} was begun"
+        raise InvalidInput("kernels", KERNELS, allowed)
+    if not any_core:
+        check_core(path, CORE, origin["core"])

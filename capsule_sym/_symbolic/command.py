@@ -1,0 +1,98 @@
+"""The subcommand `capsule-sym verify`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from capsule_sym._options import json_option, make_console, make_progress, make_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from capsule_sym._symbolic.proofs.items import Result
+
+_REPORT = Path("results/verify.md")
+
+
+@click.command()
+@click.option(
+    "--only", metavar="NAME", help="Prove this statement alone; --json gives the names as id."
+)
+@click.option("--write", is_flag=True, help=f"Write the report with formulas to {_REPORT}.")
+@click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
+@json_option
+def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
+    """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
+
+    One line for each statement: proved, refuted (a statement of the paper that fails, with its
+    witness in --json and --write) or conditional. Exit status 1 when one is left unproved, or
+    when any differs from the expected verdicts.
+    """
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+
+    if only is not None and write:
+        raise click.UsageError("--write writes all statements: leave out --only")
+    if only is not None and freeze:
+        raise click.UsageError("--freeze takes all statements: leave out --only")
+    start = perf_counter()
+    text = TextColumn("{task.description}")
+    with make_progress(text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as progress:
+        task = progress.add_task("importing SymPy", total=None)
+        from capsule_sym._symbolic import frozen
+        from capsule_sym._symbolic import verify as theory
+        from capsule_sym._symbolic.report import markdown
+
+        progress.update(task, description="deriving")
+        chosen = theory.items() if only is None else theory.item(only)
+        progress.update(task, description="proving", total=sum(map(len, chosen.values())))
+
+        def advance(result: Result) -> None:
+            progress.advance(task)
+            if not as_json:
+                # Above the bar: what click takes for stdout by itself would go through it.
+                click.echo(theory.line(result), file=sys.stdout)
+
+        report = theory.run(chosen, advance)
+    results = [result for section in report.values() for result in section]
+    if as_json:
+        click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
+    if write:
+        _REPORT.parent.mkdir(parents=True, exist_ok=True)
+        _REPORT.write_text(markdown(report), encoding="utf-8")
+        click.echo(f"wrote {_REPORT}", err=True)
+    unproved = [result.item.id for result in results if not result.settled]
+    seconds = perf_counter() - start
+    click.echo(f"{len(results)} statements, {len(unproved)} unproved, {seconds:.0f} s", err=True)
+    if only is None and not as_json:
+        _print_reached(results, seconds)
+    if freeze and not unproved:
+        try:
+            frozen.freeze(results)
+        except OSError as problem:
+            raise click.ClickException(f"{frozen.PATH}: {problem.strerror}") from None
+        click.echo(f"wrote {frozen.PATH}", err=True)
+    changed = (
+        [] if freeze else list(frozen.differences(results, frozen.expected(), whole=only is None))
+    )
+    for difference in changed:
+        click.echo(f"not as expected: {difference}", err=True)
+    if unproved:
+        click.echo(f"not proved: {', '.join(unproved)}", err=True)
+    if unproved or changed:
+        raise click.exceptions.Exit(1)
+
+
+def _print_reached(results: Sequence[Result], seconds: float) -> None:
+    from capsule_sym._symbolic.reached import rows
+
+    table = make_table("", "reached", "", "goal", "from")
+    marks = {True: "yes", False: "no", None: "–"}
+    for row in rows(results, seconds):
+        table.add_row(row.what, row.reached, marks[row.met], row.goal, row.source)
+    make_console(stderr=True).print(table)

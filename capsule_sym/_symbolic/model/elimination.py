@@ -1,0 +1,265 @@
+"""Exact elimination of variables from linear constraints, after Fourier and Motzkin.
+
+Every set of the theory (surface, line, subspace) and every sign condition on it is linear in the
+state, in the excitation force and in alpha, delta and f_b, once x_r is measured from the contact
+plane (x_r = delta + s). Its coefficients are polynomials in zeta, beta and 1/gamma whose signs
+follow from the ranges of the parameters. Eliminating the variables one by one is then an
+equivalence over the real numbers; where the sign of a coefficient is not known, `Undecided` is
+raised.
+
+Every relation is homogeneous in the variables (the unit of force is free), so f_b = 1 stands for
+all f_b > 0. The force alpha cos(omega tau) takes any value in [-alpha, alpha]; its rate of change
+is left unbounded, which only makes a system easier to satisfy: what is inconsistent here is so in
+the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, cached_property
+from itertools import product
+from typing import Any, Literal, TypeAlias
+
+import sympy as sp
+from sympy.polys.rings import PolyElement, ring
+
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    delta,
+    f_b,
+    force,
+    force_rate,
+    gamma,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
+
+Kind = Literal[">", ">=", "=="]
+Sign = Literal[-1, 0, 1]
+Relation: TypeAlias = sp.Basic
+"""A SymPy relation (>, >=, <, <=, Eq), or one of SymPy's truth values."""
+
+depth = sp.Symbol("s", real=True)  # x_r - delta
+inverse_gamma = sp.Symbol("g", positive=True)
+
+VARIABLES = (depth, v_c, v_r, force_rate, force, alpha, delta)
+"""The symbols in which constraints are linear; coefficients hold the others."""
+
+_RING = ring((*VARIABLES, f_b, zeta, beta, omega, inverse_gamma), sp.QQ)[0]
+_GENERATOR = dict(zip(_RING.symbols, _RING.gens, strict=True))
+_POSITION = {symbol: position for position, symbol in enumerate(_RING.symbols)}
+_LINEAR = {
+    x_r: delta + depth,
+    sp.cos(omega * tau): force / alpha,
+    sp.sin(omega * tau): -force_rate / (alpha * omega),
+    gamma: 1 / inverse_gamma,
+}
+
+
+class Undecided(Exception):
+    """The sign of a coefficient is not fixed by the ranges of the parameters.
+
+    Its arguments are the polynomial, or the constraints, at which the elimination stopped.
+    """
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """`polynomial kind 0`."""
+
+    polynomial: PolyElement
+    kind: Kind
+
+    def slope(self, symbol: sp.Symbol) -> PolyElement:
+        """Coefficient of a variable, in which the constraint is linear."""
+        position = _POSITION[symbol]
+        terms = {}
+        for powers, coefficient in self.polynomial.items():
+            if powers[position] > 1:
+                raise Undecided(self.polynomial, symbol)
+            if powers[position]:
+                terms[_without(powers, position)] = coefficient
+        return _RING.from_dict(terms)
+
+    @cached_property
+    def _support(self) -> frozenset[int]:
+        return frozenset(i for powers in self.polynomial for i, n in enumerate(powers) if n)
+
+    def involves(self, symbol: sp.Symbol) -> bool:
+        """Whether a symbol occurs."""
+        return _POSITION[symbol] in self._support
+
+    def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Constraint:
+        """The constraint with numbers in place of some symbols."""
+        numbers = [(_POSITION[s], _rational(v)) for s, v in values.items()]
+        terms: dict[tuple[int, ...], Any] = {}
+        for powers, coefficient in self.polynomial.items():
+            for position, number in numbers:
+                if powers[position]:
+                    coefficient *= number ** powers[position]
+                    powers = _without(powers, position)
+            terms[powers] = terms.get(powers, 0) + coefficient
+        return Constraint(_RING.from_dict(terms), self.kind)
+
+    def holds(self) -> bool:
+        """Whether a constraint without variables holds."""
+        sign = _sign(self.polynomial)
+        return sign == 0 if self.kind == "==" else sign > 0 or (sign == 0 and self.kind == ">=")
+
+    def opposites(self) -> list[Constraint]:
+        """The constraints of which exactly one holds where this one does not."""
+        negative = -self.polynomial
+        if self.kind == "==":
+            return [Constraint(negative, ">"), Constraint(self.polynomial, ">")]
+        return [Constraint(negative, ">=" if self.kind == ">" else ">")]
+
+
+def _rational(value: Fraction | int) -> Any:
+    """A number of the ring: not every type of SymPy's rationals is made from a Fraction."""
+    return sp.QQ(value.numerator, value.denominator)
+
+
+def _without(powers: tuple[int, ...], position: int) -> tuple[int, ...]:
+    return (*powers[:position], 0, *powers[position + 1 :])
+
+
+def _sign(polynomial: PolyElement) -> Sign:
+    signs = {1 if coefficient > 0 else -1 for coefficient in polynomial.values()}
+    if len(signs) == 2 or any(any(powers[: len(VARIABLES)]) for powers in polynomial):
+        raise Undecided(polynomial)
+    if not polynomial:
+        return 0
+    return 1 if signs == {1} else -1
+
+
+@cache
+def _polynomial(expression: sp.Expr) -> PolyElement:
+    """A homogeneous expression as a polynomial, at f_b = 1."""
+    polynomial = _RING.from_expr(sp.expand(expression.xreplace(_LINEAR)))
+    if len({sum(powers[: _POSITION[f_b] + 1]) for powers in polynomial}) > 1:
+        raise Undecided(expression)
+    return Constraint(polynomial, "==").at({f_b: 1}).polynomial
+
+
+def constraint_of(relation: Relation) -> Constraint:
+    """A homogeneous relation as a constraint, at f_b = 1; a truth value as one of a constant."""
+    if relation in (sp.true, sp.false):
+        return Constraint(_RING.one if relation == sp.true else -_RING.one, ">")
+    if isinstance(relation, sp.Eq):
+        return Constraint(_polynomial(relation.lhs - relation.rhs), "==")
+    if isinstance(relation, (sp.StrictGreaterThan, sp.StrictLessThan)):
+        return Constraint(_polynomial(relation.gts - relation.lts), ">")
+    if isinstance(relation, (sp.GreaterThan, sp.LessThan)):
+        return Constraint(_polynomial(relation.gts - relation.lts), ">=")
+    raise TypeError(f"not a relation that can be decided: {relation}")
+
+
+_a, _u = (_GENERATOR[symbol] for symbol in (alpha, force))
+RANGES = (
+    Constraint(_a, ">="),
+    Constraint(_GENERATOR[delta], ">="),
+    Constraint(_a - _u, ">="),
+    Constraint(_a + _u, ">="),
+)
+"""What holds of the variables by themselves: alpha >= 0, delta >= 0, and the force's range."""
+
+
+def _pivot(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Constraint | None:
+    """An equation that can be solved for the symbol."""
+    for constraint in constraints:
+        if constraint.kind == "==" and constraint.involves(symbol):
+            try:
+                _sign(constraint.slope(symbol))
+            except Undecided:
+                continue
+            return constraint
+    return None
+
+
+def _eliminate(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> list[Constraint]:
+    """The constraints that remain for the other symbols, by exact elimination of one."""
+    constraints = list(constraints)
+    kept = [constraint for constraint in constraints if not constraint.involves(symbol)]
+    involved = [constraint for constraint in constraints if constraint.involves(symbol)]
+    if pivot := _pivot(symbol, involved):
+        scale = pivot.slope(symbol)
+        sign = _sign(scale)
+        for constraint in involved:
+            if constraint is not pivot:
+                rest = scale * constraint.polynomial - constraint.slope(symbol) * pivot.polynomial
+                kept.append(Constraint(sign * rest, constraint.kind))
+        return kept
+    slopes = [(constraint, constraint.slope(symbol)) for constraint in involved]
+    lower = [(constraint, slope) for constraint, slope in slopes if _sign(slope) > 0]
+    upper = [(constraint, slope) for constraint, slope in slopes if _sign(slope) < 0]
+    for (below, a), (above, b) in product(lower, upper):
+        kind: Kind = ">" if ">" in (below.kind, above.kind) else ">="
+        kept.append(Constraint(a * above.polynomial - b * below.polynomial, kind))
+    return kept
+
+
+def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol:
+    """The symbol to eliminate next: one that an equation gives, else the least involved."""
+    costs: list[tuple[int, int]] = []
+    for index, symbol in enumerate(symbols):
+        involved = [constraint for constraint in constraints if constraint.involves(symbol)]
+        if _pivot(symbol, involved):
+            return symbol
+        try:
+            for constraint in involved:
+                if constraint.kind == "==":
+                    raise Undecided
+                _sign(constraint.slope(symbol))
+        except Undecided:
+            continue
+        costs.append((len(involved), index))
+    if not costs:
+        raise Undecided(constraints)
+    return symbols[min(costs)[1]]
+
+
+class Contradiction(Exception):
+    """A constraint without variables that does not hold."""
+
+
+def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:
+    """The constraints without those that hold by themselves."""
+    kept: list[Constraint] = []
+    for constraint in dict.fromkeys(constraints):
+        try:
+            if not constraint.holds():
+                raise Contradiction
+        except Undecided:
+            kept.append(constraint)
+    return kept
+
+
+def eliminations(
+    constraints: list[Constraint], symbols: Iterable[sp.Symbol]
+) -> Iterator[tuple[sp.Symbol, list[Constraint]]]:
+    """Each eliminated symbol with the constraints it was eliminated from; then what is left.
+
+    Raises Contradiction where nothing satisfies the constraints, and Undecided.
+    """
+    left = list(symbols)
+    constraints = _settled(constraints)
+    while left:
+        present = [s for s in left if any(c.involves(s) for c in constraints)]
+        symbol = _order(constraints, present) if present else left[0]
+        left.remove(symbol)
+        yield symbol, constraints
+        if present:
+            constraints = _settled(_eliminate(symbol, constraints))
+    yield sp.S.One, constraints
+
+
+def without(constraints: list[Constraint], symbols: Iterable[sp.Symbol]) -> list[Constraint]:
+    """The constraints that are left when the symbols are eliminated; raises as `eliminations`."""
+    return list(eliminations(constraints, symbols))[-1][1]

@@ -1,0 +1,146 @@
+"""The closed-form flow of a segment, derived by Laplace transform from the model.
+
+All six segments share one form. With contact and drift direction from the model,
+
+    m     = 1 in stick, (gamma + 1)/gamma in drift      kappa = beta in contact, else 0
+    K     = m (1 + kappa)       sigma = m zeta          push  = drift f_b / gamma
+
+the relative motion is x_r'' + 2 sigma x_r' + K x_r = m kappa delta + push + alpha cos(angle), and
+the capsule follows from its own equation (`v_c` by the interaction force, for short durations) or
+from the momentum of both bodies (for all others). `Flow` holds the result in terms of the response
+functions of `basis`; `flow_proofs` substitutes it back into the six fields of the model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import sympy as sp
+
+from capsule_sym._symbolic.model import basis
+from capsule_sym._symbolic.model.basis import K, W, s, sigma
+from capsule_sym._symbolic.model.model import P, Segment, kappa
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    f_b,
+    gamma,
+    h,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+)
+
+m = sp.Symbol("m", positive=True)  # inertia factor of the relative motion
+push = sp.Symbol("push", real=True)  # acceleration of the relative motion by friction
+friction = sp.Symbol("friction", real=True)  # drift * f_b, the friction bound with its sign
+
+cos_theta, sin_theta = sp.symbols("cos_theta sin_theta", real=True)  # forcing angle at the start
+STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in v_r
+
+spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
+margin = sp.Symbol("margin", real=True)  # interaction force minus `friction` at the start
+
+
+def constants(segment: Segment) -> dict[sp.Symbol, sp.Expr]:
+    """The constants m, kappa, push, friction, sigma and K of a segment, read off its field."""
+    _, acceleration, capsule = segment.field
+    unforced = sp.expand(acceleration - alpha * sp.cos(omega * tau))
+    inertia = sp.cancel(unforced.coeff(v_r) / -DAMPER)
+    rest = sp.expand(unforced + inertia * segment.interaction)
+    held = sp.expand(gamma * capsule - (0 if segment.stick else segment.interaction))
+    return {
+        m: inertia,
+        kappa: sp.solve(sp.diff(segment.interaction, x_r) - STIFFNESS, kappa)[0],
+        push: rest,
+        friction: -held,
+        sigma: sp.expand(-unforced.coeff(v_r) / 2),
+        K: sp.factor(-unforced.coeff(x_r)),
+    }
+
+
+# Definitions that keep x_r - delta together: near the impact surface it is small and exact.
+SPRING = P.subs(v_r, 0)
+MARGIN = P - friction
+FORCE = push - m * spring  # what the equation of motion leaves when v_r = 0 and alpha = 0
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Closed forms at a duration h after the start, dimensionless, in the response functions.
+
+    `position` is x_r(h) - x_r(0), `velocity` is v_r(h), `drift_short` and `drift_long` are two
+    equal forms of v_c(h) - v_c(0), and `advance` is x_c(h) - x_c(0).
+    """
+
+    position: sp.Expr
+    velocity: sp.Expr
+    drift_short: sp.Expr
+    drift_long: sp.Expr
+    advance: sp.Expr
+
+
+def _original(image: sp.Expr) -> sp.Expr:
+    """Inverse Laplace transform of a sum of known images, each monomial in s looked up."""
+    known = {sp.Integer(1): 1 / s, h: 1 / s**2, h**2 / 2: 1 / s**3, **basis.IMAGES}
+    numerator, denominator = sp.fraction(sp.cancel(sp.together(image)))
+    total = sp.S.Zero
+    for (power,), coefficient in sp.Poly(numerator, s).terms():
+        term = coefficient * s**power / denominator
+        ratios = ((name, sp.cancel(term / known_image)) for name, known_image in known.items())
+        name, ratio = next((n, r) for n, r in ratios if s not in r.free_symbols)
+        total += sp.factor(ratio) * name
+    return total
+
+
+@lru_cache(maxsize=1)
+def derive() -> Flow:
+    """The flow of a segment, from the Laplace transforms of its equations of motion."""
+    X = sp.Symbol("X")
+    force = sp.Symbol("force")
+    forcing = alpha * (s * cos_theta - omega * sin_theta) / W
+    # x_r = x_r(0) + increment, so the spring's constant part enters through `force`.
+    motion = sp.Eq(s**2 * X - v_r + 2 * sigma * s * X + K * X, force / s + forcing)
+    increment = sp.solve(motion, X)[0]
+    velocity = s * increment
+    growth = (STIFFNESS * increment + DAMPER * (velocity - v_r / s)) / (gamma * s)
+
+    def in_time(image: sp.Expr) -> sp.Expr:
+        sources = (v_r, force, cos_theta, sin_theta, friction)
+        image = sp.expand(image)
+        rest = image - sum(image.coeff(source) * source for source in sources)
+        if sp.cancel(sp.together(rest)) != 0:
+            raise ValueError(f"unexplained source of motion: {rest}")
+        parts = (source * _original(image.coeff(source)) for source in sources)
+        return sum(parts, sp.S.Zero).subs(force, FORCE)
+
+    position, speed = in_time(increment), in_time(velocity)
+    # The momentum (gamma + 1) v_c + v_r of both bodies changes by friction and forcing alone.
+    return Flow(
+        position=position,
+        velocity=speed,
+        drift_short=margin * h / gamma + in_time(growth),
+        drift_long=(v_r - speed - friction * h + in_time(forcing / s)) / (gamma + 1),
+        advance=v_c * h
+        + (v_r * h - position - friction * h**2 / 2 + in_time(forcing / s**2)) / (gamma + 1),
+    )
+
+
+contact = sp.Symbol("contact", nonnegative=True)  # 1 while the second spring acts, else 0
+drift = sp.Symbol("drift", real=True)  # +1 forward, -1 backward, 0 in stick
+
+
+def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
+    """The constants of every drifting (or sticking) segment, in `contact` and `drift`."""
+    inertia = sp.Integer(1) if stick else 1 + 1 / gamma
+    return {
+        m: inertia,
+        kappa: contact * beta,
+        push: sp.S.Zero if stick else drift * f_b / gamma,
+        friction: sp.S.Zero if stick else drift * f_b,
+        sigma: inertia * DAMPER / 2,
+        K: inertia * STIFFNESS.subs(kappa, contact * beta),
+    }

@@ -1,0 +1,258 @@
+"""The formulas that the certified step is made of, each derived from the model and its flow.
+
+A formula may come with its size: what the magnitudes of its terms add up to, where each argument
+is the magnitude of one. A value that is added up from these terms is off by a few units of that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import sympy as sp
+
+from capsule_sym._symbolic.model import geometry
+from capsule_sym._symbolic.model.basis import K, Q, W, s, sigma
+from capsule_sym._symbolic.model.flow import (
+    DAMPER,
+    SPRING,
+    STIFFNESS,
+    contact,
+    cos_theta,
+    friction,
+    m,
+    margin,
+    push,
+    sin_theta,
+)
+from capsule_sym._symbolic.model.jets import forcing, gap, with_gap
+from capsule_sym._symbolic.model.model import P, kappa, segment
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
+
+x_change, v_change, v_rate, index = sp.symbols("x_change v_change v_rate n", real=True)
+level = sp.Symbol("level", real=True)
+drive, last, before, term = sp.symbols("drive last before term", real=True)
+root_K, reach = sp.symbols("root_K reach", positive=True)
+
+
+@dataclass(frozen=True)
+class Formula:
+    """Named results in named arguments and a segment's constants; `sized` if it has a size."""
+
+    name: str
+    doc: str
+    arguments: tuple[sp.Symbol, ...]
+    results: tuple[tuple[str, sp.Expr], ...]
+    sized: bool = False
+
+    @property
+    def size(self) -> Formula:
+        """The same of the magnitudes of all terms."""
+        ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
+        signed = {name: sp.Abs(name) for name in (push, friction)}
+        magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
+
+        def positive(expression: sp.Expr) -> sp.Expr:
+            terms = sp.Add.make_args(sp.expand_mul(expression))
+            total = sp.Add(*(abs(t.subs({**magnitudes, **ones})) for t in terms))
+            return total.xreplace({abs(name): size for name, size in signed.items()})
+
+        return Formula(
+            f"{self.name}_size",
+            f"Magnitudes of the terms of `{self.name}`, added up.",
+            tuple(magnitudes[a] for a in self.arguments if a not in ones),
+            tuple((name, positive(value)) for name, value in self.results),
+        )
+
+
+def _forced() -> tuple[tuple[str, sp.Expr], ...]:
+    """Re(e^(i theta)/Q(i omega)) and its rate, for a forcing cos(theta) of amplitude alpha."""
+    real, imaginary = sp.expand(Q.subs(s, sp.I * omega)).as_real_imag()
+    norm = real**2 + imaginary**2
+    x = alpha * (real * cos_theta + imaginary * sin_theta) / norm
+    rate = x.subs({cos_theta: -sin_theta, sin_theta: cos_theta}, simultaneous=True) * omega
+    return ("x_forced", x), ("v_forced", rate)
+
+
+def _next(operator: sp.Expr, source: sp.Expr) -> sp.Expr:
+    """Coefficient n + 2 of a power series in h/reach that solves operator(d/dh) y = source.
+
+    The source's coefficient n comes in units of h^n; `last` and `before` are n + 1 and n.
+    """
+    known = {0: before, 1: last}
+    total = -source * reach**2
+    for (power,), coefficient in sp.Poly(operator, s).terms():
+        rising = sp.prod([index + i for i in range(1, power + 1)])
+        value = known.get(power, sp.Symbol("next"))
+        total += coefficient * rising * reach ** (2 - power) * value
+    (solution,) = sp.solve(total, sp.Symbol("next"))
+    parts = (sp.factor(sp.expand(solution).coeff(a)) * a for a in (drive, last, before))
+    return sp.Add(*parts)
+
+
+def formulas() -> tuple[Formula, ...]:
+    """All of them, in the order in which they are printed."""
+    state = (x_r, gap, v_r)
+    accelerated = push - m * with_gap(SPRING) - 2 * sigma * v_r + forcing(0)
+    motion = STIFFNESS * x_change + DAMPER * v_change
+    rest_force = push - m * with_gap(SPRING)
+    gain = STIFFNESS**2 + (DAMPER * omega) ** 2
+    centre = (push - m * SPRING).subs(x_r, 0) / K  # K is m times SPRING's slope
+    return (
+        Formula("force", "The interaction force P.", state, (("force", with_gap(P)),), True),
+        Formula(
+            "margin_at",
+            "P - friction, which drives the capsule.",
+            state,
+            (("margin", with_gap(P) - friction),),
+            True,
+        ),
+        Formula(
+            "force_change",
+            "The change of P with x_r and v_r; of their rates, the rate of P.",
+            (x_change, v_change),
+            (("change", motion),),
+            True,
+        ),
+        Formula(
+            "rest_force",
+            "What accelerates the relative motion where v_r and the forcing vanish.",
+            (x_r, gap),
+            (("force", rest_force),),
+            True,
+        ),
+        Formula("v_rate", "v_r'.", (*state, cos_theta), (("rate", accelerated),), True),
+        Formula(
+            "v_second",
+            "v_r''.",
+            (v_r, v_rate, sin_theta),
+            (("second", -K * v_r - 2 * sigma * v_rate + _rate_of_forcing()),),
+            True,
+        ),
+        Formula("v_c_rate", "v_c' in drift.", (margin,), (("rate", margin / gamma),)),
+        Formula(
+            "forcing_terms",
+            "The forcing and its rate.",
+            (cos_theta, sin_theta),
+            (("drive", forcing(0)), ("drive_rate", _rate_of_forcing())),
+            True,
+        ),
+        Formula("forced", "The forced response: x_r and v_r.", (cos_theta, sin_theta), _forced()),
+        Formula(
+            "force_gain2",
+            "The amplitude of P over that of x_r in forced motion, squared.",
+            (),
+            (("gain", gain),),
+        ),
+        Formula(
+            "force_per_energy",
+            "|P| at most, where sqrt(v_r^2 + K x_r^2) is 1; root_K is the root of K.",
+            (root_K,),
+            (("force", STIFFNESS / root_K + DAMPER),),
+        ),
+        Formula(
+            "centre",
+            "x_r where the unforced segment rests.",
+            (),
+            (("x_r", centre),),
+        ),
+        Formula(
+            "position_at",
+            "x_r at which P has a value.",
+            (level, v_r),
+            (("x_r", sp.together(sp.solve(P - level, x_r)[0])),),
+        ),
+        Formula(
+            "velocity_at",
+            "v_r at which P has a value on the impact surface.",
+            (level,),
+            (("v_r", sp.solve(P.subs(x_r, delta) - level, v_r)[0]),),
+        ),
+        Formula(
+            "turning_velocity",
+            "v_r at which P turns, where v_r' is given.",
+            (v_rate,),
+            (("v_r", sp.solve(motion.subs({x_change: v_r, v_change: v_rate}), v_r)[0]),),
+        ),
+        Formula(
+            "force_slopes",
+            "Derivatives of P with respect to delta, zeta and beta.",
+            (gap, v_r),
+            tuple((f"by_{name}", _slope(name)) for name in (delta, zeta, beta)),
+        ),
+        Formula(
+            "response_next",
+            "Coefficient n + 2 of a response in h/reach, from the drive's and those before.",
+            (index, reach, drive, last, before),
+            (("next", _next(Q, drive)),),
+            True,
+        ),
+        Formula(
+            "forcing_next",
+            "Coefficient n + 2 of cos(omega h) or sin(omega h) in h/reach, from coefficient n.",
+            (index, reach, before),
+            (("next", _next(W, sp.S.Zero)),),
+        ),
+    )
+
+
+def _slope(name: sp.Symbol) -> sp.Expr:
+    slope = sp.diff(P.subs(kappa, contact * beta), name)
+    return with_gap(slope).subs(contact * beta, kappa)
+
+
+def _rate_of_forcing() -> sp.Expr:
+    return omega * forcing(0).subs(cos_theta, -sin_theta)
+
+
+def places() -> dict[tuple[int, int, int, int], str]:
+    """Surface, line or corner point by the signs of v_c, the gap, v_r, and by what P exceeds.
+
+    The last number is 3 (-3) for P > f_b (P < -f_b), 2 (-2) for P = f_b (P = -f_b), else 0. Off
+    rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
+    """
+    levels = {3: 2 * f_b, 2: f_b, 0: sp.S.Zero, -2: -f_b, -3: -2 * f_b}
+    force = sp.Symbol("P_3", real=True)
+    order = ["O1", "O2", "O3"]
+    pieces = [geometry.PIECES[n] for n in order] + [
+        p for name, p in geometry.PIECES.items() if name not in order
+    ]
+    found = {}
+    for v_c_sign, side, speed, level in product((0, 1, -1), (0, 1, -1), (0, 1, -1), levels):
+        if v_c_sign and level:
+            continue
+        model = segment(5 if side > 0 else 2).interaction
+        for piece in pieces:
+            values = {v_c: v_c_sign, v_r: speed, x_r: delta + side}
+            relations = [r.subs(model, force) for r in piece.relations]
+            if any(force not in r.free_symbols and _in_force(r) for r in relations):
+                continue
+            if all(bool(r.subs({**values, force: levels[level]}).simplify()) for r in relations):
+                found[v_c_sign, side, speed, level] = piece.name
+                break
+    return found
+
+
+def _in_force(relation: sp.Basic) -> bool:
+    """Whether a relation is about the interaction force of the other side."""
+    return len(relation.free_symbols & {x_r, v_r}) == 2
+
+
+def impact_planes() -> dict[tuple[int, int], int]:
+    """Number of the plane of impact by the signs of v_c and v_r, Eq. (24)."""
+    return {
+        (v_c_sign, speed): int(name[1:])
+        for (v_c_sign, side, speed, _), name in places().items()
+        if v_c_sign and side == 0 and speed and name[0] == "S"
+    }

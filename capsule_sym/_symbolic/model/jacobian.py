@@ -1,0 +1,71 @@
+"""Derivatives of a segment's flow with respect to start, duration and every parameter.
+
+Columns, in order: x_r, v_r, v_c and the forcing angle theta at the start, the duration h, then
+the parameters alpha, omega, delta, zeta, beta, gamma, f_b. The angle at the start is held while
+omega varies; with the start's time held instead, add tau_0 times the column of theta.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import sympy as sp
+
+from capsule_sym._symbolic.model import basis
+from capsule_sym._symbolic.model.basis import K, sigma
+from capsule_sym._symbolic.model.flow import (
+    SPRING,
+    cos_theta,
+    derive,
+    friction,
+    general_constants,
+    m,
+    push,
+    sin_theta,
+    spring,
+)
+from capsule_sym._symbolic.model.jets import gap
+from capsule_sym._symbolic.model.model import kappa
+from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, h, omega, theta, v_c, v_r, x_r
+
+COLUMNS = (x_r, v_r, v_c, theta, h, *PARAMETERS)
+
+_ANGLE_RULES = {cos_theta: -sin_theta, sin_theta: cos_theta}
+
+
+def _total(expression: sp.Expr, column: sp.Symbol, stick: bool) -> sp.Expr:
+    """Total derivative through response functions, segment constants and the start."""
+    constants = general_constants(stick)
+    result = sp.diff(expression, column)
+    if column is theta:
+        for name, rule in _ANGLE_RULES.items():
+            result += sp.diff(expression, name) * rule
+    if column in (x_r, delta):
+        result += sp.diff(expression, spring) * sp.diff(SPRING, column)
+    result += sp.diff(expression, spring) * (x_r - delta) * sp.diff(constants[kappa], column)
+    for constant in (m, kappa, push, friction):
+        result += sp.diff(expression, constant) * sp.diff(constants[constant], column)
+    moving = {K: sp.diff(constants[K], column), sigma: sp.diff(constants[sigma], column)}
+    moving |= {variable: sp.Integer(1) for variable in (h, omega) if variable is column}
+    for name in sorted(expression.free_symbols & basis.IMAGES.keys(), key=str):
+        for variable, rate in moving.items():
+            rule = basis.RULES[variable][name]
+            result += sp.diff(expression, name) * rule * rate
+    for constant in (K, sigma):
+        result += sp.diff(expression, constant) * moving[constant]
+    return result
+
+
+@lru_cache(maxsize=2)
+def rows(stick: bool) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Rows x_r, v_r (and, in drift, v_c and x_c's advance) of the flow's Jacobian."""
+    flow = derive()
+    state = [x_r + flow.position, flow.velocity]
+    if not stick:
+        state += [v_c + flow.drift_long, flow.advance]
+    else:
+        state = [expression.subs({push: 0, friction: 0}) for expression in state]
+    return tuple(
+        tuple(_total(expression, column, stick).subs(x_r - delta, gap) for column in COLUMNS)
+        for expression in state
+    )

@@ -1,0 +1,84 @@
+"""Time derivatives of the state and of the guards of a segment, to any order, from its field.
+
+Once x_r, v_r and the forcing angle are known, every further derivative follows from the equation
+of motion, x^(n+2) = -2 sigma x^(n+1) - K x^(n) + alpha (d/dtau)^n cos, and the interaction force
+P, linear in x_r and v_r, gives those of v_c' = (P - friction)/gamma.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.basis import K, sigma
+from capsule_sym._symbolic.model.flow import (
+    DAMPER,
+    SPRING,
+    STIFFNESS,
+    cos_theta,
+    m,
+    push,
+    sin_theta,
+)
+from capsule_sym._symbolic.model.model import P
+from capsule_sym._symbolic.model.symbols import alpha, delta, omega, v_r, x_r
+
+gap = sp.Symbol("gap", real=True)  # x_r - delta
+
+
+def with_gap(expression: sp.Expr) -> sp.Expr:
+    """The expression with x_r - delta, small and exact near the impact surface, as a variable."""
+    return expression.subs(x_r - delta, gap)
+
+
+def position_symbol(order: int) -> sp.Symbol:
+    """Symbol of the derivative of x_r of this order."""
+    return (x_r, v_r)[order] if order < 2 else sp.Symbol(f"x{order}", real=True)
+
+
+def force_symbol(order: int) -> sp.Symbol:
+    """Symbol of the derivative of the interaction force P of this order."""
+    return sp.Symbol(f"p{order}", real=True)
+
+
+def _drive(order: int) -> sp.Symbol:
+    """Amplitude alpha omega^order of the forcing's derivative of this order."""
+    return alpha if order == 0 else sp.Symbol(f"drive{order}", nonnegative=True)
+
+
+def forcing(order: int) -> sp.Expr:
+    """The forcing's derivative of this order."""
+    angle = sp.Symbol("angle")
+    value = sp.diff(sp.cos(angle), angle, order) * _drive(order)
+    return value.subs({sp.cos(angle): cos_theta, sp.sin(angle): sin_theta})
+
+
+def jet(order: int) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Assignments, in order, of x^(2) ... x^(order + 1) and of P, P', ... P^(order).
+
+    The amplitudes of the forcing's derivatives come first, under their own symbols.
+    """
+    x = position_symbol
+    steps = [(_drive(n), omega * _drive(n - 1)) for n in range(1, order)]
+    steps += [(x(2), push - m * with_gap(SPRING) - 2 * sigma * v_r + forcing(0))]
+    steps += [(x(n + 2), -2 * sigma * x(n + 1) - K * x(n) + forcing(n)) for n in range(1, order)]
+    steps += [(force_symbol(0), with_gap(P))]
+    steps += [(force_symbol(n), STIFFNESS * x(n) + DAMPER * x(n + 1)) for n in range(1, order + 1)]
+    return steps
+
+
+def magnitudes(steps: list[tuple[sp.Symbol, sp.Expr]]) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """The same assignments with every term replaced by a bound on its absolute value.
+
+    Each quantity `y` becomes its magnitude `abs_y`; a recurrence of n steps commits a rounding
+    error of at most a small multiple of n units of its magnitude (running error analysis).
+    """
+    bound = {cos_theta: sp.S.One, sin_theta: sp.S.One, push: sp.Abs(push)}
+    derived = [target for target, _ in steps if not target.name.startswith("drive")]
+    for name in [x_r, v_r, gap, *derived]:
+        bound[name] = sp.Symbol(f"abs_{name}", nonnegative=True)
+
+    def positive(expression: sp.Expr) -> sp.Expr:
+        terms = sp.Add.make_args(sp.expand_mul(expression))
+        return sp.Add(*(abs(term.subs(bound)) for term in terms))
+
+    return [(bound.get(target, target), positive(expression)) for target, expression in steps]

@@ -1,0 +1,217 @@
+"""Exact decisions about the inequalities of the theory, and exact points that satisfy them.
+
+Variables are eliminated exactly, so that consistency and implication are decided, not sampled;
+where the elimination meets a coefficient of unknown sign, `Undecided` is raised. zeta = 0 and
+beta = 0 are cases of their own, beside zeta > 0 and beta > 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from functools import cache
+from itertools import product
+from math import ceil, floor
+
+import sympy as sp
+from sympy.solvers.inequalities import solve_rational_inequalities
+
+from capsule_sym._symbolic.model.elimination import (
+    RANGES,
+    VARIABLES,
+    Constraint,
+    Contradiction,
+    Relation,
+    Sign,
+    Undecided,
+    constraint_of,
+    depth,
+    eliminations,
+    inverse_gamma,
+    without,
+)
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    delta,
+    force,
+    gamma,
+    omega,
+    tau,
+    x_r,
+    zeta,
+)
+
+
+def _zero_patterns(symbols: list[sp.Symbol]) -> Iterator[dict[sp.Symbol, int]]:
+    for zeros in product((False, True), repeat=len(symbols)):
+        yield {symbol: 0 for symbol, zero in zip(symbols, zeros, strict=True) if zero}
+
+
+def _cases(constraints: Iterable[Constraint]) -> Iterator[list[Constraint]]:
+    """The constraints for zeta and beta zero or positive, in every combination that occurs."""
+    constraints = [*constraints, *RANGES]
+    present = [s for s in (zeta, beta) if any(c.involves(s) for c in constraints)]
+    for values in _zero_patterns(present):
+        yield [constraint.at(values) for constraint in constraints]
+
+
+def _satisfiable(constraints: list[Constraint]) -> bool:
+    """Whether some state and some positive zeta, beta, omega and 1/gamma satisfy constraints."""
+    try:
+        unsettled = without(constraints, VARIABLES)
+    except Contradiction:
+        return False
+    unknown = sorted({s for c in unsettled for s in c.polynomial.as_expr().free_symbols}, key=str)
+    samples = (dict(zip(unknown, values, strict=True)) for values in _trials(len(unknown)))
+    if any(all(constraint.at(sample).holds() for constraint in unsettled) for sample in samples):
+        return True
+    if len(unknown) > 1:
+        raise Undecided(unsettled)
+    (symbol,) = unknown
+    one = sp.Poly(1, symbol)
+    system = [((sp.Poly(c.polynomial.as_expr(), symbol), one), c.kind) for c in unsettled]
+    positive = ((sp.Poly(symbol, symbol), one), ">")
+    return bool(solve_rational_inequalities([[positive, *system]]) != sp.S.EmptySet)
+
+
+def _trials(count: int) -> Iterator[tuple[Fraction, ...]]:
+    """Values at which a system may be seen to hold; that it does not there proves nothing."""
+    return product((Fraction(1, 16), Fraction(1), Fraction(16)), repeat=count)
+
+
+@cache
+def _consistent(constraints: tuple[Constraint, ...]) -> bool:
+    return any(map(_satisfiable, _cases(constraints)))
+
+
+def consistent(relations: Iterable[Relation]) -> bool:
+    """Whether some state, force and admissible parameters satisfy all the relations.
+
+    Raises `Undecided` when the elimination meets a coefficient of unknown sign.
+    """
+    return _consistent(tuple(map(constraint_of, relations)))
+
+
+def negations(relation: Relation) -> tuple[Relation, ...]:
+    """The relations of which exactly one holds where the given one does not."""
+    if isinstance(relation, sp.Eq):
+        return sp.Gt(relation.lhs, relation.rhs), sp.Lt(relation.lhs, relation.rhs)
+    return (sp.Not(relation),)
+
+
+def implies(hypotheses: Iterable[Relation], conclusion: Relation) -> bool:
+    """Whether the conclusion holds wherever all the hypotheses do."""
+    hypotheses = list(hypotheses)
+    return not any(consistent([*hypotheses, other]) for other in negations(conclusion))
+
+
+def sign_under(expression: sp.Expr, hypotheses: Iterable[Relation]) -> Sign | None:
+    """Sign of an expression wherever the hypotheses hold; None where it takes several."""
+    hypotheses = list(hypotheses)
+    if implies(hypotheses, sp.Gt(expression, 0)):
+        return 1
+    if implies(hypotheses, sp.Lt(expression, 0)):
+        return -1
+    return 0 if implies(hypotheses, sp.Eq(expression, 0)) else None
+
+
+def always_solvable(
+    hypotheses: Iterable[Relation], relations: Iterable[Relation], unknowns: Iterable[sp.Symbol]
+) -> bool:
+    """Whether for ALL values that satisfy the hypotheses some unknowns satisfy the relations.
+
+    The unknowns are among x_r, v_r, v_c, the force and its rate.
+    """
+    eliminated = [depth if symbol == x_r else symbol for symbol in unknowns]
+    given = [constraint_of(relation) for relation in hypotheses]
+    wanted = [constraint_of(relation) for relation in relations]
+    present = [s for s in (zeta, beta) if any(c.involves(s) for c in given + wanted)]
+    for values in _zero_patterns(present):
+        case = [constraint.at(values) for constraint in given]
+        fixed = [constraint_of(sp.Gt(s, 0)) for s in present if s not in values]
+        try:
+            remaining = without([c.at(values) for c in (*wanted, *RANGES)], eliminated)
+        except Contradiction:
+            remaining = [constraint_of(sp.false)]
+        for condition in remaining:
+            for opposite in condition.opposites():
+                if _consistent((*case, *fixed, opposite)):
+                    return False
+    return True
+
+
+def _simplest(low: Fraction | None, high: Fraction | None, closed: bool) -> Fraction:
+    """A rational between the bounds (None for unbounded) with a small denominator.
+
+    `closed` says whether bounds that are equal may be taken themselves. Raises ValueError where
+    there is nothing between them.
+    """
+    if low is None and high is None:
+        return Fraction(0)
+    if low is None:
+        assert high is not None
+        return Fraction(min(0, ceil(high) - 1))
+    if high is None:
+        return Fraction(max(0, floor(low) + 1))
+    if closed and low == high:
+        return low
+    if not low < high:
+        raise ValueError(f"nothing is between {low} and {high}")
+    denominator = 1
+    while True:
+        numerator = floor(low * denominator) + 1
+        if numerator < high * denominator:
+            return Fraction(numerator, denominator)
+        denominator += 1
+
+
+def example(
+    relations: Iterable[Relation], values: Mapping[sp.Symbol, Fraction | int]
+) -> dict[sp.Symbol, Fraction]:
+    """An exact rational point that satisfies the relations, found by back-substitution.
+
+    `values` gives zeta, beta, gamma, f_b = 1 and any other symbol that is to be fixed; the
+    result holds them and x_r, v_r, v_c, the force, alpha and delta. Raises ValueError when there
+    is no such point.
+    """
+    fixed = {symbol: Fraction(value) for symbol, value in values.items()}
+    polynomial_values: dict[sp.Symbol, Fraction | int] = {
+        symbol: value for symbol, value in fixed.items() if symbol not in (gamma, x_r)
+    }
+    polynomial_values[inverse_gamma] = 1 / fixed[gamma]
+    constraints = [c.at(polynomial_values) for c in [*map(constraint_of, relations), *RANGES]]
+    unknowns = [symbol for symbol in VARIABLES if symbol not in fixed]
+    try:
+        *stages, _ = eliminations(constraints, unknowns)
+    except Contradiction:
+        raise ValueError(f"no point satisfies {list(relations)} at {fixed}") from None
+    found: dict[sp.Symbol, Fraction | int] = {}
+    for symbol, stage in reversed(stages):
+        found[symbol] = _choose(symbol, [c.at(found) for c in stage if c.involves(symbol)])
+    point = {symbol: Fraction(value) for symbol, value in found.items()} | fixed
+    point[x_r] = point[delta] + point.pop(depth)
+    return point
+
+
+def _choose(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Fraction:
+    lows: list[tuple[Fraction, bool]] = []
+    highs: list[tuple[Fraction, bool]] = []
+    for constraint in constraints:
+        slope = Fraction(str(constraint.slope(symbol).as_expr()))
+        offset = Fraction(str(constraint.at({symbol: 0}).polynomial.as_expr()))
+        bound = -offset / slope
+        if constraint.kind == "==":
+            return bound
+        (lows if slope > 0 else highs).append((bound, constraint.kind == ">="))
+    low = max((bound for bound, _ in lows), default=None)
+    high = min((bound for bound, _ in highs), default=None)
+    closed = all(closed for bound, closed in lows + highs if bound in (low, high))
+    return _simplest(low, high, closed)
+
+
+def evaluate(expression: sp.Expr, point: Mapping[sp.Symbol, Fraction]) -> Fraction:
+    """Exact value of an expression that is rational in the symbols of a point."""
+    reduced = expression.xreplace({sp.cos(omega * tau): force / alpha}).expand()
+    value = reduced.xreplace({symbol: sp.Rational(v) for symbol, v in point.items()})
+    return Fraction(int(value.p), int(value.q))

@@ -1,0 +1,358 @@
+"""Switching mechanisms on surfaces and lines, and the local maps they allow: Tables 1, 2 and 3.
+
+A trajectory of a field arrives at a boundary point from the field's cell, or departs into it,
+according to the first non-vanishing time derivative of each function that bounds the cell
+(velocity of the capsule, penetration, force against the friction bound). Those derivatives are
+the paper's inner products of normals and fields, Eqs. (16)-(23), and the next ones. Their signs
+are decided by `proof`; where a sign depends on state, time or parameters, the point is split into
+the three cases and each carries its condition.
+
+Sources and targets of every surface and line follow, and from them the local maps
+P_{target, field, source}. A plane Sigma_1..Sigma_6 holds the points at which the capsule is at
+rest and the motion goes on with field F1..F6; Sigma_7..Sigma_10 hold the impacts of a moving
+capsule. The run-time switching table is emitted from here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from itertools import chain
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation, Sign
+from capsule_sym._symbolic.model.geometry import (
+    LINES,
+    PIECES,
+    POINTS,
+    SCENARIOS,
+    SURFACES,
+    Piece,
+)
+from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
+from capsule_sym._symbolic.model.symbols import (
+    STATE,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
+
+# The state, the force and its first rate of change: derivatives that hold no more than these.
+_ORDERS_OF_MOTION = 3
+_ORDERS_OF_FORCE = 2
+
+
+@dataclass(frozen=True)
+class Transition:
+    """On a surface, trajectories from subspace Omega_source go on in Omega_target (Table 1)."""
+
+    source: int
+    surface: str
+    target: int
+
+
+@dataclass(frozen=True)
+class LineTransition:
+    """The same on a line or corner point (Table 2), where the condition holds."""
+
+    source: int
+    line: str
+    target: int
+    condition: tuple[Relation, ...]
+
+
+@dataclass(frozen=True, order=True)
+class LocalMap:
+    """P_{target, F field, source}: field `field` from a source plane to a target plane (Table 3).
+
+    Planes are named Σ1 to Σ10.
+    """
+
+    target: str
+    field: int
+    source: str
+
+    def __str__(self) -> str:
+        return f"P_{{{self.target},F{self.field},{self.source}}}"
+
+    @property
+    def formula(self) -> str:
+        """The map in LaTeX."""
+        target, source = (rf"\Sigma_{{{plane[1:]}}}" for plane in (self.target, self.source))
+        return f"P_{{{target},F_{self.field},{source}}}"
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A part of a piece where all signs are the same.
+
+    `arrives` and `departs` hold the fields whose trajectories reach it from, or leave it into,
+    their own cell; `may_arrive` and `may_depart` add those that higher derivatives decide.
+    """
+
+    piece: Piece
+    condition: tuple[Relation, ...]
+    arrives: frozenset[int]
+    departs: frozenset[int]
+    may_arrive: frozenset[int]
+    may_depart: frozenset[int]
+
+
+def time_derivative(expression: sp.Expr, field: Segment) -> sp.Expr:
+    """Rate of change of a function of state and time along a field."""
+    along = sum(expression.diff(s) * rate for s, rate in zip(STATE, field.field, strict=True))
+    return sp.expand(along + expression.diff(tau))
+
+
+@cache
+def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, ...]:
+    """A function and its time derivatives along F`index`, orders 0 to `orders`."""
+    found = [sp.expand(expression)]
+    for _ in range(orders):
+        found.append(time_derivative(found[-1], SEGMENTS[index - 1]))
+    return tuple(found)
+
+
+def guards(field: Segment) -> tuple[sp.Expr, ...]:
+    """The functions that are positive in the cell of a field and vanish on its boundary."""
+    side = x_r - delta if field.contact else delta - x_r
+    if field.stick:
+        return side, f_b - field.interaction, f_b + field.interaction
+    return side, field.drift * v_c
+
+
+class _Split(Exception):
+    """A sign that is not the same all over the piece."""
+
+    def __init__(self, expression: sp.Expr) -> None:
+        self.expression = expression
+
+
+def _first_sign(guard: sp.Expr, field: Segment, known: tuple[Relation, ...]) -> tuple[int, Sign]:
+    """Order and sign of the first derivative of a guard that does not vanish (0: all vanish)."""
+    orders = _ORDERS_OF_FORCE if guard.has(f_b) else _ORDERS_OF_MOTION
+    for order, expression in enumerate(derivatives(guard, field.index, orders)):
+        sign = sign_under(expression, known)
+        if sign is None:
+            raise _Split(expression)
+        if sign:
+            return order, sign
+    return orders + 1, 0
+
+
+def _passage(field: Segment, known: tuple[Relation, ...]) -> tuple[bool | None, bool | None]:
+    """Whether the field's trajectory through the point comes from, and goes into, its cell.
+
+    None where nothing excludes it and some guard vanishes with all its derivatives.
+    """
+    if field.stick and sign_under(v_c, known) != 0:
+        return False, False
+    arrives: bool | None = True
+    departs: bool | None = True
+    split: _Split | None = None
+    for guard in guards(field):
+        try:
+            order, sign = _first_sign(guard, field, known)
+        except _Split as found:
+            split = split or found
+            continue
+        if sign == 0:
+            arrives, departs = arrives and None, departs and None
+            continue
+        if sign * (-1) ** order < 0:
+            arrives = False
+        if sign < 0:
+            departs = False
+        if arrives is False and departs is False:
+            return False, False
+    if split:
+        raise split
+    return arrives, departs
+
+
+def reduced(expression: sp.Expr, known: Iterable[Relation]) -> sp.Expr:
+    """A shorter expression that has the same sign where the equations among the known hold."""
+    roots: list[tuple[sp.Expr, sp.Expr]] = []
+    for relation in known:
+        if isinstance(relation, sp.Eq):
+            equation = sp.expand((relation.lhs - relation.rhs).subs(roots))
+            for unknown in (v_c, x_r, v_r, sp.cos(omega * tau), delta):
+                slope = equation.coeff(unknown)
+                if slope.is_nonzero:
+                    roots.append((unknown, sp.expand(unknown - equation / slope)))
+                    break
+    expression = expression.subs(roots)
+    numerator = sp.numer(sp.factor(expression))
+    parts = [f for f in sp.Mul.make_args(numerator) if f == omega or not f.is_positive]
+    product = sp.expand(sp.Mul(*parts))
+    return sp.expand(product / gamma ** sp.degree(product, gamma))
+
+
+def leaves(piece: Piece, condition: tuple[Relation, ...] = ()) -> Iterator[Leaf]:
+    """The parts of a piece on which every field's arrival and departure are decided."""
+    known = (*piece.relations, *condition)
+    passages: dict[int, tuple[bool | None, bool | None]] = {}
+    try:
+        for field in SEGMENTS:
+            passages[field.index] = _passage(field, known)
+    except _Split as split:
+        expression = reduced(split.expression, known)
+        for relation in (sp.Gt, sp.Lt, sp.Eq):
+            case = relation(expression, 0)
+            if consistent([*known, case]):
+                yield from leaves(piece, (*condition, case))
+        return
+    yield Leaf(
+        piece,
+        condition,
+        arrives=frozenset(index for index, (before, _) in passages.items() if before),
+        departs=frozenset(index for index, (_, after) in passages.items() if after),
+        may_arrive=frozenset(i for i, (before, _) in passages.items() if before is not False),
+        may_depart=frozenset(i for i, (_, after) in passages.items() if after is not False),
+    )
+
+
+@cache
+def leaves_of(name: str) -> tuple[Leaf, ...]:
+    """The leaves of a piece by its name; L9 and O1 without the point O3, which has its own."""
+    apart = {"L9": v_c, "O1": v_r}
+    if name not in apart:
+        return tuple(leaves(PIECES[name]))
+    sides = (sp.Gt(apart[name], 0), sp.Lt(apart[name], 0))
+    return tuple(chain.from_iterable(leaves(PIECES[name], (side,)) for side in sides))
+
+
+def surface_transitions() -> tuple[Transition, ...]:
+    """Table 1, derived: where trajectories come from and go to on each surface."""
+    return tuple(
+        Transition(source, name, target)
+        for name in SURFACES
+        for leaf in leaves_of(name)
+        for source in sorted(leaf.arrives)
+        for target in sorted(leaf.departs)
+        if source != target
+    )
+
+
+def line_transitions() -> tuple[LineTransition, ...]:
+    """Table 2, derived: the same for lines and corner points, with the condition of each row.
+
+    Rows with equal source and target are contacts without a switch (a graze).
+    """
+    return tuple(
+        LineTransition(source, name, target, leaf.condition)
+        for name in (*LINES, *POINTS)
+        for leaf in leaves_of(name)
+        for source in sorted(leaf.arrives)
+        for target in sorted(leaf.departs)
+    )
+
+
+@dataclass(frozen=True)
+class _Event:
+    """A leaf's switch: the plane it lies on, the field before it and the field after it."""
+
+    plane: str
+    before: int
+    after: int
+    at_rest: bool
+    relations: tuple[Relation, ...]
+
+
+@cache
+def _events() -> tuple[_Event, ...]:
+    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
+    return tuple(
+        _Event(
+            plane=f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ"),
+            before=source,
+            after=target,
+            at_rest=rest,
+            relations=(*leaf.piece.relations, *leaf.condition),
+        )
+        for name, piece in PIECES.items()
+        for rest in (implies(piece.relations, sp.Eq(v_c, 0)),)
+        for leaf in leaves_of(name)
+        for source in sorted(leaf.arrives)
+        for target in sorted(leaf.departs)
+        if source != target
+    )
+
+
+def end_planes() -> frozenset[tuple[int, str]]:
+    """Fields with the planes on which they may end, undecided higher derivatives included."""
+    impacts = {(t.source, t.target): t.surface for t in surface_transitions()}
+    return frozenset(
+        (source, f"Σ{target}" if rest else impacts[source, target].replace("S", "Σ"))
+        for name, piece in PIECES.items()
+        for rest in (implies(piece.relations, sp.Eq(v_c, 0)),)
+        for leaf in leaves_of(name)
+        for source in leaf.may_arrive
+        for target in leaf.may_depart
+        if source != target
+    )
+
+
+def momentum(field: Segment) -> sp.Expr:
+    """Capsule's velocity in the sense of drift, less the damper's share (beta, delta: springs).
+
+    Its rate along a drift field holds the springs and friction only: the damper's impulse
+    2 zeta (x_r - delta) / gamma is taken out.
+    """
+    return field.drift * (v_c - 2 * zeta * (x_r - delta) / gamma)
+
+
+def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
+    """Whether a drift that begins at an impact of the moving capsule cannot end at rest.
+
+    So it is when `momentum` is positive at the impact, never decreases in the cell, and is not
+    positive where the capsule is at rest.
+    """
+    side, speed = guards(field)
+    hypotheses = list(hypotheses)
+    held = momentum(field)
+    return (
+        implies([*hypotheses, sp.Eq(side, 0), speed > 0], held > 0)
+        and implies([*hypotheses, side >= 0], time_derivative(held, field) >= 0)
+        and implies([*hypotheses, side >= 0, sp.Eq(speed, 0)], held <= 0)
+    )
+
+
+def allowed_maps(hypotheses: Iterable[Relation]) -> frozenset[LocalMap]:
+    """The local maps that nothing excludes where the hypotheses on the parameters hold."""
+    hypotheses = list(hypotheses)
+    possible = [e for e in _events() if consistent([*e.relations, *hypotheses])]
+    barred = {
+        field.index for field in SEGMENTS if not field.stick and never_rests(field, hypotheses)
+    }
+    return frozenset(
+        LocalMap(target=end.plane, field=end.before, source=start.plane)
+        for end in possible
+        for start in possible
+        if start.after == end.before
+        and not (end.before in barred and end.at_rest and not start.at_rest)
+    )
+
+
+@cache
+def local_maps() -> tuple[LocalMap, ...]:
+    """Table 3, derived: the local maps that occur for some parameters, in the paper's order.
+
+    A map leads a field from a plane where it can begin to a plane where it can end. That each of
+    them does occur is shown by the witnesses of `reachability`.
+    """
+    maps = frozenset[LocalMap]().union(*(allowed_maps([r]) for r in SCENARIOS.values()))
+    return tuple(sorted(maps, key=_table_order))
+
+
+def _table_order(local_map: LocalMap) -> tuple[int, int, int]:
+    return local_map.field, int(local_map.source[1:]), int(local_map.target[1:])

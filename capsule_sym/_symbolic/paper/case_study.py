@@ -1,0 +1,147 @@
+"""The motions of Section 4, proved in ball arithmetic, at the printed mass ratio and at 3.0.
+
+`settled` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
+(0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import TypeVar
+
+import sympy as sp
+
+from capsule_sym._enclosures.attraction import tendency
+from capsule_sym._enclosures.balls import Unproved
+from capsule_sym._enclosures.settled import Settled
+from capsule_sym._enclosures.settled import first_fields as _first_fields
+from capsule_sym._enclosures.settled import settled as _settled
+from capsule_sym._paper import Paper
+from capsule_sym._symbolic.model.elimination import Undecided
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.switching import LocalMap
+from capsule_sym._symbolic.model.symbols import PARAMETERS
+
+OTHER = "3.0"
+"""The mass ratio at which the printed order of the bifurcations comes out."""
+
+Word = tuple[int, ...]
+"""The fields of one period in order of time."""
+Maps = tuple[LocalMap, ...]
+T = TypeVar("T")
+_IMPACT_PLANES = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
+"""The plane on which a moving capsule's impact begins a field."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """Parameters of the case study, by name as decimal numbers."""
+
+    numbers: tuple[tuple[str, str], ...]
+
+    def __str__(self) -> str:
+        return f"γ = {self['gamma']}, α = {self['alpha']}"
+
+    def __getitem__(self, name: str) -> str:
+        return dict(self.numbers)[name]
+
+    @property
+    def values(self) -> dict[sp.Symbol, sp.Rational]:
+        """All parameters, exactly."""
+        return {symbol: sp.Rational(self[str(symbol)]) for symbol in PARAMETERS}
+
+
+def point(paper: Paper, alpha: str, gamma: str | None = None) -> Point:
+    """The printed parameters at an amplitude, with another mass ratio if one is given."""
+    entry = paper["section.4.parameters"]
+    numbers = {str(symbol): entry.printed.get(str(symbol), alpha) for symbol in PARAMETERS}
+    return Point(tuple((numbers | {"gamma": gamma or entry["gamma"], "alpha": alpha}).items()))
+
+
+def _decided(found: Callable[[Mapping[str, str]], T], at: Point) -> T:
+    try:
+        return found(dict(at.numbers))
+    except Unproved as error:
+        raise Undecided(f"{at}: {error}") from error
+
+
+@cache
+def settled(at: Point) -> Settled:
+    """The stable orbit near which the motion from rest settles."""
+    return _decided(_settled, at)
+
+
+@cache
+def from_rest(at: Point) -> Word:
+    """The fields of the orbit to which the motion from rest is proved to tend."""
+    return _decided(tendency, at).word
+
+
+@cache
+def first_fields(at: Point) -> Word:
+    """The fields of the motion from rest within one period."""
+    return _decided(_first_fields, at)
+
+
+def maps(word: Word) -> Maps:
+    """The local maps of a periodic sequence of fields; none for a single field."""
+
+    def plane(before: int, after: int) -> str:
+        old, new = SEGMENTS[before - 1], SEGMENTS[after - 1]
+        impact = old.drift == new.drift != 0
+        return _IMPACT_PLANES[after] if impact else f"Σ{after}"
+
+    if len(word) == 1:
+        return ()
+    begins = [plane(word[i - 1], word[i]) for i in range(len(word))]
+    return tuple(map(LocalMap, [*begins[1:], begins[0]], word, begins))
+
+
+def global_map(local_maps: Maps) -> str:
+    """A global map in the paper's notation, composed from right to left."""
+    return " ∘ ".join(map(str, reversed(local_maps))) or "Id_{Σ2,F2,Σ2}"
+
+
+def cycle(local_maps: Maps) -> Maps:
+    """The same cycle begun at its least map."""
+    start = local_maps.index(min(local_maps)) if local_maps else 0
+    return (*local_maps[start:], *local_maps[:start])
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Two amplitudes with their motions, between which a bifurcation is."""
+
+    below: str
+    first: Word
+    above: str
+    second: Word
+
+
+_EARLY = (
+    Bracket("0.00737", (2,), "0.00738", (2, 5)),
+    Bracket("0.36877", (5, 2), "0.36879", (5, 4, 5, 2)),
+)
+BRACKETS: dict[str, tuple[Bracket, ...]] = {
+    "3.3": (
+        *_EARLY,
+        Bracket("0.52459", (5, 4, 5, 2), "0.5246", (5, 4, 1, 2)),
+        Bracket("0.9409", (5, 4, 1, 2), "0.9411", (5, 4, 1, 2, 3, 2)),
+        Bracket("1.4268", (5, 4, 1, 2, 3, 2), "1.4269", (5, 4, 1, 2, 3, 6)),
+        Bracket("1.5885", (5, 4, 1, 3, 6), "1.5887", (4, 1, 3, 6)),
+        Bracket("1.5217", (5, 4, 1, 2, 3, 6), "1.5219", (5, 4, 1, 3, 2, 3, 6)),
+        Bracket("1.5513", (5, 4, 1, 3, 2, 3, 6), "1.5515", (5, 4, 1, 3, 6)),
+    ),
+    OTHER: (
+        *_EARLY,
+        Bracket("0.524", (5, 4, 5, 2), "0.5242", (5, 4, 1, 2)),
+        Bracket("0.9388", (5, 4, 1, 2), "0.9389", (5, 4, 1, 2, 3, 2)),
+        Bracket("1.4412", (5, 4, 1, 2, 3, 2), "1.4413", (5, 4, 1, 2, 3, 6)),
+        Bracket("1.6152", (5, 4, 1, 2, 3, 6), "1.6153", (4, 1, 2, 3, 6)),
+        Bracket("1.6621", (4, 1, 2, 3, 6), "1.6623", (4, 1, 3, 2, 3, 6)),
+        Bracket("1.7016", (4, 1, 3, 2, 3, 6), "1.7018", (4, 1, 3, 6)),
+    ),
+}
+"""The eight bifurcations in the order in which Section 4 names them, at each mass ratio."""

@@ -1,0 +1,105 @@
+"""What happens between two motions: the type of a bifurcation and its line, from the itineraries.
+
+By the definitions of Figs. 4 and 5: adding-sliding inserts a drift into stick; grazing-sliding
+takes the stick out of one drift, crossing-sliding out of two opposite ones; switching-sliding lets
+a drift end in the opposite one in place of stick; a boundary-intersection crossing replaces the
+field between a drift and a stick of the other contact; grazing adds a contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+
+Word = tuple[int, ...]
+"""The fields of one period in order of time."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A bifurcation by its type and line; `field` is the one inserted, removed or replaced."""
+
+    type: str
+    line: str
+    field: int
+
+
+def cyclic(word: Word) -> Word:
+    """The same cycle begun at its least rotation."""
+    return min(word[i:] + word[:i] for i in range(len(word)))
+
+
+def _edge(contact: bool, drift: int) -> str:
+    """The line on which stick ends into a drift."""
+    return f"L{(1 if drift > 0 else 2) + 2 * contact}"
+
+
+def _fields(*indices: int) -> tuple[Segment, ...]:
+    return tuple(SEGMENTS[index - 1] for index in indices)
+
+
+def _shortened(longer: Word, shorter: Word) -> Change | None:
+    """The change that takes one or two legs out of a word."""
+    n = len(longer)
+    for i in range(n):
+        turned = longer[i:] + longer[:i]
+        before, gone, after = _fields(turned[-1], turned[0], turned[1 % n])
+        if turned[-1] == turned[1 % n]:  # x gone x becomes x
+            rest = turned[2:]
+            if cyclic(rest or (turned[-1],)) != cyclic(shorter):
+                continue
+            if gone.contact != before.contact:
+                return Change("grazing", "L9", gone.index)
+            if before.stick:
+                return Change("adding-sliding", _edge(gone.contact, gone.drift), gone.index)
+            if gone.stick:
+                return Change("grazing-sliding", _edge(gone.contact, before.drift), gone.index)
+        elif (
+            cyclic(turned[1:]) == cyclic(shorter)
+            and before.contact == gone.contact == after.contact
+        ):
+            if gone.stick and before.drift == -after.drift:
+                return Change("crossing-sliding", _edge(gone.contact, after.drift), gone.index)
+            if after.stick and before.drift == -gone.drift:
+                return Change("switching-sliding", _edge(gone.contact, gone.drift), gone.index)
+    return None
+
+
+def _replaced(first: Word, second: Word) -> Change | None:
+    """The change that replaces one leg between a drift and stick of the other contact."""
+    if len(first) != len(second):
+        return None
+    n = len(first)
+    turns = [first[i:] + first[:i] for i in range(n)]
+    for turn in (second[i:] + second[:i] for i in range(n)):
+        for mine in turns:
+            if mine[1:] != turn[1:] or mine[0] == turn[0]:
+                continue
+            before, after, one, other = _fields(mine[-1], mine[1], mine[0], turn[0])
+            crossing = before.contact != after.contact and one.contact != other.contact
+            if crossing and after.stick:
+                return Change(
+                    "boundary-intersection crossing", "L6" if after.contact else "L7", other.index
+                )
+    return None
+
+
+def change(first: Word, second: Word) -> Change | None:
+    """The bifurcation between two words; None where it has no name."""
+    if len(first) == len(second):
+        return _replaced(first, second)
+    longer, shorter = sorted((first, second), key=len, reverse=True)
+    return _shortened(longer, shorter)
+
+
+def common(first: Word, second: Word) -> Word:
+    """The word at a boundary-intersection crossing: the leg that is replaced has no duration."""
+    found = change(first, second)
+    if found is None or found.type != "boundary-intersection crossing":
+        raise ValueError((first, second))
+    n = len(second)
+    words = {cyclic(second[:i] + second[i + 1 :]) for i in range(n) if second[i] == found.field}
+    others = {cyclic(first[:i] + first[i + 1 :]) for i in range(len(first))}
+    (word,) = words & others
+    return word

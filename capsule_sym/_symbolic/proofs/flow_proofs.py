@@ -1,0 +1,257 @@
+"""Proofs that the closed-form flow, its jets and its Jacobians solve the fields of the model.
+
+Every statement is substituted back into the equations of motion, for symbolic parameters, state,
+phase and duration: the flow into each of Eqs. (7)-(12), the Jacobians into the variational
+equations of drift and of stick, whose fields are shown to be those of the six segments.
+`basis_proofs` proves the rules that are used here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property, partial
+
+import sympy as sp
+
+from capsule_sym._symbolic.model import basis, flow, jacobian, jets
+from capsule_sym._symbolic.model.basis import INITIAL, K, cosine, sine
+from capsule_sym._symbolic.model.flow import contact, cos_theta, drift, sin_theta
+from capsule_sym._symbolic.model.model import P3, P4, SEGMENTS, Segment, kappa
+from capsule_sym._symbolic.model.symbols import (
+    PARAMETERS,
+    alpha,
+    delta,
+    f_b,
+    gamma,
+    h,
+    omega,
+    tau,
+    theta,
+    v_c,
+    v_r,
+    x_c,
+    x_r,
+)
+from capsule_sym._symbolic.proofs.basis_proofs import (
+    DEPENDENT,
+    INDEPENDENT,
+    Proof,
+    Reduction,
+    Residuals,
+)
+
+JET_ORDER = 10  # the recurrence has one form at every order; so many of its steps are compared
+
+_STATE = (x_r, v_r, v_c, x_c)
+_START = {**INITIAL, h: sp.S.Zero}
+_ANGLE = theta + omega * h
+
+_derive = cache(flow.derive)
+_rows = cache(jacobian.rows)
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """A field (rates of x_r, v_r, v_c at time tau) beside the constants of its closed form."""
+
+    name: str
+    equation: str
+    stick: bool
+    field: tuple[sp.Expr, ...]
+    constants: Mapping[sp.Symbol, sp.Expr]
+
+    @cached_property
+    def _reduction(self) -> Reduction:
+        definitions = {
+            **DEPENDENT,
+            **self.constants,
+            jets.gap: x_r - delta,
+            flow.spring: flow.SPRING,
+            flow.margin: flow.MARGIN,
+        }
+        symbols = (*_STATE, *PARAMETERS, cos_theta, sin_theta, contact, drift, *INDEPENDENT)
+        return Reduction(symbols, definitions, (K, omega, gamma + 1, gamma))
+
+    def vanishing(self, residual: sp.Expr) -> sp.Expr:
+        """A residual in parameters and independent response functions: 0 if it vanishes."""
+        return self._reduction.numerator(residual)
+
+    @cached_property
+    def end(self) -> dict[sp.Symbol, sp.Expr]:
+        """State (x_r, v_r, v_c, x_c) at duration h; in stick the capsule is at rest."""
+        derived = _derive()
+        moved = {x_r: x_r + derived.position, v_r: derived.velocity}
+        if not self.stick:
+            moved |= {v_c: v_c + derived.drift_long, x_c: x_c + derived.advance}
+        return moved
+
+    @cached_property
+    def rates(self) -> dict[sp.Symbol, sp.Expr]:
+        """Time derivatives of the state at duration h, as functions of state, theta and h."""
+        turned = {sp.cos(omega * tau): sp.cos(_ANGLE)}
+        rates = (*(rate.subs(turned) for rate in self.field), v_c)
+        return dict(zip(self.end, rates, strict=False))
+
+    def at_end(self, expression: sp.Expr) -> sp.Expr:
+        """An expression in state and forcing angle, at duration h."""
+        turned = {
+            sp.cos(_ANGLE): cos_theta * cosine - omega * sin_theta * sine,
+            sp.sin(_ANGLE): sin_theta * cosine + omega * cos_theta * sine,
+        }
+        return expression.subs(turned).xreplace(self.end)
+
+    def solves(self, state: sp.Symbol, claim: sp.Expr) -> Residuals:
+        """Residuals of one component of the flow in its equation of motion and at the start."""
+        motion = basis.derivative(claim, h) - self.at_end(self.rates[state])
+        return self.vanishing(motion), self.vanishing(claim.xreplace(_START) - state)
+
+    def varies(self, state: sp.Symbol, column: sp.Symbol, claim: sp.Expr) -> Residuals:
+        """Residuals of an entry of the Jacobian in the variational equations and at the start."""
+        rate = self.rates[state]
+        slope = sp.S.Zero if column in _STATE else self.at_end(sp.diff(rate, column))
+        for other, line in zip(self.rates, _rows(self.stick), strict=True):
+            slope += sp.diff(rate, other) * line[jacobian.COLUMNS.index(column)]
+        initial = sp.Integer(state is column)
+        if column is h:
+            initial = rate.subs(sp.cos(_ANGLE), cos_theta)
+        motion = basis.derivative(claim, h) - slope
+        return self.vanishing(motion), self.vanishing(claim.xreplace(_START) - initial)
+
+    def equals(self, expected: sp.Expr, claim: sp.Expr) -> Residuals:
+        """Residual of an equation between expressions of the start."""
+        forcing = {sp.cos(omega * tau): cos_theta}
+        return (self.vanishing((claim - expected).subs(forcing)),)
+
+
+def _of(segment: Segment) -> _Motion:
+    equation = f"Eq. ({segment.index + 6})"
+    constants = flow.constants(segment)
+    return _Motion(segment.name, equation, segment.stick, segment.field, constants)
+
+
+def _general(stick: bool) -> _Motion:
+    """All segments in drift, or all in stick, by the symbols `contact` and `drift`."""
+    force = P3 + contact * (P4 - P3)
+    capsule = sp.S.Zero if stick else (force - drift * f_b) / gamma
+    field = (v_r, alpha * sp.cos(omega * tau) - force - capsule, capsule)
+    name = "stick" if stick else "drift"
+    return _Motion(name, "Eqs. (7)-(12)", stick, field, flow.general_constants(stick))
+
+
+def _flow_proofs(segment: Segment) -> Iterator[Proof]:
+    motion, general = _of(segment), _general(segment.stick)
+    for state, claim in motion.end.items():
+        yield Proof(
+            f"flow.{segment.name}.{state}",
+            motion.equation,
+            f"{state}(h) has the rate that {segment.name} gives it, and its value at h = 0",
+            claim,
+            partial(motion.solves, state),
+        )
+    if not segment.stick:
+        yield Proof(
+            f"flow.{segment.name}.drift_short",
+            motion.equation,
+            "v_c(h) by the interaction force is v_c(h) by the momentum of both bodies",
+            _derive().drift_short,
+            partial(motion.equals, _derive().drift_long),
+        )
+    mode = {contact: sp.Integer(int(segment.contact)), drift: sp.Integer(segment.drift)}
+    shared = {
+        **{
+            f"field.{state}": pair
+            for state, *pair in zip(_STATE, general.field, motion.field, strict=False)
+        },
+        **{
+            f"constant.{name}": (value, motion.constants[name])
+            for name, value in general.constants.items()
+        },
+        "stiffness": (
+            general.constants[flow.m] * (1 + general.constants[kappa]),
+            motion.constants[K],
+        ),
+    }
+    for name, (claim, expected) in shared.items():
+        yield Proof(
+            f"flow.{segment.name}.{name}",
+            motion.equation,
+            f"{segment.name} is the {general.name} of contact {mode[contact]}, drift {mode[drift]}",
+            claim.subs(mode),
+            partial(motion.equals, expected),
+        )
+
+
+def _jet_proofs() -> Iterator[Proof]:
+    """The first derivatives agree with each field; every further one is the rate of the last."""
+    steps = dict(jets.jet(JET_ORDER))
+    x, p = jets.position_symbol, jets.force_symbol
+    amplitudes = [name for name in steps if name.name.startswith("drive")]
+    drives = {name: alpha * omega**n for n, name in enumerate(amplitudes, 1)}
+    moving = {jets.gap: v_r, cos_theta: -omega * sin_theta, sin_theta: omega * cos_theta}
+    moving |= {x(n): x(n + 1) for n in range(JET_ORDER + 1)}
+
+    def follows(previous: sp.Expr, claim: sp.Expr) -> Residuals:
+        rate = sum(sp.diff(previous, name) * slope for name, slope in moving.items())
+        stiffness = {K: flow.m * (1 + kappa)}
+        return (sp.expand((claim - rate).subs(drives).subs(stiffness)),)
+
+    successors = [(x(n), x(n + 1)) for n in range(2, JET_ORDER + 1)]
+    successors += [(p(n), p(n + 1)) for n in range(JET_ORDER)]
+    for symbol, successor in successors:
+        yield Proof(
+            f"jets.{successor}",
+            "Eqs. (7)-(12)",
+            f"{successor} = d {symbol}/d tau",
+            steps[successor],
+            partial(follows, steps[symbol]),
+        )
+    for name, power in drives.items():
+        yield Proof(
+            f"jets.{name}",
+            "Eqs. (7)-(12)",
+            f"{name} = {power}",
+            steps[name].subs(drives),
+            partial(_of(SEGMENTS[0]).equals, power),
+        )
+    for segment in SEGMENTS:
+        motion = _of(segment)
+        firsts = {"x2": segment.field[1], "p0": segment.interaction}
+        for symbol in (x(2), p(0)):
+            yield Proof(
+                f"jets.{segment.name}.{symbol}",
+                motion.equation,
+                f"{symbol} = {firsts[symbol.name]} in {segment.name}",
+                steps[symbol].subs(motion.constants),
+                partial(motion.equals, firsts[symbol.name]),
+            )
+        if not segment.stick:
+            yield Proof(
+                f"jets.{segment.name}.v_c",
+                motion.equation,
+                "v_c' = (P - friction)/gamma",
+                ((steps[p(0)] - flow.friction) / gamma).subs(motion.constants),
+                partial(motion.equals, segment.field[2]),
+            )
+
+
+def _jacobian_proofs(motion: _Motion) -> Iterator[Proof]:
+    for state, line in zip(motion.end, _rows(motion.stick), strict=True):
+        for column, entry in zip(jacobian.COLUMNS, line, strict=True):
+            yield Proof(
+                f"jacobian.{motion.name}.{state}.{column}",
+                f"variational equations of {motion.equation}",
+                f"d {state}(h)/d {column} has the rate of the linearised field, and its value at 0",
+                entry,
+                partial(motion.varies, state, column),
+            )
+
+
+def proofs() -> tuple[Proof, ...]:
+    """Every statement about the six flows, their jets and their Jacobians."""
+    groups: Iterable[Iterator[Proof]] = (
+        *map(_flow_proofs, SEGMENTS),
+        _jet_proofs(),
+        *map(_jacobian_proofs, (_general(stick=False), _general(stick=True))),
+    )
+    return tuple(proof for group in groups for proof in group)

@@ -1,0 +1,190 @@
+"""Inner products of the normals of surfaces and lines with the fields beside them, Eqs. (16)-(23).
+
+A normal of P1 = 0 or P2 = delta points to the side of the field it is multiplied with: positive
+is repelling, negative attracting. A normal of P3 or P4 on L1-L4 points out of the region of
+stick: positive is leaving stick, negative entering it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation, Sign
+from capsule_sym._symbolic.model.geometry import CELLS, LINES, PIECES, SURFACES, Piece
+from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Segment
+from capsule_sym._symbolic.model.proof import consistent, sign_under
+from capsule_sym._symbolic.model.switching import reduced
+from capsule_sym._symbolic.model.symbols import (
+    STATE,
+    beta,
+    delta,
+    f_b,
+    v_r,
+    x_r,
+    zeta,
+)
+from capsule_sym._symbolic.proofs.items import Item, signed
+
+STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
+"""The function whose bound +f_b or -f_b is met on L1-L4."""
+
+_GRAZE = "L9"
+
+
+@dataclass(frozen=True)
+class InnerProduct:
+    """A normal's inner product with a field, on a surface or line.
+
+    `value` is in the state, time and parameters; `sign` is None where it is conditional, and
+    then positive exactly where `positive` holds.
+    """
+
+    place: str
+    normal: str
+    field: int
+    expression: sp.Expr
+    value: sp.Expr
+    sign: Sign | None
+
+    @property
+    def relations(self) -> tuple[Relation, ...]:
+        """The relations of the place."""
+        return PIECES[self.place].relations
+
+    @property
+    def positive(self) -> Relation:
+        """The exact condition under which the inner product is positive."""
+        return sp.Gt(reduced(self.expression, self.relations), 0)
+
+
+def along(function: sp.Expr, field: Segment) -> sp.Expr:
+    """Inner product of the gradient of a function of the state with a field."""
+    pairs = zip(STATE, field.field, strict=True)
+    return sp.expand(sum(function.diff(symbol) * rate for symbol, rate in pairs))
+
+
+def outward(line: str) -> sp.Expr:
+    """Inner product of the normal pointing out of stick on L1-L4 with the field of stick."""
+    function, side = STICK_EDGE[line]
+    field = SEGMENTS[1] if function == P3 else SEGMENTS[4]
+    return reduced(side * along(function, field), PIECES[line].relations)
+
+
+def _adjacent(piece: Piece) -> Iterator[Segment]:
+    for field, cell in zip(SEGMENTS, CELLS, strict=True):
+        if consistent([*piece.relations, *cell.closure.relations]):
+            yield field
+
+
+def _normals(piece: Piece, field: Segment) -> Iterator[tuple[str, sp.Expr]]:
+    on_rest = sign_under(P1, piece.relations) == 0
+    on_plane = sp.Eq(P2, sp.Symbol("delta", nonnegative=True)) in piece.relations
+    if on_rest:
+        side = -1 if field.drift < 0 else 1
+        yield f"∇P1{'+' if side > 0 else '−'}", side * P1
+    if on_plane:
+        yield f"∇P2{'+' if field.contact else '−'}", (P2 if field.contact else -P2)
+    if piece.name in STICK_EDGE:
+        function, side = STICK_EDGE[piece.name]
+        name = "P3" if function == P3 else "P4"
+        yield f"∇{name}{'+' if side > 0 else '−'}", side * function
+
+
+def _on(piece: Piece, expression: sp.Expr) -> sp.Expr:
+    """The expression with the equations of L1-L4 put in."""
+    if piece.name not in STICK_EDGE:
+        return expression
+    function, side = STICK_EDGE[piece.name]
+    root = sp.solve(sp.Eq(function, side * f_b), STATE[0])[0]
+    return sp.factor(sp.expand(sp.together(expression.subs(STATE[0], root))))
+
+
+@cache
+def inner_products() -> tuple[InnerProduct, ...]:
+    """All inner products of Section 3: every surface and line with every field beside it."""
+    places = [name for name in (*SURFACES, *LINES) if name != _GRAZE]
+    return tuple(
+        InnerProduct(
+            name,
+            normal,
+            field.index,
+            along(function, field),
+            _on(PIECES[name], along(function, field)),
+            sign_under(along(function, field), PIECES[name].relations),
+        )
+        for name in places
+        for field in _adjacent(PIECES[name])
+        for normal, function in _normals(PIECES[name], field)
+    )
+
+
+_WORD = {1: "> 0", -1: "< 0", 0: "= 0"}
+
+
+def _condition_is_exact(claim: tuple[InnerProduct, Relation]) -> bool:
+    """Whether the inner product has both signs, and is positive exactly where claimed."""
+    product, condition = claim
+    here = product.relations
+    return (
+        consistent([*here, product.expression > 0])
+        and consistent([*here, product.expression < 0])
+        and not consistent([*here, condition, product.expression <= 0])
+        and not consistent([*here, sp.Not(condition), product.expression > 0])
+    )
+
+
+def _item(product: InnerProduct) -> Item:
+    name = f"inner.{product.place}.{product.normal[1:].replace('−', '-')}.F{product.field}"
+    symbol = f"⟨{product.normal}, F{product.field}⟩"
+    formula = _latex(product)
+    if product.sign is None:
+        condition = product.positive
+        return Item(
+            id=name,
+            equation="Section 3",
+            statement=f"on {product.place}, {symbol} > 0 exactly where {condition}",
+            claim=(product, condition),
+            check=_condition_is_exact,
+            mutant=(product, sp.Lt(condition.lhs, condition.rhs)),
+            formula=formula + r"\quad\text{positive iff }" + sp.latex(condition),
+            verdict="conditional",
+        )
+    return Item(
+        id=name,
+        equation="Section 3",
+        statement=f"on {product.place}, {symbol} {_WORD[product.sign]}",
+        claim=(product.expression, product.relations, product.sign),
+        check=signed,
+        mutant=(product.expression, product.relations, -product.sign or 1),
+        formula=f"{formula}{_WORD[product.sign]}" if product.sign else formula,
+    )
+
+
+_P3, _P4 = sp.symbols("P_3 P_4", real=True)
+_BY_FORCE = (
+    {x_r: _P3 - 2 * zeta * v_r},
+    {x_r: (_P4 - 2 * zeta * v_r + beta * delta) / (1 + beta)},
+)
+
+
+def _in_paper_terms(value: sp.Expr) -> sp.Expr:
+    """A value in P3 or P4, where it depends on the state through one of them only."""
+    forms = (sp.factor(sp.together(value.subs(place))) for place in _BY_FORCE)
+    return next((form for form in forms if not form.has(v_r)), value)
+
+
+def _latex(product: InnerProduct) -> str:
+    function, side = product.normal[1:-1], product.normal[-1].replace("−", "-")
+    value: str = sp.latex(_in_paper_terms(product.value))
+    return (
+        rf"\langle\nabla {function[0]}_{function[1]}^{{{side}}},F_{product.field}\rangle=" + value
+    )
+
+
+def items() -> tuple[Item, ...]:
+    """The sign of every inner product."""
+    return tuple(map(_item, inner_products()))

@@ -1,0 +1,94 @@
+"""What `capsule-sym verify` settles: a statement, its claim as data, and the check of a claim.
+
+The claim is data that `check` decides, so that a changed claim can be put to the same check:
+`mutant` is one with a sign or a row changed, and it has to fail.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any, Literal
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation, Undecided
+from capsule_sym._symbolic.model.proof import implies, sign_under
+
+Verdict = Literal["proved", "refuted", "conditional"]
+Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
+
+
+@dataclass(frozen=True)
+class Item:
+    """A statement of the theory.
+
+    `verdict` is what holds when the check succeeds: the statement is proved, or (an erratum) the
+    printed statement is refuted, or it holds under a condition that is itself proved. `formula`
+    is LaTeX. `printed`, `derived`, `consequence` and `witness` belong to errata; `proof` says in
+    words what the check does.
+    """
+
+    id: str
+    equation: str
+    statement: str
+    claim: Any
+    check: Callable[[Any], bool]
+    mutant: Any
+    formula: str = ""
+    verdict: Verdict = "proved"
+    printed: str = ""
+    derived: str = ""
+    proof: str = ""
+    consequence: str = ""
+    witness: Callable[[], Mapping[str, str]] | None = field(default=None)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of an item: its status, the witness if it has one, and the seconds it took."""
+
+    item: Item
+    status: Status
+    witness: Mapping[str, str]
+    seconds: float
+
+    @property
+    def settled(self) -> bool:
+        """Whether the item ended as it should."""
+        return self.status == self.item.verdict
+
+
+def settle(item: Item) -> Result:
+    """Put an item's claim to its check."""
+    start = perf_counter()
+    witness: Mapping[str, str] = {}
+    try:
+        status: Status = item.verdict if item.check(item.claim) else "failed"
+        if item.witness and status != "failed":
+            witness = item.witness()
+    except Undecided:
+        status = "undecided"
+    return Result(item, status, witness, perf_counter() - start)
+
+
+def implication(claim: tuple[tuple[Relation, ...], Relation]) -> bool:
+    """Check of a claim (hypotheses, conclusion)."""
+    return implies(*claim)
+
+
+def implications(claims: tuple[tuple[tuple[Relation, ...], Relation], ...]) -> bool:
+    """Check of several claims (hypotheses, conclusion) together."""
+    return all(map(implication, claims))
+
+
+def signed(claim: tuple[sp.Expr, tuple[Relation, ...], int]) -> bool:
+    """Check of a claim (expression, hypotheses, its sign)."""
+    expression, hypotheses, sign = claim
+    return sign_under(expression, hypotheses) == sign
+
+
+def vanishes(claim: sp.Expr) -> bool:
+    """Check that an expression is identically zero."""
+    return bool(sp.expand(sp.together(claim)) == 0)

@@ -1,0 +1,152 @@
+"""Witnesses that the local maps of Table 3 occur, each checked in exact rational arithmetic.
+
+A witness gives rational parameters and a rational state at the END of the map, with the values
+of alpha cos(omega tau) and alpha sin(omega tau) there, which determine alpha. The field is
+followed backwards in a rigorous enclosure: the trajectory stays in the cell of the field until it
+meets, transversally, the surface on which the map began. Every comparison is one of rational
+numbers, so a witness that is accepted is a proof that its map is possible. That no other map is,
+follows from `switching`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.enclosure import Flow, first_order
+from capsule_sym._symbolic.model.geometry import SCENARIOS
+from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.switching import LocalMap, guards, time_derivative
+from capsule_sym._symbolic.model.symbols import (
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    zeta,
+)
+
+_ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
+
+
+@dataclass(frozen=True)
+class Witness:
+    """A trajectory of one field that ends in the state `end` (x_r, v_r, v_c); f_b and omega are 1.
+
+    `forcing` holds alpha cos and alpha sin of the phase at the end; `bracket` two times before
+    the end, between which the map began. Dimensionless.
+    """
+
+    local_map: LocalMap
+    delta: Fraction
+    zeta: Fraction
+    beta: Fraction
+    gamma: Fraction
+    end: tuple[Fraction, Fraction, Fraction]
+    forcing: tuple[Fraction, Fraction]
+    bracket: tuple[Fraction, Fraction]
+
+    @property
+    def parameters(self) -> dict[sp.Symbol, sp.Expr]:
+        """The parameters as exact numbers."""
+        values = {delta: self.delta, zeta: self.zeta, beta: self.beta, gamma: self.gamma}
+        exact = {symbol: sp.Rational(value) for symbol, value in values.items()}
+        amplitude = sp.sqrt(sum(sp.Rational(part) ** 2 for part in self.forcing))
+        return exact | {alpha: amplitude, omega: sp.Integer(1), f_b: sp.Integer(1)}
+
+    @property
+    def regime(self) -> tuple[str, bool]:
+        """The scenario of delta, and whether there is damping."""
+        name = next(n for n, r in SCENARIOS.items() if r.subs(self.parameters) == sp.true)
+        return name, self.zeta > 0
+
+
+def _flow(witness: Witness, field: Segment) -> Flow:
+    start = (*witness.end, *witness.forcing)
+    return Flow(field, witness.parameters, start, sense=-1)
+
+
+def _departs(witness: Witness, field: Segment) -> bool:
+    """Whether the trajectory of a field through the end leaves it into the field's cell."""
+    if field.stick and witness.end[2] != 0:
+        return False
+    flow = _flow(witness, field)
+    series = [flow.series(guard) for guard in guards(field)]
+    return all(one[first_order(one)] * (-1) ** first_order(one) > 0 for one in series)
+
+
+def target(witness: Witness) -> str:
+    """The plane on which the witness ends, by the field that takes over."""
+    (following,) = [field for field in SEGMENTS if _departs(witness, field)]
+    return f"Σ{following.index}" if witness.end[2] == 0 else _ENTRY_PLANE[following.index]
+
+
+def source(witness: Witness) -> str | None:
+    """The plane on which the witness is proved to begin; None where that is not proved."""
+    field = SEGMENTS[witness.local_map.field - 1]
+    flow = _flow(witness, field)
+    late, early = witness.bracket
+    if not all(flow.positive_until(guard, late) for guard in guards(field)):
+        return None
+    if field.stick:
+        return f"Σ{field.index}"
+    side, speed = guards(field)
+    planes = {speed: f"Σ{field.index}", side: _ENTRY_PLANE[field.index]}
+    for crossed, other in ((speed, side), (side, speed)):
+        if (
+            flow.negative_at(crossed, early)
+            and flow.positive_within(time_derivative(crossed, field), witness.bracket)
+            and flow.positive_within(other, witness.bracket)
+        ):
+            return planes[crossed]
+    return None
+
+
+def described(witness: Witness) -> dict[str, str]:
+    """A witness in exact numbers, as text."""
+    cosine, sine = witness.forcing
+    return {
+        **{str(symbol): str(value) for symbol, value in witness.parameters.items()},
+        "end (x_r, v_r, v_c)": ", ".join(map(str, witness.end)),
+        "alpha cos(omega tau)": str(cosine),
+        "alpha sin(omega tau)": str(sine),
+        "duration": "between {} and {}".format(*witness.bracket),
+    }
+
+
+def proves(witness: Witness) -> bool:
+    """Whether the witness proves that its local map occurs."""
+    wanted = witness.local_map
+    return target(witness) == wanted.target and source(witness) == wanted.source
+
+
+@cache
+def witnesses() -> tuple[Witness, ...]:
+    """The stored witnesses: at least one for every local map in every regime that allows it."""
+    text = (files(__package__) / "witnesses.json").read_text(encoding="utf-8")
+    return tuple(map(_witness, json.loads(text)))
+
+
+def _witness(record: Mapping[str, Any]) -> Witness:
+    end_plane, field, start_plane = record["map"]
+    x_end, v_end, capsule_end = map(Fraction, record["end"])
+    cosine, sine = map(Fraction, record["forcing"])
+    late, early = map(Fraction, record["bracket"])
+    return Witness(
+        LocalMap(f"Σ{end_plane}", field, f"Σ{start_plane}"),
+        delta=Fraction(record["delta"]),
+        zeta=Fraction(record["zeta"]),
+        beta=Fraction(record["beta"]),
+        gamma=Fraction(record["gamma"]),
+        end=(x_end, v_end, capsule_end),
+        forcing=(cosine, sine),
+        bracket=(late, early),
+    )

@@ -1,0 +1,84 @@
+"""What is to be reached, and what the records of the proofs say: the table that `verify` prints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from capsule_sym._symbolic.proofs.items import Result
+
+MUTATIONS = Path("results/mutations.json")
+ENCLOSED = Path("results/enclose.json")
+REGIONS = Path("results/regions.json")
+_NARROW = 1e-30  # radius of a bifurcation's alpha
+_LEFT = 1e-11  # length of alpha that may stay open
+
+
+class Row(NamedTuple):
+    """A line of the table: what, what is reached and whether that is the goal, the goal, whence.
+
+    `met` is None where there is no record.
+    """
+
+    what: str
+    reached: str
+    met: bool | None
+    goal: str
+    source: str
+
+
+def _mutations(record: Any) -> tuple[str, bool]:
+    survive, total = int(record["survive"]), int(record["changes"])
+    return f"{survive} of {total}", survive == 0 and total >= 150
+
+
+def _thresholds(record: Any) -> tuple[str, bool]:
+    found = [one for section in record["sections"] for one in section["thresholds"]]
+    worst = max((float(one["radius"]) for one in found), default=1.0)
+    return f"{len(found)} of 16, within {worst:.0e}", len(found) == 16 and worst < _NARROW
+
+
+def _intervals(record: Any) -> tuple[str, bool]:
+    left = [float(section["unproved"]) for section in record["sections"]]
+    whole = len(left) == 2 and not any(section["failed"] for section in record["sections"])
+    told = " and ".join(f"all but {x:.0e}" for x in left)
+    return told or "none", whole and max(left) < _LEFT
+
+
+def _orbit(record: Any) -> tuple[str, bool]:
+    seconds = float(record["orbit_seconds"])
+    return f"{seconds:.2f} s", seconds < 0.2
+
+
+def _region(record: Any) -> tuple[str, bool]:
+    share, hours = float(record["share"]), float(record["work"]) / 3600
+    return f"{share:.1%} in {hours:.2f} h of one core", share >= 0.9 and hours <= 2
+
+
+_ROWS: tuple[tuple[str, str, Path, Callable[[Any], tuple[str, bool]], str], ...] = (
+    ("changes of what is printed that survive", "0 of 150", MUTATIONS, _mutations, "mutations"),
+    ("bifurcations proved, with type", "16 of 16, to 1e-30", ENCLOSED, _thresholds, "verify"),
+    ("alpha in [0.001, 2] proved", "all but 1e-11", ENCLOSED, _intervals, "verify"),
+    ("the (alpha, gamma) region proved", "90%, 2 h of one core", REGIONS, _region, "regions"),
+    ("one orbit certified", "0.2 s", ENCLOSED, _orbit, "verify"),
+)
+
+
+def rows(results: Sequence[Result], seconds: float) -> tuple[Row, ...]:
+    """The table, from the records under results/ and a whole run of `verify`."""
+    unproved = sum(not result.settled for result in results)
+    told = f"{len(results) - unproved} of {len(results)}, {seconds:.0f} s"
+    own = Row("statements settled", told, not unproved and seconds < 300, "all, 300 s", "verify")
+    found = [own]
+    for what, goal, path, judge, target in _ROWS:
+        try:
+            reached, met = judge(json.loads(path.read_text(encoding="utf-8")))
+        except FileNotFoundError:
+            found.append(Row(what, "not run here", None, goal, f"make {target}"))
+        except (OSError, ValueError, KeyError, TypeError):
+            found.append(Row(what, "unreadable record", None, goal, str(path)))
+        else:
+            found.append(Row(what, reached, met, goal, str(path)))
+    return tuple(found)

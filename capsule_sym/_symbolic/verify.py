@@ -1,0 +1,122 @@
+"""Every proof of the theory in one list, by the sections of its report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
+from functools import cache, partial
+from typing import Any
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._paper import read
+from capsule_sym._symbolic.paper import everything
+from capsule_sym._symbolic.proofs import (
+    appendices,
+    basis_proofs,
+    flow_proofs,
+    geometry_proofs,
+    inner_products,
+    resting,
+    table_proofs,
+)
+from capsule_sym._symbolic.proofs.basis_proofs import Proof
+from capsule_sym._symbolic.proofs.items import Item, Result, Verdict, settle
+from capsule_sym._symbolic.report import Report
+
+
+def _leaves_nothing(proof: Proof, claim: Any) -> bool:
+    return all(residual == 0 for residual in proof.check(claim))
+
+
+def _flow_items() -> tuple[Item, ...]:
+    """The proofs of the closed-form flow, which leave residuals."""
+    return tuple(
+        Item(
+            id=proof.name,
+            equation=proof.equation,
+            statement=proof.statement,
+            claim=proof.claim,
+            check=partial(_leaves_nothing, proof),
+            mutant=proof.claim + 1,
+        )
+        for proof in (*basis_proofs.proofs(), *flow_proofs.proofs())
+    )
+
+
+@cache
+def _compared() -> tuple[Item, ...]:
+    return everything.items(read())
+
+
+def _printed(verdict: Verdict) -> tuple[Item, ...]:
+    """The comparisons with the printed paper that end with a verdict."""
+    return tuple(item for item in _compared() if item.verdict == verdict)
+
+
+SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
+    "Errata": partial(_printed, "refuted"),
+    "Printed statements that hold under a condition": partial(_printed, "conditional"),
+    "Printed statements that hold": partial(_printed, "proved"),
+    "State space, Eqs. (13)-(15)": geometry_proofs.items,
+    "Inner products, Eqs. (16)-(23)": inner_products.items,
+    "Table 2 as derived": table_proofs.table_2,
+    "Table 3 as derived": table_proofs.table_3,
+    "Appendices A and B": appendices.items,
+    "The resting orbit": resting.items,
+    "Closed-form flow, Eqs. (7)-(12)": _flow_items,
+}
+"""What is verified, in the order of the report: a title and the items under it."""
+
+
+def items() -> dict[str, tuple[Item, ...]]:
+    """Every statement of the theory with its proof, by section title."""
+    return {title: section() for title, section in SECTIONS.items()}
+
+
+def item(name: str) -> dict[str, tuple[Item, ...]]:
+    """The statement of this name with its proof, by section title; raises InvalidInput for none."""
+    names: list[str] = []
+    for title, section in SECTIONS.items():
+        for one in section():
+            if one.id == name:
+                return {title: (one,)}
+            names.append(one.id)
+    close = get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]
+    raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
+
+
+def run(
+    chosen: Mapping[str, Iterable[Item]], advance: Callable[[Result], None] = lambda result: None
+) -> Report:
+    """Settle items one by one; `advance` is told each result."""
+
+    def settled(item: Item) -> Result:
+        result = settle(item)
+        advance(result)
+        return result
+
+    return {title: tuple(map(settled, section)) for title, section in chosen.items()}
+
+
+def record(result: Result) -> dict[str, Any]:
+    """A result as plain data: id, equation, statement, status, seconds, and what errata add."""
+    item = result.item
+    plain: dict[str, Any] = {
+        "id": item.id,
+        "equation": item.equation,
+        "statement": item.statement,
+        "status": result.status,
+        "seconds": round(result.seconds, 4),
+    }
+    if item.printed:
+        plain |= {"printed": item.printed, "derived": item.derived}
+        plain |= {"proof": item.proof, "consequence": item.consequence}
+    if result.witness or item.printed:
+        plain |= {"witness": dict(result.witness)}
+    return plain
+
+
+def line(result: Result) -> str:
+    """A result as one line: status, seconds, equation, statement."""
+    item = result.item
+    return f"{result.status:<11} {result.seconds:7.2f} s  {item.equation}: {item.statement}"

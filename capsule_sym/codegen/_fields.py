@@ -1,0 +1,61 @@
+"""The fields and guards as matrices in the extended state, as source text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+from sympy.printing.pycode import pycode
+
+from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
+from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.switching import guards
+from capsule_sym._symbolic.model.symbols import PARAMETERS, alpha
+from capsule_sym.codegen._printers import Language
+
+Matrix = Sequence[Sequence[sp.Expr]]
+_PARAMETERS = tuple(parameter for parameter in PARAMETERS if parameter is not alpha)
+
+
+def matrices(segment: Segment) -> dict[str, Matrix]:
+    """Rates and guards of a field: rows of coefficients of `EXTENDED` and, last, of 1."""
+    found = {"rates": extended_rates(segment), "guards": guards(segment)}
+    return {name: [coefficients(row) for row in rows] for name, rows in found.items()}
+
+
+def _entries(matrix: Matrix) -> str:
+    """The entries of a matrix that are not 0, as text."""
+    found = [
+        f"({i}, {j}, {pycode(sp.factor(value))})"
+        for i, row in enumerate(matrix)
+        for j, value in enumerate(row)
+        if value != 0
+    ]
+    return f"({', '.join(found)},)" if found else "()"
+
+
+def _by(matrix: Matrix) -> str:
+    slopes = {p: [[sp.diff(value, p) for value in row] for row in matrix] for p in _PARAMETERS}
+    texts = {p: _entries(slope) for p, slope in slopes.items()}
+    return ", ".join(f'"{p}": {text}' for p, text in texts.items() if text != "()")
+
+
+def field_texts(language: Language) -> str:
+    """The functions that give each field's matrices; empty but for languages of Python."""
+    if language.comment != "#":
+        return ""
+    arguments = ", ".join(map(str, _PARAMETERS))
+    texts = []
+    for segment in SEGMENTS:
+        for name, matrix in matrices(segment).items():
+            texts.append(
+                f"def {name}_{segment.name}({arguments}):\n    return {_entries(matrix)}\n"
+            )
+            texts.append(
+                f"def {name}_{segment.name}_by({arguments}):\n    return {{{_by(matrix)}}}\n"
+            )
+    for name in ("rates", "guards"):
+        for suffix in ("", "_by"):
+            names = ", ".join(f"{name}_{segment.name}{suffix}" for segment in SEGMENTS)
+            texts.append(f"{name.upper()}{suffix.upper()} = ({names})\n")
+    return "\n\n".join(texts)

@@ -1,0 +1,212 @@
+"""The generated tree: every target's files, from the kernels and the templates."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import sympy as sp
+
+from capsule_sym._symbolic.model import jacobian
+from capsule_sym._symbolic.model.formulas import Formula, formulas
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.symbols import PARAMETERS
+from capsule_sym.codegen._blocks import blocks, segment_constants
+from capsule_sym.codegen._fields import field_texts
+from capsule_sym.codegen._interface import c_interface, cython_interface, python_interface
+from capsule_sym.codegen._lower import Kernel, lower, wrapped
+from capsule_sym.codegen._printers import LANGUAGES, Language
+from capsule_sym.codegen._tables import c_classification, table_text
+
+COMMAND = "python -m capsule_sym.codegen"
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+INPUTS = _PACKAGE.parent / "codegen"
+
+_PARAMETER_NAMES = tuple(map(str, PARAMETERS))
+_SEGMENT_NAMES = ("m", "kappa", "push", "friction", "sigma", "K")
+_CONSTANT_NAMES = (
+    *_PARAMETER_NAMES,
+    *("contact", "drift"),
+    *_SEGMENT_NAMES,
+    *("q", "nu", "slow", "Z2", "resonant", "fast", "rate"),
+)
+
+
+def _modules(path: Path, seen: set[Path]) -> set[Path]:
+    """The package's own modules that a module is derived from, itself included."""
+    seen.add(path)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith(
+            "capsule_sym."
+        ):
+            continue
+        base = _PACKAGE.joinpath(*(node.module or "").split(".")[1:])
+        candidates = [base.with_suffix(".py"), *(base / f"{alias.name}.py" for alias in node.names)]
+        for candidate in candidates:
+            if candidate.is_file() and candidate not in seen:
+                _modules(candidate, seen)
+    return seen
+
+
+def digest() -> str:
+    """Digest of everything the generated text depends on: inputs, derivations, SymPy's version."""
+    hasher = hashlib.sha256(sp.__version__.encode())
+    inputs = [path for path in INPUTS.rglob("*") if path.is_file()]
+    sources = _modules(Path(__file__), set()) | set(inputs)
+    for path in sorted(sources, key=lambda p: p.relative_to(_PACKAGE.parent).as_posix()):
+        hasher.update(path.relative_to(_PACKAGE.parent).as_posix().encode())
+        hasher.update(path.read_bytes())
+    return hasher.hexdigest()[:16]
+
+
+def _formula(formula: Formula) -> Kernel:
+    names = tuple(str(argument) for argument in formula.arguments)
+    results = [(sp.Symbol(f"_{name}"), value) for name, value in formula.results]
+    returns = tuple(f"_{name}" for name, _ in formula.results)
+    single, constants = len(returns) == 1, frozenset(_CONSTANT_NAMES)
+    kernel = lower(formula.name, formula.doc, results, names, returns, constants, single=single)
+    # The results themselves, not names for them.
+    steps = dict(kernel.steps)
+    plain = tuple(str(name).removeprefix("_") for name in returns)
+    values = tuple(steps.pop(name) for name in returns)
+    return replace(kernel, steps=tuple(steps.items()), results=values, returns=plain, typed=True)
+
+
+def _kernels(config: dict[str, Any]) -> dict[str, list[Kernel]]:
+    """The kernels of each language."""
+    order = int(config["jet_order"])
+    derivations = blocks(order)
+    constants = frozenset(_CONSTANT_NAMES)
+    kernels: dict[str, list[Kernel]] = {target["language"]: [] for target in config["target"]}
+    for entry in config["kernel"]:
+        block = derivations[entry.get("block", entry["name"])]()
+        returns = entry["returns"]
+        if returns[0].startswith("@"):
+            hidden = ("drive",)
+            returns = [str(target) for target, _ in block if not str(target).startswith(hidden)]
+        columns = ", ".join(map(str, jacobian.COLUMNS))
+        doc = entry["doc"].replace("@jacobian_columns", columns)
+        arguments = tuple(entry["arguments"])
+        kernel = lower(entry["name"], doc, block, arguments, tuple(returns), constants)
+        for language in entry.get("languages", kernels):
+            kernels[language].append(kernel)
+    return kernels
+
+
+def _segment_texts(language: Language) -> str:
+    """The functions that give each segment's constants from the parameters."""
+    python = language.comment == "#"
+    texts = []
+    for segment in SEGMENTS:
+        results = [language.expression(value) for _, value in segment_constants(segment.index)]
+        if python:
+            arguments = ", ".join(_PARAMETER_NAMES)
+            texts.append(
+                f"def _constants_{segment.name}({arguments}):\n"
+                f'    """m, kappa, push, friction, sigma and K of {segment.mode}."""\n'
+                f"    return ({', '.join(results)})\n"
+            )
+        else:
+            assigned = "".join(
+                f"        c->{name} = {result};\n"
+                for name, result in zip(_SEGMENT_NAMES, results, strict=True)
+            )
+            texts.append(
+                f"    case {segment.index}: /* {segment.mode} */\n"
+                f"        c->contact = {int(segment.contact)};\n"
+                f"        c->drift = {segment.drift};\n{assigned}        break;\n"
+            )
+    if not python:
+        return "".join(texts)
+    names = ", ".join(f"_constants_{segment.name}" for segment in SEGMENTS)
+    modes = ", ".join(f"({int(g.contact)}, {g.drift})" for g in SEGMENTS)
+    texts.append(f"_CONSTANTS = ({names})\n_MODES = ({modes})  # contact, drift\n")
+    return "\n\n".join(texts)
+
+
+def _field_constants() -> str:
+    """Assignments of each field's constants over any number type, from those of its parameters."""
+    text, language = "", LANGUAGES["real"]
+    for one in SEGMENTS:
+        values = [(n, v.xreplace(_OWN)) for n, v in segment_constants(one.index)]
+        lines = [f"c->contact = num({float(one.contact)});", f"c->drift = num({float(one.drift)});"]
+        lines += [f"c->{name} = {language.expression(value)};" for name, value in values]
+        body = "".join(f"        {line}\n" for line in lines)
+        text += f"    case {one.index}: /* {one.mode} */\n{body}        break;\n"
+    return text
+
+
+_OWN = {symbol: sp.Symbol(f"c->{symbol}") for symbol in PARAMETERS}
+
+
+def _fill(template: str, values: dict[str, str]) -> str:
+    partials = {path.name.split(".")[0]: path for path in INPUTS.glob("templates/*.part.in")}
+    parts = {name: Template(path.read_text()).substitute(values) for name, path in partials.items()}
+    return Template((INPUTS / "templates" / template).read_text()).substitute(values | parts)
+
+
+def render() -> dict[str, str]:
+    """The text of every generated file by its path below `generated/`."""
+    config = tomllib.loads((INPUTS / "kernels.toml").read_text(encoding="utf-8"))
+    by_language = _kernels(config)
+    derived = formulas()
+    inline = [_formula(f) for f in derived]
+    sizes = [_formula(f.size) for f in derived if f.sized]
+    operations: dict[str, int] = {}
+    interface = tomllib.loads((INPUTS / "interface.toml").read_text(encoding="utf-8"))
+    stamp = digest()
+    header = (
+        f"Generated by `{COMMAND}` with SymPy {sp.__version__}; do not edit.\n\n"
+        f"Inputs: digest {stamp}."
+    )
+    files = {"__init__.py": f'"""{header}"""\n'}
+    for target in config["target"]:
+        language = LANGUAGES[target["language"]]
+        kernels = by_language[target["language"]]
+        operations |= {kernel.name: kernel.operations for kernel in [*kernels, *inline, *sizes]}
+        values = {
+            "header": header,
+            "digest": stamp,
+            "jet_order": str(config["jet_order"]),
+            "series_terms": str(config["series_terms"]),
+            "jacobian_columns": ", ".join(f'"{column}"' for column in jacobian.COLUMNS),
+            "constants_fields": "\n".join(f"    {name}: float" for name in _CONSTANT_NAMES),
+            "c_fields": "\n    ".join(
+                f"double {name};" for name in _CONSTANT_NAMES if name != "resonant"
+            ),
+            "segment_constants": _segment_texts(language),
+            "table": table_text(language),
+            "fields": field_texts(language),
+            "kernels": "\n\n".join(kernel.text(language) for kernel in kernels),
+            "formulas": "\n\n".join(kernel.text(language) for kernel in [*inline, *sizes])
+            if language.comment == "#"
+            else "",
+            "real_formulas": "\n".join(kernel.text(LANGUAGES["real"]) for kernel in inline),
+            "bound_formulas": "\n".join(kernel.text(LANGUAGES["bound"]) for kernel in sizes),
+            "field_constants": _field_constants(),
+            "classification": c_classification(),
+            "c_interface": c_interface(interface),
+            "cython_interface": cython_interface(interface),
+            "python_interface": python_interface(interface),
+        }
+        for path, template in target["files"].items():
+            text = _fill(template, values)
+            files[path] = text if path.endswith(".pxi") else wrapped(text)
+    manifest = {
+        "command": COMMAND,
+        "sympy": sp.__version__,
+        "digest": stamp,
+        "operations": operations,
+        "files": {
+            path: hashlib.sha256(text.encode()).hexdigest() for path, text in sorted(files.items())
+        },
+    }
+    files["manifest.json"] = json.dumps(manifest, indent=2) + "\n"
+    return files

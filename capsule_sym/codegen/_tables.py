@@ -1,0 +1,64 @@
+"""The switching table as source text, from its derivation and from nowhere else."""
+
+from __future__ import annotations
+
+from capsule_sym._symbolic.model.formulas import impact_planes, places
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.switching import line_transitions, local_maps, surface_transitions
+from capsule_sym.codegen._printers import Language
+
+
+def transitions() -> dict[tuple[int, str], tuple[int, ...]]:
+    """Target fields of each source field at each surface, line and corner point."""
+    targets: dict[tuple[int, str], set[int]] = {}
+    for surface in surface_transitions():
+        targets.setdefault((surface.source, surface.surface), set()).add(surface.target)
+    for line in line_transitions():
+        targets.setdefault((line.source, line.line), set()).add(line.target)
+    return {key: tuple(sorted(targets[key])) for key in sorted(targets, key=_place_order)}
+
+
+def _place_order(key: tuple[int, str]) -> tuple[str, int, int]:
+    source, place = key
+    return {"S": "0", "L": "1", "O": "2"}[place[0]], int(place[1:]), source
+
+
+def table_text(language: Language) -> str:
+    """The tables in Python: targets by source and place, the local maps, places and fields."""
+    if language.comment != "#":
+        return ""
+    rows = "".join(
+        f'    ({source}, "{place}"): {targets},\n'
+        for (source, place), targets in transitions().items()
+    )
+    maps = "".join(f'    ("{m.target}", {m.field}, "{m.source}"),\n' for m in local_maps())
+    fields = "".join(f"    ({int(g.contact)}, {g.drift}): {g.index},\n" for g in SEGMENTS)
+    pieces = "".join(f'    {signs}: "{name}",\n' for signs, name in places().items())
+    return (
+        f"TRANSITIONS = {{\n{rows}}}\n\nLOCAL_MAPS = frozenset((\n{maps}))\n\n"
+        f"FIELDS = {{\n{fields}}}\n\nPLACES = {{\n{pieces}}}\n\n"
+        f"IMPACT_PLANES = {impact_planes()}\n"
+    )
+
+
+def c_classification() -> str:
+    """The same for C, as far as it is followed there: fields by mode, and planes of impact."""
+    by_mode = {(int(g.contact), g.drift): g.index for g in SEGMENTS}
+    rows = ", ".join(
+        "{" + ", ".join(str(by_mode[contact, drift]) for drift in (-1, 0, 1)) + "}"
+        for contact in (0, 1)
+    )
+    contacts = ", ".join(str(int(g.contact)) for g in SEGMENTS)
+    drifts = ", ".join(str(g.drift) for g in SEGMENTS)
+    planes = impact_planes()
+    impacts = ", ".join(
+        "{" + ", ".join(str(planes[v_c, v_r]) for v_r in (-1, 1)) + "}" for v_c in (-1, 1)
+    )
+    return (
+        "/* Fields by contact and drift + 1, contact and drift by field - 1, and the plane of an\n"
+        "   impact by whether v_c and v_r are positive. */\n"
+        f"static const signed char FIELD_OF[2][3] = {{{rows}}};\n"
+        f"static const signed char CONTACT_OF[6] = {{{contacts}}};\n"
+        f"static const signed char DRIFT_OF[6] = {{{drifts}}};\n"
+        f"static const signed char IMPACT_PLANE[2][2] = {{{impacts}}};\n"
+    )

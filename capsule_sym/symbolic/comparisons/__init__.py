@@ -1,1 +1,0 @@
-"""The derivation beside the printed paper (`capsule_sym.paper`), statement by statement."""
