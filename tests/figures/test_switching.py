@@ -26,7 +26,7 @@ from tests.figures import SAFE
 from tests.judges.dop853 import derivative
 
 FIELDS = {to_hex(colour): field for field, colour in enumerate(SAFE, start=1)}
-SECTIONS = {mathematical(section.name): section for section in (*FIG3, *FIG4, *FIG5)}
+SECTIONS = {section.name: section for section in (*FIG3, *FIG4, *FIG5)}
 
 
 @pytest.fixture(scope="module")
@@ -108,6 +108,6 @@ def test_figures_have_a_panel_for_each_section(figure, shown) -> None:
     start = (0.0, 1.0, 0.5)
     axes = figure([[simulate(SCHEMATIC, start, periods=1)] for _ in shown]).axes
     titles = [one.get_title(loc="left") for one in axes]
-    expected = [section.name for section in shown]
+    expected = [mathematical(section.name) for section in shown]
     assert [title.split("  ")[1] for title in titles][-len(shown) :] == expected
     assert len(axes) == len(shown) + (figure is not fig3)
