@@ -19,6 +19,7 @@ extensions = [
     "sphinx_click",
     "drawn",
     "commands",
+    "headers",
     "mathml",
 ]
 exclude_patterns = ["_build"]

@@ -14,6 +14,11 @@
 #include "capsule_interface.h"
 #include "capsule_kernels.h"
 
+/* What is declared here, a shared library of it shows; nothing else. */
+#if defined(CAPSULE_EXPORTS) && defined(__GNUC__)
+#pragma GCC visibility push(default)
+#endif
+
 #define CAPSULE_TERMS 14 /* coefficients that a state is evaluated from */
 #define CAPSULE_DEGREE 8 /* of the polynomials that bound a guard from below and above */
 #define CAPSULE_REACH 1.4 /* length of an expansion, over the fastest rate of the segment */
@@ -174,5 +179,9 @@ double capsule_margin_at(const capsule_constants *c, double x_r, double gap, dou
 
 /* Digest of the generator's inputs that the kernels were made from. */
 const char *capsule_digest(void);
+
+#if defined(CAPSULE_EXPORTS) && defined(__GNUC__)
+#pragma GCC visibility pop
+#endif
 
 #endif

@@ -6,6 +6,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
+EXAMPLE = ROOT / "docs" / "howto" / "example.c"
 
 
 def built(directory: Path, program: str, *flags: str, change: tuple[str, str, str] | None) -> Path:
@@ -17,7 +18,7 @@ def built(directory: Path, program: str, *flags: str, change: tuple[str, str, st
         assert old in text
         (directory / name).write_text(text.replace(old, new))
     (directory / "program.c").write_text(program)
-    sources = [f.name for f in directory.glob("*.c") if f.name not in ("check.c", "example.c")]
+    sources = [file.name for file in directory.glob("*.c")]
     command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-I.", f"-I{KERNELS}", *flags]
     command += [*sources, str(KERNELS / "capsule_kernels.c"), "-lm", "-o", "built"]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)

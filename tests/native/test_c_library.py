@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym import Parameters, simulate
-from tests.native import KERNELS, LIBRARY, built
+from tests.native import EXAMPLE, KERNELS, LIBRARY, built
 
 pytestmark = pytest.mark.skipif(
     shutil.which("make") is None or shutil.which("cc") is None, reason="no C compiler here"
@@ -41,7 +41,7 @@ def printed_by(library: Path, source: Path) -> str:
 
 
 def test_a_users_program_builds_and_runs(tmp_path: Path, library: Path) -> None:
-    source = shutil.copy(LIBRARY / "example.c", tmp_path)
+    source = shutil.copy(EXAMPLE, tmp_path)
     check_example(printed_by(library, Path(source)))
 
 

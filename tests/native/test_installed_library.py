@@ -1,0 +1,104 @@
+"""The C library installed: what it shows, and programs built against it alone."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.examples import ROOT, Page
+from tests.native import EXAMPLE, KERNELS, LIBRARY
+from tests.native.test_c_library import check_example
+
+sys.path.append(str(ROOT / "docs" / "_extensions"))
+
+PATH = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+CMAKE, PKG_CONFIG = shutil.which("cmake", path=PATH), shutil.which("pkg-config")
+PAGE = Page(ROOT / "docs" / "howto" / "c-library.md")
+
+pytestmark = pytest.mark.skipif(
+    CMAKE is None or shutil.which("cc") is None or sys.platform != "linux",
+    reason="no CMake, or no C compiler",
+)
+
+
+def run(*command: str | Path, at: Path, **environment: str) -> str:
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=at,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+        env={**os.environ, "PATH": PATH, **environment},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library, compiled without optimisation, installed, and moved from there."""
+    folder = tmp_path_factory.mktemp("installed")
+    quick = ("-G", "Unix Makefiles", "-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_C_FLAGS_DEBUG=-O0")
+    run(CMAKE, "-S", LIBRARY, "-B", folder / "build", *quick, at=folder)
+    run(CMAKE, "--build", folder / "build", "--parallel", at=folder)
+    run(CMAKE, "--install", folder / "build", "--prefix", folder / "first", at=folder)
+    shutil.rmtree(folder / "build")
+    return (folder / "first").rename(folder / "moved")
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    """A folder with a user's program and nothing of ours."""
+    shutil.copy(EXAMPLE, tmp_path)
+    return tmp_path
+
+
+def found(installed: Path, pattern: str) -> Path:
+    (path,) = installed.rglob(pattern)
+    return path
+
+
+@pytest.mark.skipif(PKG_CONFIG is None, reason="no pkg-config")
+def test_a_program_is_built_by_pkg_config(installed: Path, program: Path) -> None:
+    folder = found(installed, "capsule.pc").parent
+    (line,) = (line for block in PAGE.blocks("sh") for line in block.splitlines() if "cc " in line)
+    run("sh", "-c", line, at=program, PKG_CONFIG_PATH=str(folder))
+    printed = run("./example", at=program, LD_LIBRARY_PATH=str(folder.parent))
+    check_example(printed)
+    needed = run("ldd", "example", at=program, LD_LIBRARY_PATH=str(folder.parent))
+    soname = re.search(r"libcapsule\.so\.(\d+\.\d+) =>", needed)
+    version = run(PKG_CONFIG, "--modversion", "capsule", at=program, PKG_CONFIG_PATH=str(folder))
+    assert soname
+    assert version.startswith(f"{soname[1]}.")
+
+
+@pytest.mark.parametrize("library", ["capsule", "capsule_static"])
+def test_a_program_is_built_by_cmake(installed: Path, program: Path, library: str) -> None:
+    (text,) = PAGE.blocks("cmake")
+    (program / "CMakeLists.txt").write_text(text.replace("capsule::capsule", f"capsule::{library}"))
+    place = f"-DCMAKE_PREFIX_PATH={installed}"
+    run(CMAKE, "-S", ".", "-B", "build", "-G", "Unix Makefiles", place, at=program)
+    run(CMAKE, "--build", "build", at=program)
+    check_example(run("build/example", at=program))
+    needed = run("ldd", "build/example", at=program)
+    assert ("libcapsule" in needed) == (library == "capsule")
+
+
+def test_what_it_shows_is_what_the_page_documents(installed: Path) -> None:
+    headers = pytest.importorskip("headers", reason="the documentation's extensions need Sphinx")
+    library = found(installed, "libcapsule.so")
+    listed = run("nm", "-gD", "--defined-only", library, at=installed)
+    shown = {line.split()[-1] for line in listed.splitlines()} - {"_init", "_fini"}
+    documented = {}
+    for path in (LIBRARY / "capsule.h", *KERNELS.glob("*.h")):
+        if path.name in PAGE.text:
+            assert (installed / "include" / "capsule" / path.name).is_file()
+            for one in headers.declared(path.read_text(encoding="utf-8")):
+                documented |= {name: one.comment for name in one.names if one.functions}
+    assert shown == set(documented)
+    assert all(len(comment) > 20 for comment in documented.values())
