@@ -6,8 +6,10 @@ from importlib.util import find_spec
 from shutil import copytree
 
 import pytest
+from click.testing import CliRunner
 
 from capsule_sym._bench import goals, model, roots, tools, truth, whole
+from capsule_sym._bench.command import bench
 from capsule_sym._bench.growth import Growth
 from capsule_sym._bench.peers import compiled, own
 from capsule_sym._bench.ratios import Ratio
@@ -27,24 +29,32 @@ needs_core = pytest.mark.skipif(core is None, reason="the C core was not compile
 def done(command, tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     only = "SciPy RK45" if compiled.compiler() is None else " in C"
-    process = command("bench", "--quick", "--repeats", "1", "--only", only, "--json", cwd=folder)
+    process = command("bench", "--quick", "--repeats", "1", "--only", only, cwd=folder)
     assert process.returncode == 0, process.stderr
     return folder, process
 
 
 @pytest.fixture(scope="module")
 def record(done):
-    return json.loads(done[1].stdout)
+    return json.loads((done[0] / "results/bench/part.json").read_text("utf-8"))
 
 
 def rows(record, part, tool):
     return {row["setting"]: row for row in record[part] if row["tool"] == tool}
 
 
-def test_json_is_the_file_and_has_the_documented_keys(done, record) -> None:
-    folder, process = done
-    assert json.loads((folder / "results/bench/part.json").read_text("utf-8")) == record
-    assert "wrote results/bench/part.json" in process.stderr
+def test_json_is_what_the_file_has(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Study, "turns", lambda study: {"trajectory": 1})
+    ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--json"])
+    assert ran.exit_code == 0, ran.output
+    record = json.loads((tmp_path / "results/bench/part.json").read_text("utf-8"))
+    assert json.loads(ran.stdout) == record
+    assert record["trajectory"]
+
+
+def test_the_file_has_the_documented_keys(done, record) -> None:
+    assert "wrote results/bench/part.json" in done[1].stderr
     assert list(record) == [
         "version",
         "machine",
@@ -224,12 +234,9 @@ def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
 
 
 @needs_cc
-def test_tables_show_the_rows(command, tmp_path) -> None:
-    process = command("bench", "--quick", "--repeats", "1", "--only", "RK4 in C", cwd=tmp_path)
-    assert process.returncode == 0, process.stderr
-    record = json.loads((tmp_path / "results/bench/part.json").read_text("utf-8"))
+def test_tables_show_the_rows(done, record) -> None:
     for row in (*record["trajectory"], *record["tangencies"], *record["sweep"]):
-        shown = [line.split() for line in process.stdout.splitlines() if row["tool"] in line]
+        shown = [line.split() for line in done[1].stdout.splitlines() if row["tool"] in line]
         wanted = [str(row[name]) for name in ("missed", "invented", "locked", "runs", "judged")]
         us = f"{row['us_per_period']:.3g}"
         assert any(us in cells and cells[-6:-1] == wanted for cells in shown)

@@ -46,6 +46,7 @@ def confirm(case, run) -> None:
     assert distance(run["final"], judged.final) < 1e-20
 
 
+@pytest.mark.long
 def test_a_run_nearest_to_a_tangency_is_that_of_the_independent_judge() -> None:
     confirm(cases("tangencies")[21], record("tangencies")["runs"][21])
 
