@@ -126,8 +126,8 @@ def _beside(result: Result, number: int) -> Iterator[str]:
     if item.consequence:
         yield f"- **Consequence:** {_text(item.consequence)}"
     yield f"- `{item.id}`, {result.seconds:.2f} s\n"
-    if item.formula:
-        yield f"$${math(item.formula)}$$\n"
+    if item.latex:
+        yield f"$${math(item.latex)}$$\n"
 
 
 def _rows(results: Iterable[Result]) -> Iterator[str]:
@@ -138,7 +138,7 @@ def _rows(results: Iterable[Result]) -> Iterator[str]:
             (
                 _cell(result.item.equation),
                 _cell(result.item.statement),
-                f"${math(result.item.formula)}$" if result.item.formula else "",
+                f"${math(result.item.latex)}$" if result.item.latex else "",
                 result.status,
                 f"`{result.item.id}`",
             )

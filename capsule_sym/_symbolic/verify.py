@@ -14,6 +14,7 @@ from capsule_sym._symbolic.proofs import (
     appendices,
     basis_proofs,
     flow_proofs,
+    frozen,
     geometry_proofs,
     inner_products,
     resting,
@@ -68,6 +69,21 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
 """What is verified, in the order of the report: a title and the items under it."""
 
 
+FAMILIES: dict[str, tuple[str, ...]] = {
+    "Errata": ("erratum",),
+    "Printed statements that hold under a condition": ("printed",),
+    "Printed statements that hold": ("printed",),
+    "State space, Eqs. (13)-(15)": ("geometry", "fields"),
+    "Inner products, Eqs. (16)-(23)": ("inner",),
+    "Table 2 as derived": ("table2",),
+    "Table 3 as derived": ("table3",),
+    "Appendices A and B": ("appendix",),
+    "The resting orbit": ("grazing",),
+    "Closed-form flow, Eqs. (7)-(12)": ("basis", "flow", "jets", "jacobian"),
+}
+"""With what the names of a section's statements begin, so that one is found among few."""
+
+
 def items() -> dict[str, tuple[Item, ...]]:
     """Every statement of the theory with its proof, by section title."""
     return {title: section() for title, section in SECTIONS.items()}
@@ -75,12 +91,13 @@ def items() -> dict[str, tuple[Item, ...]]:
 
 def item(name: str) -> dict[str, tuple[Item, ...]]:
     """The statement of this name with its proof, by section title; raises InvalidInput for none."""
-    names: list[str] = []
+    family = name.partition(".")[0]
+    names = [*frozen.expected().statuses]
     for title, section in SECTIONS.items():
-        for one in section():
-            if one.id == name:
-                return {title: (one,)}
-            names.append(one.id)
+        if family in FAMILIES.get(title, (family,)):
+            for one in section():
+                if one.id == name:
+                    return {title: (one,)}
     close = get_close_matches(name, names, n=5, cutoff=0.3) or names[:5]
     raise InvalidInput("--only", name, f"the name of a statement, such as {', '.join(close)}")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import sympy as sp
 
@@ -39,16 +39,19 @@ _GRAZE = "L9"
 class InnerProduct:
     """A normal's inner product with a field, on a surface or line.
 
-    `value` is in the state, time and parameters; `sign` is None where it is conditional, and
-    then positive exactly where `positive` holds.
+    `sign` is None where it is conditional, and then positive exactly where `positive` holds.
     """
 
     place: str
     normal: str
     field: int
     expression: sp.Expr
-    value: sp.Expr
     sign: Sign | None
+
+    @cached_property
+    def value(self) -> sp.Expr:
+        """The expression in the state, time and parameters, with the equations of L1-L4 put in."""
+        return _on(PIECES[self.place], self.expression)
 
     @property
     def relations(self) -> tuple[Relation, ...]:
@@ -106,19 +109,13 @@ def _on(piece: Piece, expression: sp.Expr) -> sp.Expr:
 @cache
 def inner_products() -> tuple[InnerProduct, ...]:
     """All inner products of Section 3: every surface and line with every field beside it."""
-    places = [name for name in (*SURFACES, *LINES) if name != _GRAZE]
     return tuple(
-        InnerProduct(
-            name,
-            normal,
-            field.index,
-            along(function, field),
-            _on(PIECES[name], along(function, field)),
-            sign_under(along(function, field), PIECES[name].relations),
-        )
-        for name in places
-        for field in _adjacent(PIECES[name])
-        for normal, function in _normals(PIECES[name], field)
+        InnerProduct(name, normal, field.index, expression, sign_under(expression, piece.relations))
+        for name, piece in PIECES.items()
+        if name in (*SURFACES, *LINES) and name != _GRAZE
+        for field in _adjacent(piece)
+        for normal, function in _normals(piece, field)
+        for expression in [along(function, field)]
     )
 
 
@@ -140,7 +137,6 @@ def _condition_is_exact(claim: tuple[InnerProduct, Relation]) -> bool:
 def _item(product: InnerProduct) -> Item:
     name = f"inner.{product.place}.{product.normal[1:].replace('−', '-')}.F{product.field}"
     symbol = f"⟨{product.normal}, F{product.field}⟩"
-    formula = _latex(product)
     if product.sign is None:
         condition = product.positive
         return Item(
@@ -150,7 +146,7 @@ def _item(product: InnerProduct) -> Item:
             claim=(product, condition),
             check=_condition_is_exact,
             mutant=(product, sp.Lt(condition.lhs, condition.rhs)),
-            formula=formula + r"\quad\text{positive iff }" + sp.latex(condition),
+            formula=lambda: _latex(product) + r"\quad\text{positive iff }" + sp.latex(condition),
             verdict="conditional",
         )
     return Item(
@@ -160,7 +156,7 @@ def _item(product: InnerProduct) -> Item:
         claim=(product.expression, product.relations, product.sign),
         check=signed,
         mutant=(product.expression, product.relations, -product.sign or 1),
-        formula=f"{formula}{_WORD[product.sign]}" if product.sign else formula,
+        formula=lambda: _latex(product) + (_WORD[product.sign] if product.sign else ""),
     )
 
 

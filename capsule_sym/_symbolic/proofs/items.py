@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import perf_counter
 from typing import Any, Literal
 
@@ -26,8 +27,8 @@ class Item:
 
     `verdict` is what holds when the check succeeds: the statement is proved, or (an erratum) the
     printed statement is refuted, or it holds under a condition that is itself proved. `formula`
-    is LaTeX. `printed`, `derived`, `consequence` and `witness` belong to errata; `proof` says in
-    words what the check does.
+    is LaTeX, or gives it. `printed`, `derived`, `consequence` and `witness` belong to errata;
+    `proof` says in words what the check does.
     """
 
     id: str
@@ -36,13 +37,18 @@ class Item:
     claim: Any
     check: Callable[[Any], bool]
     mutant: Any
-    formula: str = ""
+    formula: str | Callable[[], str] = ""
     verdict: Verdict = "proved"
     printed: str = ""
     derived: str = ""
     proof: str = ""
     consequence: str = ""
     witness: Callable[[], Mapping[str, str]] | None = field(default=None)
+
+    @cached_property
+    def latex(self) -> str:
+        """The formula as LaTeX; empty if there is none."""
+        return self.formula if isinstance(self.formula, str) else self.formula()
 
 
 @dataclass(frozen=True)
