@@ -9,12 +9,12 @@ from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._paper import read
+from capsule_sym._symbolic import frozen
 from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs import (
     appendices,
     basis_proofs,
     flow_proofs,
-    frozen,
     geometry_proofs,
     inner_products,
     resting,
