@@ -1,7 +1,7 @@
 """The digest of code that proves: what it says, not where it stands.
 
-Comments, docstrings, and the paths of the project's own modules are no part of it, so that moving
-a module leaves a proof valid while a changed operator, number or name does not.
+Comments, docstrings, and from which of the project's modules names come are no part of it, so that
+moving a module leaves a proof valid while a changed operator, number or name does not.
 """
 
 from __future__ import annotations
@@ -45,12 +45,16 @@ def digest(code: Iterable[Any]) -> str:
 def _said(node: Any) -> str:
     """A syntax tree as text, the same from one version of Python to another."""
     if isinstance(node, list):
-        return f"[{','.join(map(_said, node))}]"
+        own = [one for one in node if _of_the_project(one)]
+        names = sorted(_said(alias) for one in own for alias in one.names)
+        return f"[{','.join(names + [_said(one) for one in node if one not in own])}]"
     if not isinstance(node, ast.AST):
         return repr(node)
     fields = {name: value for name, value in ast.iter_fields(node) if value not in (None, [])}
     if isinstance(node, _SCOPES) and ast.get_docstring(node) is not None:
         fields["body"] = node.body[1:]
-    if isinstance(node, ast.ImportFrom) and f"{node.module}".partition(".")[0] == _ROOT:
-        del fields["module"]
     return f"{type(node).__name__}({','.join(f'{k}={_said(v)}' for k, v in fields.items())})"
+
+
+def _of_the_project(node: Any) -> bool:
+    return isinstance(node, ast.ImportFrom) and f"{node.module}".partition(".")[0] == _ROOT
