@@ -24,7 +24,7 @@ ROOT = HERE.parent
 PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
 NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
 
-LIBRARY = ("tables.c", "pass.c", "wide.c", "run.c", "steady.c")
+LIBRARY = ("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c")
 """What of the C library the page needs: no lanes, no fused multiply-adds."""
 FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O3", "-ffp-contract=off"),

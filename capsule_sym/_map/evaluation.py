@@ -54,9 +54,13 @@ def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
         raise InvalidInput(name, value, allowed) from None
 
 
+def _ascend(times: NDArray[np.float64]) -> bool:
+    return bool(np.all(times[1:] >= times[:-1]))
+
+
 def in_order(times: NDArray[np.float64]) -> NDArray[np.int64] | None:
     """The order in which times ascend, None if they do as they are."""
-    return None if np.all(times[1:] >= times[:-1]) else np.argsort(times)
+    return None if _ascend(times) else np.argsort(times)
 
 
 def _nearly_in_order(times: NDArray[np.float64]) -> NDArray[np.uint64]:
@@ -80,7 +84,7 @@ def by_core(
     """States (x_r, v_r, v_c, x_c) at times of a run, shape times.shape + (4,), by the core."""
     flat, states = np.ascontiguousarray(times).ravel(), np.empty((times.size, 4))
     native = borrowed(parameters.to_dict().values())
-    if np.all(flat[1:] >= flat[:-1]):
+    if _ascend(flat):
         native.evaluate(records, flat, states)
     else:
         order, found = _nearly_in_order(flat), np.empty_like(states)

@@ -18,59 +18,6 @@ from capsule_sym.generated import interface
 
 include "capsule_interface.pxi"
 
-cdef extern from "capsule.h" nogil:
-    ctypedef struct capsule_constants:
-        double kappa, omega, delta, zeta, friction, drift
-    ctypedef struct capsule_start:
-        double x_r, gap, v_r, v_c, margin, cos_theta, sin_theta
-    ctypedef struct capsule_map:
-        capsule_constants field[6]
-    ctypedef struct capsule_watch:
-        int (*ask)(void *) noexcept nogil
-        void *about
-        int64_t work
-    void capsule_flow(const capsule_constants *, const capsule_start *, double, double *)
-    double capsule_flow_advance(const capsule_constants *, const capsule_start *, double, double)
-    void capsule_jacobian(const capsule_constants *, const capsule_start *, double, double *)
-    double capsule_margin_at(const capsule_constants *, double, double, double)
-    size_t capsule_evaluate(const capsule_map *, const capsule_segment *, size_t, int,
-                            const double *, size_t, double (*)[4], capsule_watch *)
-    int capsule_asked(capsule_watch *, int64_t)
-    ctypedef struct capsule_wish:
-        double (*strobe)[3]
-        int64_t rows
-        capsule_segment *segments
-        capsule_event *events
-        size_t room
-        int position
-        capsule_watch *watch
-        int precision
-    void capsule_map_make(const capsule_parameters *, capsule_map *)
-    void capsule_map_remake(const capsule_parameters *, capsule_map *)
-    void capsule_map_constants(const capsule_parameters *, capsule_map *)
-    capsule_state capsule_state_at(const capsule_map *, double, double, double, double)
-    capsule_stop capsule_run(const capsule_map *, capsule_state *, int64_t, const capsule_wish *,
-                             size_t *, capsule_outcome *)
-    capsule_stop capsule_steady(const capsule_map *, const capsule_state *, double (*)[3], int, double,
-                                capsule_event *, size_t, capsule_watch *, capsule_motion *,
-                                capsule_outcome *)
-    ctypedef struct capsule_many:
-        size_t stride
-        const capsule_parameters *parameters
-        capsule_state *states
-        int8_t *stops
-        double (*strobe)[3]
-        int position
-        capsule_watch *watch
-        int lanes, precision
-        capsule_event *first
-    ctypedef struct capsule_crew:
-        pass
-    void capsule_run_many(const capsule_many *, size_t, int64_t, capsule_crew *)
-    int capsule_lanes()
-    int capsule_widest()
-    const char *capsule_digest()
-
 cdef extern from *:
     """
     #include <time.h>
@@ -194,15 +141,15 @@ cdef class Map:
         """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
         cdef attention a
         cdef capsule_state state
-        cdef capsule_wish wish
+        cdef capsule_request request
         cdef size_t written
         cdef capsule_outcome open_
         cdef capsule_stop stop
-        memset(&wish, 0, sizeof(wish))
-        wish.watch = _attend(&a, None, None)
+        memset(&request, 0, sizeof(request))
+        request.watch = _attend(&a, None, None)
         with nogil:
             state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
-            stop = capsule_run(self.map, &state, periods, &wish, &written, &open_)
+            stop = capsule_run(self.map, &state, periods, &request, &written, &open_)
         _raised(&a)
         if stop == REFUSED:
             raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
@@ -262,16 +209,16 @@ cdef class Map:
                 angle = angle + c.omega * durations[i]
         return states, advances, jacobians
 
-    def run(self, state, int64_t periods, segments=None, events=None, strobe=None,
-            bint position=False, watch=None, int precision=0):
+    def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
+            watch=None, int precision=0):
         """Goes on until period `periods` is over; what is asked for is written to given arrays.
 
-        `state` is a record of STATE, left where the run came to; `segments` or `events` are
-        arrays of their dtypes; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS:
-        the state at the end of period k then is in row k % rows, and the run pauses when half of
-        them are new. Of a motion that rests for ever the last ones are written. Returns why it
-        stopped, how many segments or events it wrote, and the outcome that stayed open.
-        `precision` is one of `interface.Precision`.
+        `state` is a record of STATE, left where the run came to; `segments` is an array of its
+        dtype; `strobe` has shape (periods + 1, 3), or fewer rows, at least ROWS: the state at the
+        end of period k then is in row k % rows, and the run pauses when half of them are new. Of a
+        motion that rests for ever the last ones are written. Returns why it stopped, how many
+        segments it wrote, and the outcome that stayed open. `precision` is one of
+        `interface.Precision`.
         """
         if state.dtype != STATE:
             raise TypeError("state must be of dtype STATE")
@@ -279,40 +226,33 @@ cdef class Map:
         cdef char[::1] at = state.reshape(1).view("i1")
         cdef char[::1] bytes_
         cdef double[:, ::1] marks
-        cdef capsule_wish wish
+        cdef capsule_request request
         cdef size_t written = 0
         cdef capsule_outcome open_ = 0
         cdef capsule_stop stop
-        memset(&wish, 0, sizeof(wish))
-        wish.watch = _attend(&a, watch, None if watch is None else watch.flag)
-        wish.position = position
-        wish.precision = precision
+        memset(&request, 0, sizeof(request))
+        request.watch = _attend(&a, watch, None if watch is None else watch.flag)
+        request.position = position
+        request.precision = precision
         if strobe is not None:
             marks = strobe
             if (marks.shape[0] <= periods and marks.shape[0] < ROWS) or marks.shape[1] != 3:
                 raise ValueError(f"strobe must have shape (periods + 1, 3), or {ROWS} rows")
-            wish.rows = marks.shape[0] if marks.shape[0] <= periods else 0
-            wish.strobe = <double (*)[3]> &marks[0, 0]
+            request.rows = marks.shape[0] if marks.shape[0] <= periods else 0
+            request.strobe = <double (*)[3]> &marks[0, 0]
         if segments is not None:
             if segments.dtype != SEGMENT or not len(segments):
                 raise TypeError("segments must be of dtype SEGMENT, and not empty")
             bytes_ = segments.view("i1")
-            wish.segments = <capsule_segment *> &bytes_[0]
-            wish.room = len(segments)
-        elif events is not None:
-            if events.dtype != EVENT or not len(events):
-                raise TypeError("events must be of dtype EVENT, and not empty")
-            bytes_ = events.view("i1")
-            wish.events = <capsule_event *> &bytes_[0]
-            wish.room = len(events)
+            request.segments = <capsule_segment *> &bytes_[0]
+            request.room = len(segments)
         with nogil:
-            stop = capsule_run(self.map, <capsule_state *> &at[0], periods, &wish, &written,
+            stop = capsule_run(self.map, <capsule_state *> &at[0], periods, &request, &written,
                                &open_)
         _raised(&a)
         if stop == REFUSED:
             raise ValueError(f"no run from {state}")
         return stop, written, OUTCOMES[open_]
-
 
     def evaluate(self, segments, const double[::1] times, double[:, ::1] states, bint more=False):
         """Writes the states (x_r, v_r, v_c, x_c) at absolute times, shape (n, 4).
@@ -402,18 +342,18 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     return within
 
 
-cdef class _Crew:
-    """Work space of `run_many`, which keeps the tables of the last flows."""
+cdef class _Workspace:
+    """Workspace of `run_many`, which keeps the tables of the last flows."""
 
-    cdef capsule_crew *crew
+    cdef capsule_workspace *workspace
 
     def __cinit__(self):
-        self.crew = <capsule_crew *> calloc(1, sizeof(capsule_crew))
-        if self.crew is NULL:
+        self.workspace = <capsule_workspace *> calloc(1, sizeof(capsule_workspace))
+        if self.workspace is NULL:
             raise MemoryError()
 
     def __dealloc__(self):
-        free(self.crew)
+        free(self.workspace)
 
 
 _kept = threading.local()
@@ -439,9 +379,9 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
               "strobe", (count, periods + 1, 3))
     cdef attention a
     cdef char[::1] at = states.view("i1")
-    cdef capsule_many many
+    cdef capsule_batch many
     # Not in its place while it is used: a handler of signals may call this anew.
-    cdef _Crew work = _kept.__dict__.pop("crew", None) or _Crew()
+    cdef _Workspace work = _kept.__dict__.pop("workspace", None) or _Workspace()
     many.stride = stride
     many.parameters = <const capsule_parameters *> &parameters[0, 0]
     many.states = <capsule_state *> &at[0]
@@ -453,12 +393,12 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
     many.first = NULL
     many.watch = _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
-        capsule_run_many(&many, count, periods, work.crew)
+        capsule_run_many(&many, count, periods, work.workspace)
         for i from 0 <= i < count by stride:
             left_open += stops[i] == _OPEN
             refused += stops[i] == _REFUSED
     _raised(&a)
-    _kept.crew = work
+    _kept.workspace = work
     if refused:
         raise ValueError("no runs from some of the states")
     return left_open
@@ -481,8 +421,8 @@ def first_switches(const double[:, ::1] parameters, states, int64_t periods, eve
     cdef char[::1] at = states.view("i1")
     cdef char[::1] to = events.view("i1")
     cdef size_t count = len(states)
-    cdef _Crew work = _kept.__dict__.pop("crew", None) or _Crew()
-    cdef capsule_many many
+    cdef _Workspace work = _kept.__dict__.pop("workspace", None) or _Workspace()
+    cdef capsule_batch many
     memset(&many, 0, sizeof(many))
     many.stride = 1
     many.parameters = <const capsule_parameters *> &parameters[0, 0]
@@ -491,8 +431,8 @@ def first_switches(const double[:, ::1] parameters, states, int64_t periods, eve
     many.first = <capsule_event *> &to[0]
     many.lanes = lanes
     with nogil:
-        capsule_run_many(&many, count, periods, work.crew)
-    _kept.crew = work
+        capsule_run_many(&many, count, periods, work.workspace)
+    _kept.workspace = work
     return stops
 
 

@@ -85,7 +85,7 @@ typedef struct {
     int position;  /* whether x_c is followed */
     capsule_watch *watch; /* or null */
     int precision; /* a capsule_precision */
-} capsule_wish;
+} capsule_request;
 
 /* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0; otherwise
    what runs on it is refused. A map that was made before may be made anew; what does not change
@@ -113,7 +113,7 @@ int capsule_widest(void);
    precision does after each switch. `written` counts segments or events; `open` tells, where the run
    stops at CAPSULE_OPEN, what stayed open; the state is then the start of that segment. */
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
-                         const capsule_wish *wish, size_t *written, capsule_outcome *open);
+                         const capsule_request *request, size_t *written, capsule_outcome *open);
 
 /* Many runs, side by side. */
 typedef struct {
@@ -121,36 +121,36 @@ typedef struct {
     const capsule_parameters *parameters; /* of each run */
     capsule_state *states;                /* where each starts, and where it came to */
     int8_t *stops;                        /* why each came back, a capsule_stop */
-    double (*strobe)[3];                  /* periods + 1 rows a run, or null; as in a wish */
+    double (*strobe)[3];                  /* periods + 1 rows a run, or null; as in a request */
     int position;                         /* whether x_c is followed */
     capsule_watch *watch;                 /* or null; runs that it stops can go on, too */
     int lanes;                            /* 8, 4 or 1; 0 for as many as the processor has */
     int precision;                        /* a capsule_precision, of what runs alone */
     capsule_event *first; /* or null: receives each run's first switch, where the run pauses with
                              CAPSULE_FULL; of its state `plane` is 0 if lanes found it */
-} capsule_many;
+} capsule_batch;
 
-#define CAPSULE_CREW 128  /* runs in hand at a time */
-#define CAPSULE_CREW_NUMBERS 20
+#define CAPSULE_BATCH_SIZE 128  /* runs in hand at a time */
+#define CAPSULE_RUN_NUMBERS 20
 
-/* Work space of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
+/* Workspace of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
    flows are kept for the next. */
 typedef struct {
     capsule_map map;
     struct {
-        double number[CAPSULE_CREW_NUMBERS], begun[CAPSULE_CREW_NUMBERS]; /* now; at its start */
+        double number[CAPSULE_RUN_NUMBERS], begun[CAPSULE_RUN_NUMBERS]; /* now; at its start */
         double guess[6][5]; /* by field, and how many expansions came before */
         size_t row;
         int64_t turn, begun_turn;
         int field, key, expansions; /* of the present segment; the key of its guess */
-    } run[CAPSULE_CREW];
-    int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_CREW], idle[CAPSULE_CREW];
-    int waiting[4 * CAPSULE_LEVELS + 4], idlers;
-} capsule_crew;
+    } run[CAPSULE_BATCH_SIZE];
+    int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_BATCH_SIZE], idle[CAPSULE_BATCH_SIZE];
+    int waiting[4 * CAPSULE_LEVELS + 4], idle_count;
+} capsule_workspace;
 
 /* Takes the runs among `count` rows to the end of period `periods`, as `capsule_run` does one;
    fastest where neighbouring runs share omega, zeta, beta and gamma. */
-void capsule_run_many(const capsule_many *many, size_t count, int64_t periods, capsule_crew *crew);
+void capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace);
 
 /* Finds the periodic motion that a run is in at the end of a period, from its states at the ends
    of the last `count` periods: the least multiple, of at most count/2 periods, after which the

@@ -27,14 +27,14 @@ typedef struct {
     double duration, advance;
     double gap, margin, cosine, sine; /* at its start */
     int field, switched, evaluations;
-    int endless; /* given up after very many expansions: another method looks further ahead */
+    int gave_up; /* given up after very many expansions: another method looks further ahead */
     int stopped; /* by the watch, on the way */
-} capsule_passage;
+} capsule_result;
 
 /* What a run keeps between its segments. */
 typedef struct {
     const capsule_map *map;
-    const capsule_wish *wish;
+    const capsule_request *request;
     int64_t periods;
     int position;
     double guess[7][11]; /* where a segment of this field from this plane ended last */
@@ -42,29 +42,25 @@ typedef struct {
     double angle, cosine, sine; /* of the last switch */
     capsule_wide_table *wide;   /* by contact and drift */
     int wide_made[4];
-} capsule_course;
+} capsule_context;
 
-/* Takes a run over its present segment, and finds the field that follows: in double precision, the
-   same by fused multiply-adds, and in 106 bits, also so. Leaves the state alone where that stays open. */
-typedef void capsule_segment_step(capsule_course *course, capsule_state *state, capsule_passage *p);
-capsule_segment_step capsule_pass, capsule_pass_fused, capsule_pass_wide, capsule_pass_wide_fused;
+/* What is compiled for double precision, for 106 bits, and for fused multiply-adds in both. */
+typedef struct {
+    /* Takes a run over its present segment, and finds the field that follows. Leaves the state alone
+       where that stays open. */
+    void (*run_segment)(capsule_context *context, capsule_state *state, capsule_result *p);
+    /* The field that takes over at a state; 0 where this precision leaves it open. */
+    int (*field_at)(const capsule_map *map, const capsule_state *state);
+    /* What `capsule_evaluate` gives; null in 106 bits. */
+    size_t (*states_at)(const capsule_map *map, const capsule_segment *segments, size_t count,
+                        int more, const double *times, size_t n, double (*states)[4],
+                        capsule_watch *watch);
+} capsule_code;
+extern const capsule_code capsule_code_plain, capsule_code_fused, capsule_code_wide,
+    capsule_code_wide_fused;
 
-/* The states of segments at times, as `capsule_evaluate` gives them. */
-typedef size_t capsule_evaluation(const capsule_map *map, const capsule_segment *segments,
-                                  size_t count, int more, const double *times, size_t n,
-                                  double (*states)[4], capsule_watch *watch);
-capsule_evaluation capsule_states, capsule_states_fused;
-
-#if !(defined(__x86_64__) && defined(__GNUC__))
-#define capsule_states_fused capsule_states
-#define capsule_pass_fused capsule_pass
-#define capsule_pass_wide_fused capsule_pass_wide
-#define capsule_field_fused capsule_field_at
-#endif
-
-/* The field that takes over at a state; 0 where double precision leaves it open. */
-int capsule_field_at(const capsule_map *map, const capsule_state *state);
-int capsule_field_fused(const capsule_map *map, const capsule_state *state);
+/* Which of them is for this processor. */
+const capsule_code *capsule_code_here(int wide);
 
 /* Whether a run from a state may be asked for: parameters and state keep what capsule.h says, so
    that every index and every loop below is bounded. */
@@ -72,10 +68,10 @@ int capsule_allowed(const capsule_map *map, const capsule_state *state);
 
 /* Whether a resting segment without contact is proved to last for ever: x_r is the forced response
    plus a free part whose energy never grows. Then the states at the ends of all periods follow. */
-void capsule_rest(capsule_course *course, double x_r, double v_r, double angle, double angle_rest,
-                  capsule_state *state, capsule_passage *p);
+void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
+                  capsule_state *state, capsule_result *p);
 
 /* Writes a state to the strobe's row of a turn. */
-void capsule_strobe(const capsule_wish *wish, int64_t turn, double x_r, double v_r, double v_c);
+void capsule_write_strobe(const capsule_request *request, int64_t turn, double x_r, double v_r, double v_c);
 
 #endif

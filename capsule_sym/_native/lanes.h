@@ -1,11 +1,7 @@
 /* The step of WIDTH runs at a time that are in the same linear flow, each in its own lane. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
-#ifdef __clang__
-#pragma clang fp contract(fast)
-#else
-#pragma GCC optimize("fp-contract=fast")
-#endif
-#include "crew.h"
+CONTRACTED
+#include "batch.h"
 #include "step.h"
 
 #if defined(__AVX__) && WIDTH == 4
@@ -24,13 +20,13 @@ inlined void transpose(const bound *r, bound *v)
 inlined void load(double *const *runs, bound *v)
 {
 #if defined(__AVX__) && WIDTH == 4
-    for (int i = 0; i < CAPSULE_CREW_NUMBERS; i += 4) {
+    for (int i = 0; i < CAPSULE_RUN_NUMBERS; i += 4) {
         const bound rows[4] = {_mm256_loadu_pd(runs[0] + i), _mm256_loadu_pd(runs[1] + i),
                                _mm256_loadu_pd(runs[2] + i), _mm256_loadu_pd(runs[3] + i)};
         transpose(rows, v + i);
     }
 #else
-    for (int i = 0; i < CAPSULE_CREW_NUMBERS; i++)
+    for (int i = 0; i < CAPSULE_RUN_NUMBERS; i++)
         for (int l = 0; l < WIDTH; l++)
             v[i][l] = runs[l][i];
 #endif
@@ -40,7 +36,7 @@ inlined void load(double *const *runs, bound *v)
 inlined void store(const bound *v, int some_lanes, double *const *runs)
 {
 #if defined(__AVX__) && WIDTH == 4
-    for (int i = 0; i < CAPSULE_CREW_NUMBERS; i += 4) {
+    for (int i = 0; i < CAPSULE_RUN_NUMBERS; i += 4) {
         bound rows[4];
         transpose(v + i, rows);
         for (int l = 0; l < 4; l++)
@@ -50,7 +46,7 @@ inlined void store(const bound *v, int some_lanes, double *const *runs)
 #else
     for (int l = 0; l < WIDTH; l++)
         if (some_lanes >> l & 1)
-            for (int i = 0; i < CAPSULE_CREW_NUMBERS; i++)
+            for (int i = 0; i < CAPSULE_RUN_NUMBERS; i++)
                 runs[l][i] = v[i][l];
 #endif
 }
@@ -58,24 +54,24 @@ inlined void store(const bound *v, int some_lanes, double *const *runs)
 inlined void lanes_step(const capsule_constants *k, const table *t, int level, int drift,
                         int position, int ends, double *const *runs, capsule_outcomes *out)
 {
-    bound v[CAPSULE_CREW_NUMBERS];
+    bound v[CAPSULE_RUN_NUMBERS];
     load(runs, v);
     const bound way = v[WAY], f_b = v[BOUND], friction = way * f_b;
     const segment c = {v[ALPHA], all(k->omega), v[DELTA], all(k->zeta), all(k->beta),
                        all(k->gamma), f_b, all(k->contact), way, all(k->m), all(k->kappa),
                        friction * (1.0 / k->gamma), friction, all(k->sigma), all(k->K)};
-    const stand s = {v[X_R], v[FAR], v[V_R], v[V_C], v[MARGIN], v[ANGLE], v[COSINE], v[SINE],
+    const point s = {v[X_R], v[FAR], v[V_R], v[V_C], v[MARGIN], v[ANGLE], v[COSINE], v[SINE],
                      v[POSITION], v[ANGLE_REST], v[GAP_ZEROS], v[SECOND_ZEROS], v[ENERGY_ERROR],
                      v[V_C_ERROR], v[ANGLE_ERROR]};
-    stand to;
+    point to;
     outcome o;
     step(&c, &c, t, level, drift, position, ends, way, v[LASTED], &s, &to, &o);
     out->open = bits_of(o.open);
-    out->unplain = bits_of(o.unplain);
+    out->undetermined = bits_of(o.undetermined);
     out->crossing = bits_of(o.crossing);
     out->passed = bits_of(o.passed);
     out->contact = bits_of(t->contact ? not(o.at_gap) : o.at_gap);
-    const int done = ~(out->open | out->unplain);
+    const int done = ~(out->open | out->undetermined);
     v[X_R] = to.x_r, v[FAR] = to.gap, v[V_R] = to.v_r, v[V_C] = to.v_c, v[MARGIN] = to.margin;
     v[ANGLE] = to.angle, v[COSINE] = to.cosine, v[SINE] = to.sine, v[ANGLE_REST] = to.angle_rest;
     v[WAY] = o.way, v[GAP_ZEROS] = to.gap_zeros, v[SECOND_ZEROS] = to.second_zeros;

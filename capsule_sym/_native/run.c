@@ -39,10 +39,10 @@ int capsule_allowed(const capsule_map *map, const capsule_state *s)
            s->field >= 0 && s->field <= 6;
 }
 
-void capsule_strobe(const capsule_wish *wish, int64_t turn, double x_r, double v_r, double v_c)
+void capsule_write_strobe(const capsule_request *request, int64_t turn, double x_r, double v_r, double v_c)
 {
-    if (wish->strobe) {
-        double *state = wish->strobe[wish->rows ? turn % wish->rows : turn];
+    if (request->strobe) {
+        double *state = request->strobe[request->rows ? turn % request->rows : turn];
         state[0] = x_r;
         state[1] = v_r;
         state[2] = v_c;
@@ -51,7 +51,7 @@ void capsule_strobe(const capsule_wish *wish, int64_t turn, double x_r, double v
 
 /* The end of a period of a segment that lasts for ever. Its free part alone is advanced, so that no
    large time meets a sine. */
-static void settled(const capsule_constants *k, double x, double v, double h,
+static void resting_state(const capsule_constants *k, double x, double v, double h,
                     capsule_state *out)
 {
     capsule_constants still = *k;
@@ -66,82 +66,80 @@ static void settled(const capsule_constants *k, double x, double v, double h,
     out->v_c = out->angle = out->angle_rest = 0.0;
 }
 
-void capsule_rest(capsule_course *course, double x_r, double v_r, double angle, double angle_rest,
-                  capsule_state *state, capsule_passage *p)
+void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
+                  capsule_state *state, capsule_result *p)
 {
-    const capsule_wish *wish = course->wish;
+    const capsule_request *request = context->request;
     const int field = FIELD_OF[0][1];
-    const capsule_constants *k = &course->map->field[field - 1];
+    const capsule_constants *k = &context->map->field[field - 1];
     double cosine, sine, x, v;
     sine_cosine(angle, angle_rest, &sine, &cosine);
     forced(k, cosine, sine, &x, &v);
     const int64_t from = state->turn;
-    int64_t turn = wish->strobe ? from + 1 : course->periods;
-    if (wish->rows && turn < course->periods + 1 - wish->rows)
-        turn = course->periods + 1 - wish->rows;
-    for (; turn <= course->periods; turn++) {
+    int64_t turn = request->strobe ? from + 1 : context->periods;
+    if (request->rows && turn < context->periods + 1 - request->rows)
+        turn = context->periods + 1 - request->rows;
+    for (; turn <= context->periods; turn++) {
         const double turns = (double)(turn - from), rest = turns * TWO_PI_REST - angle_rest;
         const double h = ((turns * TWO_PI - angle) + rest) / k->omega;
-        settled(k, x_r - x, v_r - v, h, state);
-        capsule_strobe(wish, turn, state->x_r, state->v_r, 0.0);
-        if (turn < course->periods && capsule_asked(wish->watch, 1)) {
+        resting_state(k, x_r - x, v_r - v, h, state);
+        capsule_write_strobe(request, turn, state->x_r, state->v_r, 0.0);
+        if (turn < context->periods && capsule_asked(request->watch, 1)) {
             p->stopped = 1;
             return;
         }
-        if (turn == course->periods)
+        if (turn == context->periods)
             p->duration += h;
     }
-    state->turn = course->periods;
+    state->turn = context->periods;
     state->bound = state->plane = 0;
     state->field = field;
     p->outcome = CAPSULE_NEVER;
-    course->exact.known = 0;
+    context->exact.known = 0;
 }
 
-/* Whether the code made for fused multiply-adds runs here. */
-static int fused(void)
+const capsule_code *capsule_code_here(int wide)
 {
 #if defined(__x86_64__) && defined(__GNUC__)
-    return capsule_lanes() > 1;
-#else
-    return 0;
+    if (capsule_lanes() > 1)
+        return wide ? &capsule_code_wide_fused : &capsule_code_fused;
 #endif
+    return wide ? &capsule_code_wide : &capsule_code_plain;
 }
 
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
-                         const capsule_wish *wish, size_t *written, capsule_outcome *open)
+                         const capsule_request *request, size_t *written, capsule_outcome *open)
 {
     *written = 0;
     *open = CAPSULE_END;
-    if (!capsule_allowed(map, state) || (wish->strobe && wish->rows && wish->rows < LEAST_ROWS))
+    if (!capsule_allowed(map, state) || (request->strobe && request->rows && request->rows < LEAST_ROWS))
         return CAPSULE_REFUSED;
-    capsule_course course;
-    memset(&course, 0, sizeof course);
-    course.angle = -1.0;
-    course.map = map;
-    course.wish = wish;
-    course.periods = periods;
-    course.position = wish->position || wish->segments;
-    capsule_segment_step *const pass = fused() ? capsule_pass_fused : capsule_pass;
-    capsule_segment_step *const wide_pass = fused() ? capsule_pass_wide_fused : capsule_pass_wide;
+    capsule_context context;
+    memset(&context, 0, sizeof context);
+    context.angle = -1.0;
+    context.map = map;
+    context.request = request;
+    context.periods = periods;
+    context.position = request->position || request->segments;
+    const capsule_code *const code = capsule_code_here(0), *const wide_code = capsule_code_here(1);
     capsule_wide_table tables[4];
-    course.wide = tables;
-    const int64_t pause = wish->strobe && wish->rows ? state->turn + wish->rows / 2 : periods;
+    context.wide = tables;
+    const int64_t pause = request->strobe && request->rows ? state->turn + request->rows / 2 : periods;
     while (state->turn < periods) {
-        if (((wish->segments || wish->events) && *written == wish->room) || state->turn >= pause)
+        if (((request->segments || request->events) && *written == request->room) || state->turn >= pause)
             return CAPSULE_FULL;
-        capsule_passage p;
+        capsule_result p;
         const capsule_state before = *state;
-        int wide = wish->precision == CAPSULE_DOUBLE_DOUBLE;
+        int wide = request->precision == CAPSULE_DOUBLE_DOUBLE;
         if (!wide)
-            pass(&course, state, &p);
+            code->run_segment(&context, state, &p);
         const int undecided = wide || (p.outcome != CAPSULE_REGULAR && p.outcome != CAPSULE_END &&
                                        p.outcome != CAPSULE_NEVER);
-        if (undecided && !(!wide && (p.stopped || p.endless)) &&
-            wish->precision != CAPSULE_DOUBLE) {
+        if (undecided && !(!wide && (p.stopped || p.gave_up)) &&
+            request->precision != CAPSULE_DOUBLE) {
             wide = 1;
             *state = before;
-            wide_pass(&course, state, &p);
+            wide_code->run_segment(&context, state, &p);
         }
         if (p.stopped)
             return CAPSULE_STOPPED;
@@ -151,8 +149,8 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
             *state = before;
             return CAPSULE_OPEN;
         }
-        if (wish->segments) {
-            wish->segments[(*written)++] = (capsule_segment){
+        if (request->segments) {
+            request->segments[(*written)++] = (capsule_segment){
                 .start_turn = before.turn, .end_turn = state->turn,
                 .start_angle = before.angle, .end_angle = state->angle,
                 .start = {before.x_r, before.v_r, before.v_c},
@@ -161,11 +159,11 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
                 .gap = p.gap, .margin = p.margin, .cosine = p.cosine, .sine = p.sine,
                 .field = p.field, .source = before.plane, .target = p.switched ? state->plane : 0,
                 .outcome = p.outcome, .evaluations = p.evaluations, .wide = wide};
-        } else if (wish->events && p.switched) {
-            wish->events[(*written)++] =
+        } else if (request->events && p.switched) {
+            request->events[(*written)++] =
                 (capsule_event){state->turn, state->angle, p.field, state->plane};
         }
-        if (capsule_asked(wish->watch, 1 + p.evaluations) && state->turn < periods)
+        if (capsule_asked(request->watch, 1 + p.evaluations) && state->turn < periods)
             return CAPSULE_STOPPED;
     }
     return CAPSULE_DONE;
@@ -180,7 +178,13 @@ capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, d
                            .angle = angle, .angle_rest = rest};
     if (v_c != 0.0)
         return state;
-    state.plane = state.field =
-        fused() ? capsule_field_fused(map, &state) : capsule_field_at(map, &state);
+    state.plane = state.field = capsule_code_here(0)->field_at(map, &state);
     return state;
+}
+
+size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
+                        int more, const double *times, size_t n, double (*states)[4],
+                        capsule_watch *watch)
+{
+    return capsule_code_here(0)->states_at(map, segments, count, more, times, n, states, watch);
 }

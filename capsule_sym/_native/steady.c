@@ -32,16 +32,16 @@ static capsule_stop motion_of(const capsule_map *map, capsule_state state, int m
                               capsule_motion *motion, capsule_outcome *open)
 {
     size_t first, second;
-    capsule_wish wish = {.events = events, .room = room, .position = 1, .watch = watch};
+    capsule_request request = {.events = events, .room = room, .position = 1, .watch = watch};
     state.turn = 0;
     state.position = 0.0;
-    capsule_stop stop = capsule_run(map, &state, multiple, &wish, &first, open);
+    capsule_stop stop = capsule_run(map, &state, multiple, &request, &first, open);
     if (stop != CAPSULE_DONE)
         return stop;
     const double advance = state.position;
-    wish.events += first;
-    wish.room -= first;
-    stop = capsule_run(map, &state, 2 * multiple, &wish, &second, open);
+    request.events += first;
+    request.room -= first;
+    stop = capsule_run(map, &state, 2 * multiple, &request, &second, open);
     if (stop != CAPSULE_DONE && !(stop == CAPSULE_FULL && second > first))
         return stop;
     int same = first == second;
@@ -67,7 +67,7 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
     *motion = (capsule_motion){0};
     probe.turn = 0;
     capsule_stop stop = capsule_run(
-        map, &probe, 1, &(capsule_wish){.segments = &next, .room = 1, .watch = watch}, &written,
+        map, &probe, 1, &(capsule_request){.segments = &next, .room = 1, .watch = watch}, &written,
         open);
     if (!written)
         return stop;

@@ -21,7 +21,7 @@ typedef struct {
     bound second_zeros; /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
     bound energy_error; /* of x_r and v_r: sqrt(dv^2 + K dx^2), which the flow never enlarges */
     bound v_c_error, angle_error;
-} stand;
+} point;
 
 typedef struct {
     real u[4], slope;                   /* multiples of the responses; in drift v_c' reach */
@@ -48,7 +48,7 @@ inlined real dot(const entry *t, const real *u)
 }
 
 inlined expansion expand(const segment *c, const segment_sizes *b, const table *t, int drift,
-                         const stand *s)
+                         const point *s)
 {
     expansion e;
     const bound x = size_of(near_to(s->x_r)), gap = size_of(near_to(s->gap));
@@ -83,6 +83,7 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
 typedef struct {
     real first, form[DEGREE]; /* Bernstein coefficients 1 to DEGREE of the guard less its first */
     bound zeros, rounding, tail; /* off by rounding s^zeros + tail s^3 */
+    bound sign, range, bend; /* of the form; its largest coefficient, and second derivative */
 } guard;
 
 /* What is proved of it on (0, r]: positive up to `from`; if `crossing`, then zero once, and negative
@@ -90,11 +91,11 @@ typedef struct {
 typedef struct {
     mask clear, crossing;
     bound from, to, near;
-} finding;
+} isolation;
 
 /* From the signs of the coefficients, all of them beyond what any can be off: a guard that vanishes at
    the start is off by less, as s^zeros. With `twice` zeros may be 2. */
-inlined finding judge(const guard *g, double r, int twice)
+inlined isolation certify(const guard *g, double r, int twice)
 {
     const mask begun = g->zeros > 0.0, skipped = g->zeros == 2.0;
     const real base = choose(begun, num(0.0), g->first);
@@ -110,7 +111,7 @@ inlined finding judge(const guard *g, double r, int twice)
         least = smaller(least, value[j]);
     const mask above = starts & (least > error);
     if (!some(not(above)))
-        return (finding){above, none, all(r), all(r), all(r)};
+        return (isolation){above, none, all(r), all(r), all(r)};
     mask below = value[0] < 0.0, turned = none;
     bound index = pick(below, all(0.0), all(1.0)), nearest = size_of(value[0]);
     for (int j = 1; j < DEGREE; j++) {
@@ -120,7 +121,7 @@ inlined finding judge(const guard *g, double r, int twice)
         index += pick(below, all(0.0), all(1.0));
         nearest = smaller(nearest, size_of(value[j]));
     }
-    finding f;
+    isolation f;
     const mask proved = starts & not(turned) & (nearest > error);
     f.clear = proved & not(below);
     f.crossing = proved & below;
@@ -179,56 +180,55 @@ inlined real advance_at(const segment *c, const table *t, const expansion *e, co
 /* Guards of a segment: the gap's side or the sign of v_c, or f_b -+ P. */
 enum { GAP, FIRST, SECOND };
 
-inlined guard guard_of(const segment *c, const table *t, const expansion *e, const stand *s,
-                       int which, int level, int drift, bound sign, const guard *other)
+/* All of a guard but its form. */
+inlined guard guard_of(const segment *c, const expansion *e, const point *s, int which, int drift,
+                       bound sign)
 {
-    const entry(*rows)[DEGREE] = which == GAP ? t->x_form[level] : t->second_form[level];
-    const real by = wide(sign);
+    const int gap = which == GAP;
     guard g;
-    const real u[4] = {mul(by, e->u[0]), mul(by, e->u[1]), mul(by, e->u[2]), mul(by, e->u[3])};
-    if (other) /* the same with its sign turned */
-        for (int j = 0; j < DEGREE; j++)
-            g.form[j] = neg(other->form[j]);
-    else
-        for (int j = 0; j < DEGREE; j++)
-            g.form[j] = combined(u, rows[0][j], rows[1][j], rows[2][j], rows[3][j]);
-    if (which == GAP) {
-        g.first = mul(by, s->gap);
-        g.zeros = s->gap_zeros;
-        g.rounding = e->x_rounding;
-        g.tail = e->limit[X_TAIL];
-        return g;
-    }
-    g.rounding = e->second_rounding;
-    g.tail = e->limit[SECOND_TAIL];
-    if (drift) {
-        const real slope = mul(mul(by, e->slope), num(t->level[level]));
-        for (int j = 0; j < DEGREE; j++)
-            g.form[j] = add(g.form[j], mul(slope, part(num(j + 1.0), DEGREE)));
-        g.first = mul(by, s->v_c);
-        g.zeros = s->second_zeros;
-    } else {
-        g.first = mad(by, s->margin, c->f_b);
-        g.zeros = larger(-sign * s->second_zeros, all(0.0));
-    }
+    g.sign = sign;
+    g.first = gap     ? mul(wide(sign), s->gap)
+              : drift ? mul(wide(sign), s->v_c)
+                      : mad(wide(sign), s->margin, c->f_b);
+    g.zeros = gap     ? s->gap_zeros
+              : drift ? s->second_zeros
+                      : larger(-sign * s->second_zeros, all(0.0));
+    g.rounding = gap ? e->x_rounding : e->second_rounding;
+    g.tail = gap ? e->limit[X_TAIL] : e->limit[SECOND_TAIL];
+    g.range = gap ? e->limit[X_RANGE] : e->limit[SECOND_RANGE];
+    g.bend = gap ? e->limit[X_BEND] : e->limit[SECOND_BEND];
     return g;
 }
 
-/* Whether a guard is further from zero than it could come. */
-inlined mask far_off(const expansion *e, int which, int drift, real first,
-                     bound zeros, bound sign)
+/* Its form: that of another with its sign turned, if there is one. */
+inlined void form_of(const table *t, const expansion *e, int which, int level, int drift,
+                     const guard *other, guard *g)
 {
-    const bound range = e->limit[which == GAP ? X_RANGE : SECOND_RANGE];
-    const bound tail = e->limit[which == GAP ? X_TAIL : SECOND_TAIL];
-    const bound rounding = which == GAP ? e->x_rounding : e->second_rounding;
-    const bound slope = which != GAP && drift ? sign * near_to(e->slope) : all(0.0);
-    return (zeros == 0.0) & (near_to(first) + smaller(slope, all(0.0)) > (range + rounding) + tail);
+    const entry(*rows)[DEGREE] = which == GAP ? t->x_form[level] : t->second_form[level];
+    const real by = wide(g->sign);
+    const real u[4] = {mul(by, e->u[0]), mul(by, e->u[1]), mul(by, e->u[2]), mul(by, e->u[3])};
+    const real slope = mul(mul(by, e->slope), num(t->level[level]));
+    for (int j = 0; j < DEGREE; j++) {
+        g->form[j] = other ? neg(other->form[j])
+                           : combined(u, rows[0][j], rows[1][j], rows[2][j], rows[3][j]);
+        if (drift && which != GAP)
+            g->form[j] = add(g->form[j], mul(slope, part(num(j + 1.0), DEGREE)));
+    }
 }
 
-/* What follows a switch off the lines: the drift's way, and where that is not plain. `bound_at` is 1
+/* Whether a guard is further from zero than it could come. */
+inlined mask out_of_range(const guard *g, const expansion *e, int slipping)
+{
+    const bound range = g->range, rounding = g->rounding, tail = g->tail;
+    const bound slope = slipping ? g->sign * near_to(e->slope) : all(0.0);
+    return (g->zeros == 0.0) &
+           (near_to(g->first) + smaller(slope, all(0.0)) > (range + rounding) + tail);
+}
+
+/* What follows a switch off the lines: the drift's way, and where that stays open. `bound_at` is 1
    (-1) where P left rest at f_b (-f_b), outwards: that is a simple root of its guard. */
-inlined bound way_after(const segment *c, const segment_sizes *b, const stand *s, bound bound_at,
-                        mask *unplain)
+inlined bound direction_after(const segment *c, const segment_sizes *b, const point *s, bound bound_at,
+                        mask *undetermined)
 {
     const bound x = size_of(near_to(s->x_r)), gap = size_of(near_to(s->gap));
     const bound v = size_of(near_to(s->v_r)), terms = force_size(b, x, gap, v);
@@ -237,7 +237,7 @@ inlined bound way_after(const segment *c, const segment_sizes *b, const stand *s
     const bound side = pick(near_to(pull) > 0.0, all(1.0), all(-1.0));
     const bound beyond = near_to(sub(mul(pull, wide(side)), c->f_b));
     const mask close = size_of(beyond) <= 16.0 * UNIT * (terms + b->f_b);
-    *unplain = (rests & not(at_bound) & close) |
+    *undetermined = (rests & not(at_bound) & close) |
                ((near_to(s->gap) == 0.0) & (near_to(s->v_r) == 0.0));
     const bound at_rest = pick(at_bound, bound_at, pick(beyond > 0.0, side, all(0.0)));
     return pick(rests, at_rest, pick(near_to(s->v_c) > 0.0, all(1.0), all(-1.0)));
@@ -249,23 +249,23 @@ typedef struct {
     mask corner;   /* for two guards vanish together */
     mask crossing; /* a switch ends the segment */
     mask passed;   /* an excitation period ended in it */
-    mask unplain;  /* what follows the switch is not plain */
+    mask undetermined;  /* what follows the switch stays open here */
     mask at_gap;   /* the gap's guard fired */
     bound way;     /* after a switch, of the drift: 1, -1, or 0 at rest */
     bound bound_at; /* and whether P is f_b (1) or -f_b (-1) there exactly */
     bound error;   /* of a switching time */
     real h;        /* the time it took */
     real end_h;    /* until the end of the period passed */
-    stand end;     /* at the end of that period */
+    point end;     /* at the end of that period */
 } outcome;
 
 #if WIDTH == 1
 /* What is proved where the signs alone do not tell, by halving (isolate.h). */
-static void isolate(const guard *g, finding *f);
+static void isolate(const guard *g, isolation *f);
 #endif
 
 inlined void step(const segment *c, const segment_sizes *b, const table *t, int level, int drift,
-                  int position, int ends, bound way, bound guess, const stand *s, stand *to,
+                  int position, int ends, bound way, bound guess, const point *s, point *to,
                   outcome *out)
 {
     const double side = t->contact ? 1.0 : -1.0, r = t->level[level];
@@ -274,25 +274,20 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
 
     /* Which guards are clear, and which cross zero once. */
     const bound signs[3] = {all(side), drift ? way : -one, one};
-    const int count = drift ? 2 : 3;
-    finding found[3];
+    const int count = drift ? 2 : 3, last_guard = count - 1;
+    isolation found[3];
     guard g[3];
     int made = -1;
     mask open = none, crossing = none;
     for (int i = 0; i < count; i++) {
-        const real first = i == GAP ? mul(wide(signs[i]), s->gap)
-                           : drift  ? mul(wide(signs[i]), s->v_c)
-                                    : mad(wide(signs[i]), s->margin, c->f_b);
-        const bound zeros = i == GAP ? s->gap_zeros
-                            : drift  ? s->second_zeros
-                                     : larger(-signs[i] * s->second_zeros, zero);
-        const mask clear = far_off(&e, i, drift, first, zeros, signs[i]);
-        found[i] = (finding){clear, none, all(r), all(r), all(r)};
+        g[i] = guard_of(c, &e, s, i, drift, signs[i]);
+        const mask clear = out_of_range(&g[i], &e, drift && i != GAP);
+        found[i] = (isolation){clear, none, all(r), all(r), all(r)};
         if (!some(not(clear)))
             continue;
-        g[i] = guard_of(c, t, &e, s, i, level, drift, signs[i], made == FIRST && i == SECOND ? &g[FIRST] : NULL);
+        form_of(t, &e, i, level, drift, made == FIRST && i == SECOND ? &g[FIRST] : NULL, &g[i]);
         made = i;
-        const finding f = judge(&g[i], r, WIDTH == 1 || (drift && i != GAP));
+        const isolation f = certify(&g[i], r, WIDTH == 1 || (drift && i != GAP));
         found[i].clear = clear | f.clear;
         found[i].crossing = f.crossing & not(clear);
         found[i].from = pick(clear, found[i].from, f.from);
@@ -313,7 +308,7 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
     {
         const mask by_friction = drift ? found[FIRST].crossing
                                      : found[FIRST].crossing | found[SECOND].crossing;
-        const bound index = pick(lower, found[drift ? FIRST : SECOND].near, found[FIRST].near);
+        const bound index = pick(lower, found[last_guard].near, found[FIRST].near);
         both = found[GAP].crossing & by_friction;
         is_gap = found[GAP].crossing & (not(by_friction) | (index >= found[GAP].near));
     }
@@ -343,10 +338,9 @@ again:
 #endif
     sure = crossing & (WIDTH == 1 ? crossing : not(open));
     active = sure;
-    sign = pick(is_gap, all(side), drift ? way : pick(lower, one, -one));
-    zeros = pick(is_gap, s->gap_zeros,
-                 drift ? s->second_zeros : larger(-sign * s->second_zeros, zero));
-    const bound bend = pick(is_gap, e.limit[X_BEND], e.limit[SECOND_BEND]);
+    sign = pick(is_gap, g[GAP].sign, pick(lower, g[last_guard].sign, g[FIRST].sign));
+    zeros = pick(is_gap, g[GAP].zeros, pick(lower, g[last_guard].zeros, g[FIRST].zeros));
+    const bound bend = pick(is_gap, g[GAP].bend, g[FIRST].bend);
     if (some(active)) {
         enum { MOST = TERMS + 1 };
         real p[MOST + 1]; /* sign times the guard */
@@ -367,9 +361,9 @@ again:
         }
         bound low = zero, high = all(r), falling = one;
         bound start = pick(is_gap, found[GAP].near,
-                           pick(lower, found[drift ? FIRST : SECOND].near, found[FIRST].near));
+                           pick(lower, found[last_guard].near, found[FIRST].near));
 #if WIDTH == 1
-        const finding *f = &found[is_gap ? GAP : lower ? SECOND : FIRST];
+        const isolation *f = &found[is_gap ? GAP : lower ? last_guard : FIRST];
         low = f->from, high = f->to;
 #endif
         start = pick((guess > low) & (guess < high) & (size_of(guess - start) < 0.125), guess, start);
@@ -414,9 +408,9 @@ again:
         const bound here = near_to(at);
         steepness = falling / here;
         const bound reached = smaller(one, here + here), r2 = reached * reached;
-        const bound rounding = pick(is_gap, e.x_rounding, e.second_rounding) *
+        const bound rounding = pick(is_gap, g[GAP].rounding, g[FIRST].rounding) *
                                pick(zeros > 0.0, pick(zeros > 1.0, r2, reached), one);
-        const bound tail = pick(is_gap, e.limit[X_TAIL], e.limit[SECOND_TAIL]);
+        const bound tail = pick(is_gap, g[GAP].tail, g[FIRST].tail);
         /* Simple: |g'| keeps half its size as far as `straight` either way, for |g''| <= bend; and
            there the bounds that were counted have their one crossing each. */
         const bound apart = tail * (r2 * reached) + 1.5 * rounding;
@@ -444,8 +438,7 @@ again:
         const bound most = bound_dot(t->x_speed, e.size) + bound_dot(t->second_speed, e.size) +
                            size_of(near_to(e.slope));
         const bound near_zero =
-            pick(other_is_gap, e.x_rounding + e.limit[X_TAIL],
-                 e.second_rounding + e.limit[SECOND_TAIL]) +
+            pick(other_is_gap, g[GAP].rounding + g[GAP].tail, g[FIRST].rounding + g[FIRST].tail) +
             error * most;
         const mask later = value > near_zero;
         corner = sure & both & not(later);
@@ -458,7 +451,7 @@ again:
        the gap and one of these it was proved above; of the gap and the third guard nothing is. */
     if (crossing && sure)
         for (int i = 0; i < count; i++)
-            sure &= i == (is_gap ? GAP : lower ? SECOND : FIRST) || found[i].clear ||
+            sure &= i == (is_gap ? GAP : lower ? last_guard : FIRST) || found[i].clear ||
                     found[i].from > near_to(at) + error ||
                     (found[i].crossing && near_to(at) + error <= found[i].to &&
                      (!is_gap || i == (lower ? SECOND : FIRST)));
@@ -537,11 +530,11 @@ again:
             to->position = add(s->position, advance_at(c, t, &e, &m, s->v_c, at));
     }
     if (some(crossing)) {
-        out->way = way_after(c, b, to, outside, &out->unplain);
-        out->unplain &= crossing;
+        out->way = direction_after(c, b, to, outside, &out->undetermined);
+        out->undetermined &= crossing;
         out->way = pick(crossing, out->way, way);
     } else {
-        out->unplain = none;
+        out->undetermined = none;
         out->way = way;
     }
     out->crossing = crossing;

@@ -20,7 +20,7 @@ void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
     bases_make(&b);
     capsule_map_constants(parameters, map);
     for (int flow = 0; flow < 4; flow++) {
-        const capsule_constants *c = &map->field[FIELD_OF[flow / 2][1 + flow % 2] - 1];
+        const capsule_constants *c = &map->field[ONE_OF_FLOW[flow] - 1];
         table_make(&b, c, c, &map->table[flow]);
     }
 }

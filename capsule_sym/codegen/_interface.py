@@ -45,8 +45,8 @@ def c_interface(config: dict[str, list[Entry]]) -> str:
     return "\n".join(parts)
 
 
-def cython_interface(config: dict[str, list[Entry]]) -> str:
-    """The same as declarations for the binding, and what checks it against Python's dtypes."""
+def cython_interface(config: dict[str, list[Entry]], header: str) -> str:
+    """The same for the binding, with what a header declares, and checks of the dtypes."""
     text = 'cdef extern from "capsule_interface.h" nogil:\n'
     for enum in config["enum"]:
         text += f"    ctypedef int capsule_{enum['name']}\n"
@@ -54,7 +54,7 @@ def cython_interface(config: dict[str, list[Entry]]) -> str:
         text += f"    ctypedef struct capsule_{struct['name']}:\n"
         for kind, names, _ in struct["fields"]:
             text += f"        {kind} {names}\n"
-    text += "\ncdef extern from *:\n    '''\n"
+    text += f"\n{_cython_functions(header)}\ncdef extern from *:\n    '''\n"
     for struct in config["struct"]:
         name = f"capsule_{struct['name']}"
         text += f"    static const size_t {name}_layout[] = {name.upper()}_LAYOUT;\n"
@@ -70,6 +70,27 @@ def cython_interface(config: dict[str, list[Entry]]) -> str:
         text += f"[{name}[i] for i in range({count})]\n"
         text += f"assert {dtype}.itemsize == {name}[{count}]\n"
     return text
+
+
+def _cython_functions(header: str) -> str:
+    """Structs and functions of the library's headers, for the binding."""
+    text = re.sub(r"/\*.*?\*/|\brestrict ", "", header, flags=re.DOTALL)
+    out = 'cdef extern from "capsule.h" nogil:\n'
+    for body, name in re.findall(r"typedef struct \{([^{}]*)\} (\w+);", text):
+        fields = [" ".join(field.split()) for field in body.split(";") if field.strip()]
+        out += f"    ctypedef struct {name}:\n"
+        for field in fields:
+            called = " noexcept nogil" if re.search(r"\)\(.*\)$", field) else ""
+            out += "" if field.startswith("capsule_table") else f"        {field}{called}\n"
+    for name in re.findall(r"^\} (\w+);", text, re.MULTILINE):
+        if f" {name}:" not in out:  # of structs in it, which the binding does not open
+            out += f"    ctypedef struct {name}:\n        pass\n"
+    for result, name, given in re.findall(
+        r"^(?:static inline )?(\w[\w *]*?)(capsule_\w+)\(([^;{]*?)\)[;\n]", text, re.MULTILINE
+    ):
+        arguments = "" if given == "void" else " ".join(given.split())
+        out += f"    {result}{name}({arguments})\n"
+    return out
 
 
 def python_interface(config: dict[str, list[Entry]]) -> str:

@@ -28,6 +28,7 @@ COMMAND = "python -m capsule_sym.codegen"
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 INPUTS = _PACKAGE.parent / "codegen"
+_HEADER = _PACKAGE / "_native" / "capsule.h"
 
 _PARAMETER_NAMES = tuple(map(str, PARAMETERS))
 _SEGMENT_NAMES = ("m", "kappa", "push", "friction", "sigma", "K")
@@ -193,9 +194,10 @@ def render() -> dict[str, str]:
             "field_constants": _field_constants(),
             "classification": c_classification(),
             "c_interface": c_interface(interface),
-            "cython_interface": cython_interface(interface),
             "python_interface": python_interface(interface),
         }
+        headers = _fill("kernels.h.in", values), _HEADER.read_text(encoding="utf-8")
+        values["cython_interface"] = cython_interface(interface, "".join(headers))
         for path, template in target["files"].items():
             text = _fill(template, values)
             files[path] = text if path.endswith(".pxi") else wrapped(text)

@@ -41,6 +41,9 @@ def table_text(language: Language) -> str:
     )
 
 
+_FLOWS = ((False, 0), (False, 1), (True, 0), (True, 1))  # contact, and whether the capsule drifts
+
+
 def c_classification() -> str:
     """The same for C, as far as it is followed there: fields by mode, and planes of impact."""
     by_mode = {(int(g.contact), g.drift): g.index for g in SEGMENTS}
@@ -50,15 +53,19 @@ def c_classification() -> str:
     )
     contacts = ", ".join(str(int(g.contact)) for g in SEGMENTS)
     drifts = ", ".join(str(g.drift) for g in SEGMENTS)
+    flows = ", ".join(str(2 * int(g.contact) + abs(g.drift)) for g in SEGMENTS)
+    ones = [next(g for g in SEGMENTS if (g.contact, abs(g.drift)) == mode) for mode in _FLOWS]
     planes = impact_planes()
     impacts = ", ".join(
         "{" + ", ".join(str(planes[v_c, v_r]) for v_r in (-1, 1)) + "}" for v_c in (-1, 1)
     )
     return (
-        "/* Fields by contact and drift + 1, contact and drift by field - 1, and the plane of an\n"
-        "   impact by whether v_c and v_r are positive. */\n"
+        "/* Fields by contact and drift + 1; contact, drift and linear flow by field - 1; a field\n"
+        "   of each flow; and the plane of an impact by whether v_c and v_r are positive. */\n"
         f"static const signed char FIELD_OF[2][3] = {{{rows}}};\n"
         f"static const signed char CONTACT_OF[6] = {{{contacts}}};\n"
         f"static const signed char DRIFT_OF[6] = {{{drifts}}};\n"
+        f"static const signed char FLOW_OF[6] = {{{flows}}};\n"
+        f"static const signed char ONE_OF_FLOW[4] = {{{', '.join(str(g.index) for g in ones)}}};\n"
         f"static const signed char IMPACT_PLANE[2][2] = {{{impacts}}};\n"
     )

@@ -14,13 +14,13 @@ int main(void)
 
     capsule_map_make(&parameters, &map);
     capsule_state state = capsule_state_at(&map, 0, 0, 0, 0);
-    const capsule_wish final_state = {.position = 1};
+    const capsule_request final_state = {.position = 1};
     if (capsule_run(&map, &state, 100, &final_state, &count, &open) != CAPSULE_DONE)
         return 1;
     const double before = state.position;
 
     capsule_event events[16];
-    const capsule_wish switches = {.events = events, .room = 16, .position = 1};
+    const capsule_request switches = {.events = events, .room = 16, .position = 1};
     if (capsule_run(&map, &state, 101, &switches, &count, &open) != CAPSULE_DONE)
         return 1;
     printf("one period of the steady motion:\n");

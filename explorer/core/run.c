@@ -1,4 +1,4 @@
-/* One run: to its settled motion, its segments, and points of their closed forms. */
+/* One run: to its resting_state motion, its segments, and points of their closed forms. */
 #include <math.h>
 #include <string.h>
 
@@ -41,22 +41,22 @@ capsule_stop page_settle(double periods)
 {
     const double last = fmin(periods, STROBES);
     const int64_t first = (int64_t)(periods - last);
-    capsule_wish wish = {.position = 1, .watch = &page_watch};
+    capsule_request request = {.position = 1, .watch = &page_watch};
     size_t written;
     page.passed += (double)page.state.turn;
     page.state.turn = 0;
     if (first > 0) {
         const capsule_stop stop =
-            capsule_run(&page.map, &page.state, first, &wish, &written, &page.open);
+            capsule_run(&page.map, &page.state, first, &request, &written, &page.open);
         if (stop != CAPSULE_DONE)
             return stop;
         page.passed += (double)first;
         page.state.turn = 0;
     }
-    wish.strobe = page.strobe;
+    request.strobe = page.strobe;
     page.strobes = (int)last;
     const capsule_stop stop =
-        capsule_run(&page.map, &page.state, (int64_t)last, &wish, &written, &page.open);
+        capsule_run(&page.map, &page.state, (int64_t)last, &request, &written, &page.open);
     if (stop == CAPSULE_DONE) {
         page.passed += last;
         page.state.turn = 0;
@@ -87,12 +87,12 @@ EXPORT(steady) int steady(double tolerance)
 /* Keeps the segments of so many periods more. */
 capsule_stop page_record(int periods)
 {
-    const capsule_wish wish = {.segments = page.segments, .room = ROOM, .position = 1,
+    const capsule_request request = {.segments = page.segments, .room = ROOM, .position = 1,
                                .watch = &page_watch};
     page.passed += (double)page.state.turn;
     page.state.turn = 0;
     page.count = 0;
-    return capsule_run(&page.map, &page.state, periods, &wish, &page.count, &page.open);
+    return capsule_run(&page.map, &page.state, periods, &request, &page.count, &page.open);
 }
 EXPORT(record) int record(int periods) { return page_record(periods); }
 EXPORT(count) int count(void) { return (int)page.count; }

@@ -23,7 +23,7 @@ from tests.native import KERNELS, LIBRARY
 
 HERE = Path(__file__).parent
 WIDTHS = {"1": 1, "4": 4, "8": 8, "106 bits": 1}
-_UNITS = {"1": "pass.c", "4": "lanes_4.c", "8": "lanes_8.c", "106 bits": "wide.c"}
+_UNITS = {"1": "scalar.c", "4": "lanes_4.c", "8": "lanes_8.c", "106 bits": "double_double.c"}
 _NAMES = {"1": "probe_1", "4": "probe_4", "8": "probe_8", "106 bits": "probe_wide"}
 
 mp = MPContext()
@@ -36,7 +36,7 @@ _GUARD = np.dtype(
 )
 PROBED = np.dtype(
     [("guard", _GUARD, 3)]
-    + [(n, "<f8") for n in ("reach", "degree", "open", "crossing", "unplain", "at_gap", "way")]
+    + [(n, "<f8") for n in ("reach", "degree", "open", "crossing", "undetermined", "at_gap", "way")]
     + [("error", "<f8")]
     + [(name, *_PAIR) for name in ("h", "x_r", "gap", "v_r", "v_c")]
     + [("angle", "<f8", 3)]
@@ -185,7 +185,7 @@ class Truth:
         pull = self.pull + self.stiff * x + self.damp * (v - self.v)
         return [self.side * (self.gap + x), self.f_b - pull, self.f_b + pull]
 
-    def way_after(self, t: mpf, which: int) -> int:
+    def direction_after(self, t: mpf, which: int) -> int:
         """The drift's way after a switch by the gap's guard (0) or by friction."""
         x, v, _ = self.moved(t)
         pull = self.pull + self.stiff * x + self.damp * (v - self.v)
@@ -290,7 +290,7 @@ def _false_root(
         return guards[0] if which == 0 else min(guards[1:])
 
     before, after = h - allowed, h + allowed
-    if not now["unplain"] and truth.way_after(began + h, which) != now["way"]:
+    if not now["undetermined"] and truth.direction_after(began + h, which) != now["way"]:
         yield "the way after the switch"
     if min(truth.guards(began + before)) <= 0:
         yield f"a guard is negative just before the root {float(h)}"

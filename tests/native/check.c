@@ -43,7 +43,7 @@ static capsule_parameters any_parameters(int i)
 static int side_by_side(int i)
 {
     enum { RUNS = 40, PERIODS = 2 };
-    static capsule_crew crew;
+    static capsule_workspace workspace;
     static capsule_map map;
     static double strobe[RUNS * (PERIODS + 1)][3];
     capsule_parameters rows[RUNS];
@@ -59,15 +59,15 @@ static int side_by_side(int i)
         capsule_map_remake(&rows[k], &map);
         states[k] = starts[k] = capsule_state_at(&map, x_r, v_r, v_c, 0.157 * k / rows[k].omega);
     }
-    const capsule_many many = {.stride = 1, .parameters = rows, .states = states, .stops = stops,
+    const capsule_batch many = {.stride = 1, .parameters = rows, .states = states, .stops = stops,
                                .strobe = strobe, .position = 1, .lanes = CHECK_LANES};
-    capsule_run_many(&many, RUNS, PERIODS, &crew);
+    capsule_run_many(&many, RUNS, PERIODS, &workspace);
     for (int k = 0; k < RUNS; k++) {
-        const capsule_wish wish = {.position = 1};
+        const capsule_request request = {.position = 1};
         capsule_outcome open;
         size_t count;
         capsule_map_remake(&rows[k], &map);
-        if (stops[k] != (int8_t)capsule_run(&map, &starts[k], PERIODS, &wish, &count, &open))
+        if (stops[k] != (int8_t)capsule_run(&map, &starts[k], PERIODS, &request, &count, &open))
             return failed("side by side a run stops otherwise", &rows[k]);
         if (!isfinite(states[k].x_r + states[k].v_r + states[k].v_c + states[k].position))
             return failed("not finite side by side", &rows[k]);
@@ -91,7 +91,7 @@ static int second_time(void *about)
 static int stopped_and_resumed(int i)
 {
     enum { RUNS = 40, PERIODS = 300 };
-    static capsule_crew crew;
+    static capsule_workspace workspace;
     static capsule_map map;
     capsule_parameters rows[RUNS];
     capsule_state states[RUNS], whole[RUNS];
@@ -103,16 +103,16 @@ static int stopped_and_resumed(int i)
         capsule_map_remake(&rows[k], &map);
         states[k] = whole[k] = capsule_state_at(&map, 0.0, 0.0, 0.0, 0.0);
     }
-    capsule_many many = {
+    capsule_batch many = {
         .stride = 1, .parameters = rows, .states = whole, .stops = once, .position = 1};
-    capsule_run_many(&many, RUNS, PERIODS, &crew);
+    capsule_run_many(&many, RUNS, PERIODS, &workspace);
     capsule_watch watch = {.ask = second_time, .about = &asked};
     many.states = states;
     many.stops = stops;
     many.watch = &watch;
     for (; going; rounds++) {
         asked = going = 0;
-        capsule_run_many(&many, RUNS, PERIODS, &crew);
+        capsule_run_many(&many, RUNS, PERIODS, &workspace);
         for (int k = 0; k < RUNS; k++) {
             going |= stops[k] == CAPSULE_STOPPED;
             if (stops[k] == CAPSULE_STOPPED && states[k].turn >= PERIODS)
@@ -131,7 +131,7 @@ static int refused(void)
 {
     static capsule_map map;
     static double strobe[11][3];
-    const capsule_wish wish = {.strobe = strobe}, rows = {.strobe = strobe, .rows = 11};
+    const capsule_request request = {.strobe = strobe}, rows = {.strobe = strobe, .rows = 11};
     const capsule_parameters good = {0.7, 0.8, 0.02, 0.05, 1.5, 3.3, 1};
     capsule_parameters bad = good;
     capsule_outcome open;
@@ -144,7 +144,7 @@ static int refused(void)
         state.bound = i == 1 ? -2 : i == 7; /* |P| = f_b is a fact of the capsule at rest */
         state.turn = i == 2 ? -1000000 : 0;
         state.v_r = i == 3 ? NAN : 0;
-        if (capsule_run(&map, &state, 10, i == 4 ? &rows : &wish, &count, &open) !=
+        if (capsule_run(&map, &state, 10, i == 4 ? &rows : &request, &count, &open) !=
             CAPSULE_REFUSED)
             return failed("not refused", i == 6 ? &bad : &good);
     }
@@ -189,8 +189,8 @@ int main(void)
         capsule_segment buffer[ROOM];
         capsule_outcome open;
         size_t count;
-        const capsule_wish plain = {.strobe = strobe, .position = 1};
-        const capsule_wish pausing = {.segments = buffer, .room = ROOM};
+        const capsule_request plain = {.strobe = strobe, .position = 1};
+        const capsule_request pausing = {.segments = buffer, .room = ROOM};
         const capsule_stop end = capsule_run(&map, &once, PERIODS, &plain, &count, &open);
         capsule_stop stop;
         do {
@@ -219,9 +219,9 @@ int main(void)
         capsule_outcome open;
         capsule_event event;
         size_t count;
-        const capsule_wish plain = {.position = 1};
-        const capsule_wish wide = {.position = 1, .precision = CAPSULE_DOUBLE_DOUBLE};
-        const capsule_wish pausing = {
+        const capsule_request plain = {.position = 1};
+        const capsule_request wide = {.position = 1, .precision = CAPSULE_DOUBLE_DOUBLE};
+        const capsule_request pausing = {
             .precision = CAPSULE_DOUBLE_DOUBLE, .events = &event, .room = 1};
         const capsule_stop stop = capsule_run(&map, &one, 1, &plain, &count, &open);
         capsule_stop last = capsule_run(&map, &other, 1, &wide, &count, &open);

@@ -79,7 +79,7 @@ BEHIND: tuple[Term, ...] = (
     # At the library's own reach, 1.4, it is 1e-17 of the responses, and their rounding 4e-15.
     _term("remainder of the series of 14 terms", "rest[k] + change[k]", "rest[k]", {}, "tables.h"),
 )  # fmt: skip
-"""Terms that no start can show, because others stand before them."""
+"""Terms that no start can show, because others point before them."""
 
 UNSHOWN: tuple[Term, ...] = (
     _term("a simple root", "(0.5 * steepness * straight > apart + apart)", "(straight > -1.0)", {}),

@@ -7,7 +7,7 @@ typedef struct {
 } probed_guard;
 typedef struct {
     probed_guard guard[3];
-    double reach, degree, open, crossing, unplain, at_gap, way, error;
+    double reach, degree, open, crossing, undetermined, at_gap, way, error;
     double h[2], x_r[2], gap[2], v_r[2], v_c[2], angle[3];
     double energy_error, v_c_error, angle_error;
 } probed;
@@ -58,7 +58,7 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
 #else
     const table *t = &map.table[2 * (k->contact != 0.0) + drift];
 #endif
-    stand s, to;
+    point s, to;
     memset(&s, 0, sizeof s);
     for (int l = 0; l < WIDTH; l++) {
         const probe_start *a = &starts[l];
@@ -82,7 +82,8 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
         const bound signs[3] = {all(t->contact ? 1.0 : -1.0), drift ? way : all(-1.0), all(1.0)};
         outcome o;
         for (int j = 0; j < (drift ? 2 : 3); j++) {
-            const guard g = guard_of(c, t, &e, &s, j, level, drift, signs[j], NULL);
+            guard g = guard_of(c, &e, &s, j, drift, signs[j]);
+            form_of(t, &e, j, level, drift, NULL, &g);
             for (int l = 0; l < WIDTH; l++) {
                 probed_guard *seen = &out[i * WIDTH + l].guard[j];
                 seen->zeros = LANE(g.zeros, l);
@@ -103,7 +104,7 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
             q->degree = DEGREE;
             q->open = LANE(o.open, l) != 0;
             q->crossing = LANE(o.crossing, l) != 0;
-            q->unplain = LANE(o.unplain, l) != 0;
+            q->undetermined = LANE(o.undetermined, l) != 0;
             q->at_gap = LANE(o.at_gap, l) != 0;
             q->way = LANE(o.way, l);
             q->error = LANE(o.error, l);

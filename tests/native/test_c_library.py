@@ -89,7 +89,7 @@ int main(void)
 {
     enum { RUNS = 120, PERIODS = 30 };
     static capsule_map map;
-    static capsule_crew crew;
+    static capsule_workspace workspace;
     static capsule_parameters rows[RUNS];
     static capsule_state states[RUNS];
     static int8_t stops[RUNS];
@@ -105,16 +105,16 @@ int main(void)
         }
         capsule_state alone = states[i];
         static capsule_event events[1000];
-        const capsule_wish wish = {.events = events, .room = 1000};
+        const capsule_request request = {.events = events, .room = 1000};
         capsule_outcome open;
         size_t count = 0;
-        capsule_run(&map, &alone, PERIODS, &wish, &count, &open);
+        capsule_run(&map, &alone, PERIODS, &request, &count, &open);
         printf("%zu %.9f %.9f ", count, alone.x_r, alone.v_c);
     }
     static double strobe[RUNS * (PERIODS + 1)][3];
-    const capsule_many many = {
+    const capsule_batch many = {
         .stride = 1, .parameters = rows, .states = states, .stops = stops, .strobe = strobe};
-    capsule_run_many(&many, RUNS, PERIODS, &crew);
+    capsule_run_many(&many, RUNS, PERIODS, &workspace);
     printf("|");
     for (int i = 0; i < RUNS; i++)
         printf(" %.9f %.9f %.9f", strobe[i * (PERIODS + 1) + 1][0], states[i].x_r, states[i].v_c);

@@ -30,18 +30,18 @@ pytestmark = [
 SHIM = """
 #include <math.h>
 #include <string.h>
-#include "crew.h"
+#include "batch.h"
 static int alone(const double *p, const double *state, double phase, int periods, int precision,
                  int *field, int *plane)
 {
     static capsule_map map;
     capsule_event event = {0};
-    const capsule_wish wish = {.events = &event, .room = 1, .precision = precision};
+    const capsule_request request = {.events = &event, .room = 1, .precision = precision};
     capsule_outcome open;
     size_t written;
     capsule_map_make((const capsule_parameters *)p, &map);
     capsule_state at = capsule_state_at(&map, state[0], state[1], state[2], phase);
-    const int stop = capsule_run(&map, &at, periods, &wish, &written, &open);
+    const int stop = capsule_run(&map, &at, periods, &request, &written, &open);
     *field = event.field;
     *plane = event.plane;
     return stop == CAPSULE_OPEN && !written ? -1 : (int)written;
@@ -52,10 +52,10 @@ static int beside(int lanes, int lane, const double *p, const double *state, dou
 {
     enum { RUNS = 8 };
     static capsule_map map;
-    double number[RUNS][CAPSULE_CREW_NUMBERS], *runs[RUNS];
+    double number[RUNS][CAPSULE_RUN_NUMBERS], *runs[RUNS];
     capsule_map_make((const capsule_parameters *)p, &map);
     const capsule_state at = capsule_state_at(&map, state[0], state[1], state[2], phase);
-    int from = at.v_c == 0.0 ? at.field : capsule_field_at(&map, &at);
+    int from = at.v_c == 0.0 ? at.field : capsule_code_here(0)->field_at(&map, &at);
     if (!from || (at.gap == 0.0 && at.v_r == 0.0) || map.may_rest)
         return -1;
     const capsule_constants *c = &map.field[from - 1];
@@ -63,7 +63,7 @@ static int beside(int lanes, int lane, const double *p, const double *state, dou
         const double off = l == lane ? 0.0 : 0.01 * (l + 1), cosine = cos(at.angle),
                      sine = sin(at.angle), x_r = at.x_r - off * (c->contact ? -1.0 : 1.0);
         const double v_c = at.v_c + off * c->drift;
-        const double numbers[CAPSULE_CREW_NUMBERS] = {
+        const double numbers[CAPSULE_RUN_NUMBERS] = {
             [X_R] = x_r, [FAR] = l == lane ? at.gap : x_r - c->delta, [V_R] = at.v_r, [V_C] = v_c,
             [MARGIN] = capsule_margin_at(c, x_r, l == lane ? at.gap : x_r - c->delta, at.v_r),
             [ANGLE] = at.angle, [ANGLE_REST] = at.angle_rest,
@@ -74,7 +74,7 @@ static int beside(int lanes, int lane, const double *p, const double *state, dou
         memcpy(number[l], numbers, sizeof numbers);
         runs[l] = number[l];
     }
-    capsule_step *step = lanes == 8 ? capsule_step_8 : capsule_step_4;
+    capsule_lane_step *step = lanes == 8 ? capsule_step_8 : capsule_step_4;
     const capsule_table *t = &map.table[2 * (c->contact != 0.0) + (c->drift != 0.0)];
     for (int turn = 0, level = 0, steps = 0; steps < 200; steps++) {
         capsule_outcomes out;
@@ -85,14 +85,14 @@ static int beside(int lanes, int lane, const double *p, const double *state, dou
                 return -1;
             continue;
         }
-        if (out.unplain >> lane & 1)
+        if (out.undetermined >> lane & 1)
             return -1;
         if (out.passed >> lane & 1 && ++turn == periods)
             return *field = *plane = 0;
         if (out.crossing >> lane & 1) {
             const double *n = number[lane];
             const int contact = out.contact >> lane & 1, way = (int)n[WAY];
-            memcpy(numbers, n, CAPSULE_CREW_NUMBERS * sizeof *n);
+            memcpy(numbers, n, CAPSULE_RUN_NUMBERS * sizeof *n);
             *field = from;
             *plane = n[V_C] == 0.0 ? (contact ? 5 : 2) - way
                                    : n[V_C] > 0.0 ? (n[V_R] > 0.0 ? 7 : 8)
@@ -106,7 +106,7 @@ static int beside(int lanes, int lane, const double *p, const double *state, dou
 int first(int width, const double *p, const double *state, double phase, int periods, int *field,
           int *plane)
 {
-    double found[CAPSULE_CREW_NUMBERS];
+    double found[CAPSULE_RUN_NUMBERS];
     if (width == 1)
         return alone(p, state, phase, periods, CAPSULE_DOUBLE, field, plane);
     if (width == 2)
@@ -117,7 +117,7 @@ int first(int width, const double *p, const double *state, double phase, int per
 int neighbours(int width, const double *p, const double *state, double phase, int periods)
 {
     int field[2], plane[2], differ = 0;
-    double a[CAPSULE_CREW_NUMBERS] = {0}, b[CAPSULE_CREW_NUMBERS] = {0};
+    double a[CAPSULE_RUN_NUMBERS] = {0}, b[CAPSULE_RUN_NUMBERS] = {0};
     const int made = beside(width, 0, p, state, phase, periods, &field[0], &plane[0], a);
     for (int lane = 1; lane < width; lane++) {
         const int again = beside(width, lane, p, state, phase, periods, &field[1], &plane[1], b);

@@ -32,7 +32,7 @@ MUTANTS = {
         "if (!p.of || p.node != node)",
     ),
     "the expansion before": ("if (p.of != s || p.node != node)", "if (p.of != s)"),
-    "the constants of another field": ("    if (p->of != s) {", "    if (!p->of) {"),
+    "the constants of another field": ("p->c = &map->field[s->field - 1]", "p->c = &map->field[0]"),
     "whole periods without their rest": ("((double)turn * c->rest + ", "(0.0 * c->rest + "),
     "times beyond a duration": ("if (h >= s->duration) {", "if (0) {"),
     "times before a start": ("h = h > 0.0 ? h : 0.0;", ""),
@@ -41,16 +41,26 @@ MUTANTS = {
 }
 
 
+SHIM = """
+size_t states(const capsule_map *map, const capsule_segment *segments, size_t count,
+              const double *times, size_t n, double (*out)[4])
+{
+    return states_at(map, segments, count, 0, times, n, out, NULL);
+}
+"""
+
+
 class Library:
     """The pass compiled by itself, with one text of it changed."""
 
     def __init__(self, directory: Path, change: tuple[str, str] | None) -> None:
-        text = (LIBRARY / "evaluate.c").read_text()
+        text = (LIBRARY / "evaluate.h").read_text()
         if change:
             assert text.count(change[0]) == 1, change
             text = text.replace(*change)
-        (directory / "changed.c").write_text(text)
-        others = "int capsule_lanes(void) { return 1; }\nvoid capsule_states_fused(void) {}\n"
+        (directory / "changed.c").write_text(f'#include "scalar.h"\n{text}\n{SHIM}')
+        names = ("lanes", "rest", "write_strobe", "allowed", "code_here")
+        others = "".join(f"int capsule_{name}(void) {{ return 1; }}\n" for name in names)
         (directory / "others.c").write_text(others)
         sources = [
             "changed.c",
@@ -62,7 +72,7 @@ class Library:
         command += [f"-I{LIBRARY}", f"-I{KERNELS}", *sources, "-lm", "-o", "built.so"]
         subprocess.run(command, cwd=directory, check=True)
         self.library = ctypes.CDLL(str(directory / "built.so"))
-        self.library.capsule_states.restype = ctypes.c_size_t
+        self.library.states.restype = ctypes.c_size_t
 
     def states(self, run: Trajectory, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """States at times."""
@@ -74,15 +84,13 @@ class Library:
 
         self.library.capsule_map_make(at(parameters), at(work))
         size = ctypes.c_size_t
-        self.library.capsule_states(
+        self.library.states(
             at(work),
             at(run.records),
             size(len(run.records)),
-            ctypes.c_int(0),
             at(times),
             size(len(times)),
             at(out),
-            None,
         )
         return out
 

@@ -17,7 +17,6 @@ from tests.native import built
 
 SHIM = """
 #include "internal.h"
-int capsule_field_fused(const capsule_map *map, const capsule_state *state);
 int planes(const double *p, double x_r, double phase, int *plane)
 {
     static capsule_map map;
@@ -25,7 +24,7 @@ int planes(const double *p, double x_r, double phase, int *plane)
     capsule_state at = capsule_state_at(&map, x_r, 0, 0, phase);
     *plane = at.plane;
     at.field = 0;
-    return capsule_lanes() > 1 ? capsule_field_fused(&map, &at) : capsule_field_at(&map, &at);
+    return capsule_code_here(0)->field_at(&map, &at);
 }
 """
 
@@ -60,7 +59,7 @@ def test_a_start_lies_on_the_plane_of_the_field_that_a_run_begins_with(tmp_path:
     shutil.which("cc") is None or core is None or core.lanes() == 1, reason="no lanes here"
 )
 def test_a_start_from_the_rounded_angle_is_noticed(tmp_path: Path) -> None:
-    exact = "state.plane = state.field = capsule_field_fused(map, &state);"
+    exact = "state.plane = state.field = capsule_code_here(0)->field_at(map, &state);"
     rounded = f"state.angle_rest = 0.0, {exact[:-1]}, state.angle_rest = rest;"
     assert mismatched(tmp_path / "rounded", ("run.c", exact, rounded)) > 0
 

@@ -9,14 +9,14 @@
 
 /* A segment that takes more is left to the caller: another method looks further ahead there. */
 #define MOST_EXPANSIONS 8192
-#define MOST_ADDED 4 /* expansions whose roundings may add up to a switch */
+#define MOST_SUMMED 4 /* expansions whose roundings may add up to a switch */
 
 /* A state with what is known exactly there, as in capsule_state. */
 typedef struct {
     real x_r, gap, v_r, v_c, angle;
     double angle_rest;
     int bound_at;
-} place;
+} known;
 
 #ifdef WIDE
 static const segment *segment_of(const capsule_map *map, int field, segment *room)
@@ -30,16 +30,16 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
 }
 
 /* Near the impact surface the gap is what is known, elsewhere the position is. */
-static place place_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
+static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
     const real delta = num(map->parameters.delta);
     if (exact->known)
-        return (place){{exact->x_r[0], exact->x_r[1]}, {exact->gap[0], exact->gap[1]},
+        return (known){{exact->x_r[0], exact->x_r[1]}, {exact->gap[0], exact->gap[1]},
                        {exact->v_r[0], exact->v_r[1]}, {exact->v_c[0], exact->v_c[1]},
                        {exact->angle[0], exact->angle[1]}, 0.0, s->bound};
     const int far = 2.0 * fabs(s->gap) > map->parameters.delta;
     const real gap = far ? sub(num(s->x_r), delta) : num(s->gap);
-    return (place){far ? num(s->x_r) : add(delta, gap), gap, num(s->v_r), num(s->v_c),
+    return (known){far ? num(s->x_r) : add(delta, gap), gap, num(s->v_r), num(s->v_c),
                    whole_sum(s->angle, s->angle_rest), 0.0, s->bound};
 }
 #else
@@ -49,26 +49,26 @@ static const segment *segment_of(const capsule_map *map, int field, segment *roo
     return &map->field[field - 1];
 }
 
-static place place_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
+static known known_of(const capsule_map *map, const capsule_state *s, const capsule_exact *exact)
 {
     (void)map, (void)exact;
-    return (place){s->x_r, s->gap, s->v_r, s->v_c, s->angle, s->angle_rest, s->bound};
+    return (known){s->x_r, s->gap, s->v_r, s->v_c, s->angle, s->angle_rest, s->bound};
 }
 #endif
 
 /* The start of a segment of a field. */
-static stand stand_at(const segment *c, int field, const place *p, const capsule_course *course)
+static point point_at(const segment *c, int field, const known *p, const capsule_context *context)
 {
     const int way = DRIFT_OF[field - 1];
     const double bound_at = p->bound_at;
-    stand s = {.x_r = p->x_r, .gap = p->gap, .v_r = p->v_r, .v_c = p->v_c, .angle = p->angle,
+    point s = {.x_r = p->x_r, .gap = p->gap, .v_r = p->v_r, .v_c = p->v_c, .angle = p->angle,
                .position = num(0.0), .angle_rest = p->angle_rest};
 #ifndef WIDE
-    if (course && course->angle == p->angle)
-        s.sine = course->sine, s.cosine = course->cosine;
+    if (context && context->angle == p->angle)
+        s.sine = context->sine, s.cosine = context->cosine;
     else
 #else
-    (void)course;
+    (void)context;
 #endif
         sine_cosine(p->angle, p->angle_rest, &s.sine, &s.cosine);
     s.margin = bound_at != 0.0 ? sub(mul(num(bound_at), c->f_b), c->friction)
@@ -93,11 +93,11 @@ static int first_sign(const double *values, const double *errors, int exact)
 
 /* 1 if the field takes over, all of its guards being positive just after; 0 if it does not, -1
    where that is open. Derivatives come with a bound on their rounding error. */
-static int takes_over(const segment *c, int field, const place *p)
+static int is_successor(const segment *c, int field, const known *p)
 {
     segment_sizes room;
     const segment_sizes *b = sizes_of(c, &room);
-    const stand s = stand_at(c, field, p, NULL);
+    const point s = point_at(c, field, p, NULL);
     const double way = DRIFT_OF[field - 1], side = CONTACT_OF[field - 1] ? 1.0 : -1.0;
     const double x = size_of(near_to(s.x_r)), gap = size_of(near_to(s.gap));
     const double v = size_of(near_to(s.v_r));
@@ -132,7 +132,7 @@ static int takes_over(const segment *c, int field, const place *p)
 }
 
 /* The field that takes over: the one all of whose guards are positive just after. */
-static int field_after(const capsule_map *map, const place *p)
+static int successor_of(const capsule_map *map, const known *p)
 {
     const double gap = near_to(p->gap), v_r = near_to(p->v_r), v_c = near_to(p->v_c);
     const int contact = gap > 0.0 || (gap == 0.0 && v_r > 0.0);
@@ -141,10 +141,10 @@ static int field_after(const capsule_map *map, const place *p)
         segment c_room;
         segment_sizes b_room;
         const segment *c = segment_of(map, rest, &c_room);
-        const stand s = stand_at(c, rest, p, NULL);
-        int unplain;
-        const double way = way_after(c, sizes_of(c, &b_room), &s, p->bound_at, &unplain);
-        if (!unplain)
+        const point s = point_at(c, rest, p, NULL);
+        int undetermined;
+        const double way = direction_after(c, sizes_of(c, &b_room), &s, p->bound_at, &undetermined);
+        if (!undetermined)
             return FIELD_OF[contact][(int)way + 1];
     }
     int found = 0;
@@ -153,7 +153,7 @@ static int field_after(const capsule_map *map, const place *p)
             (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)))
             continue;
         segment room;
-        const int taken = takes_over(segment_of(map, field, &room), field, p);
+        const int taken = is_successor(segment_of(map, field, &room), field, p);
         if (taken < 0 || (taken && found))
             return 0;
         if (taken)
@@ -163,7 +163,7 @@ static int field_after(const capsule_map *map, const place *p)
 }
 
 /* Whether a sticking segment without contact is proved to last for ever. */
-static int lasts(const segment *c, const capsule_constants *k, const stand *s)
+static int rests_forever(const segment *c, const capsule_constants *k, const point *s)
 {
     segment_sizes room;
     const segment_sizes *b = sizes_of(c, &room);
@@ -192,8 +192,8 @@ static int lasts(const segment *c, const capsule_constants *k, const stand *s)
 #ifndef WIDE
 /* Moves a switch and the state there to where the closed form from the segment's start has it.
    Expansions add up their roundings; the switch stays within what they prove, `error` of time. */
-static void refine(const segment *c, const capsule_constants *k, const stand *from,
-                   const outcome *o, double error, stand *to, double *duration)
+static void refine(const segment *c, const capsule_constants *k, const point *from,
+                   const outcome *o, double error, point *to, double *duration)
 {
     const capsule_start start = {from->x_r,    from->gap,    from->v_r, from->v_c,
                                  from->margin, from->cosine, from->sine};
@@ -218,19 +218,15 @@ static void refine(const segment *c, const capsule_constants *k, const stand *fr
 }
 #endif
 
-#ifdef WIDE
-#define PASS capsule_pass_wide
-#else
-#define PASS capsule_pass
-int capsule_field_at(const capsule_map *map, const capsule_state *state)
+static int field_at(const capsule_map *map, const capsule_state *state)
 {
-    const place p = place_of(map, state, NULL);
-    return field_after(map, &p);
+    const capsule_exact unknown = {.known = 0};
+    const known p = known_of(map, state, &unknown);
+    return successor_of(map, &p);
 }
-#endif
 
 static void one_step(const segment *c, const segment_sizes *b, const table *t, int drift,
-                     int position, int ends, double way, double guess, const stand *s, stand *to,
+                     int position, int ends, double way, double guess, const point *s, point *to,
                      outcome *o)
 {
     if (!drift)
@@ -241,14 +237,14 @@ static void one_step(const segment *c, const segment_sizes *b, const table *t, i
         step(c, b, t, 0, 1, 0, ends, way, guess, s, to, o);
 }
 
-void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
+static void run_segment(capsule_context *context, capsule_state *state, capsule_result *p)
 {
-    const capsule_map *map = course->map;
-    const capsule_wish *wish = course->wish;
-    const place start = place_of(map, state, &course->exact);
+    const capsule_map *map = context->map;
+    const capsule_request *request = context->request;
+    const known start = known_of(map, state, &context->exact);
     memset(p, 0, sizeof *p);
     p->outcome = CAPSULE_UNDECIDED;
-    const int field = state->field ? state->field : field_after(map, &start);
+    const int field = state->field ? state->field : successor_of(map, &start);
     if (!field)
         return;
     const int way = DRIFT_OF[field - 1], drift = way != 0, contact = CONTACT_OF[field - 1];
@@ -258,8 +254,8 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
     const segment *c = segment_of(map, field, &c_room);
     const segment_sizes *b = sizes_of(c, &b_room);
 #ifdef WIDE
-    table *t = &course->wide[2 * contact + drift];
-    int *made = &course->wide_made[2 * contact + drift];
+    table *t = &context->wide[FLOW_OF[field - 1]];
+    int *made = &context->wide_made[FLOW_OF[field - 1]];
     if (!*made) {
         bases base;
         bases_make(&base);
@@ -267,35 +263,35 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
         *made = 1;
     }
 #else
-    const table *t = &map->table[2 * contact + drift];
+    const table *t = &map->table[FLOW_OF[field - 1]];
 #endif
     const int can_rest = field == FIELD_OF[0][1] && map->may_rest;
-    const stand from = stand_at(c, field, &start, course), *here = &from;
-    stand later[2], *next = later;
-    double *guess = &course->guess[field][state->plane];
+    const point from = point_at(c, field, &start, context), *here = &from;
+    point later[2], *next = later;
+    double *guess = &context->guess[field][state->plane];
     int64_t turn = state->turn;
     double duration = 0.0, lost = 0.0; /* by how much it is too long, from rounding its sum */
     outcome o = {0};
     p->field = field;
     p->gap = near_to(from.gap), p->margin = near_to(from.margin);
     p->cosine = near_to(from.cosine), p->sine = near_to(from.sine);
-    for (;; here = next, next = here == later ? later + 1 : later, guess = &course->guess[field][0]) {
+    for (;; here = next, next = here == later ? later + 1 : later, guess = &context->guess[field][0]) {
         if (p->evaluations == MOST_EXPANSIONS) {
-            p->endless = 1;
+            p->gave_up = 1;
             return;
         }
-        if (can_rest && lasts(c, k, here)) {
+        if (can_rest && rests_forever(c, k, here)) {
             capsule_state end = *state;
             end.turn = turn;
             p->duration = duration;
-            capsule_rest(course, near_to(here->x_r), near_to(here->v_r), near_to(here->angle),
+            capsule_rest(context, near_to(here->x_r), near_to(here->v_r), near_to(here->angle),
                          here->angle_rest, &end, p);
             if (!p->stopped)
                 *state = end;
             return;
         }
-        const int ends = wish->strobe || course->periods - turn == 1;
-        one_step(c, b, t, drift, course->position, ends, way, *guess, here, next, &o);
+        const int ends = request->strobe || context->periods - turn == 1;
+        one_step(c, b, t, drift, context->position, ends, way, *guess, here, next, &o);
         if (o.open) {
             p->outcome = o.corner ? CAPSULE_CORNER : CAPSULE_UNDECIDED;
             return;
@@ -305,9 +301,9 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
         if (o.passed) {
             turn++;
             if (ends) {
-                capsule_strobe(wish, turn, near_to(o.end.x_r), near_to(o.end.v_r),
+                capsule_write_strobe(request, turn, near_to(o.end.x_r), near_to(o.end.v_r),
                                near_to(o.end.v_c));
-                if (turn == course->periods)
+                if (turn == context->periods)
                     spent = near_to(o.end_h);
             }
         }
@@ -316,14 +312,14 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
         duration = before + spent;
         lost = (duration - before) - spent;
         p->duration = duration;
-        if (o.passed && turn == course->periods) {
+        if (o.passed && turn == context->periods) {
             p->outcome = CAPSULE_END;
             if (can_rest) {
                 /* What rests for ever does so at the end too, wherever the expansions stood. */
-                stand last = o.end;
+                point last = o.end;
                 last.angle = last.sine = num(0.0), last.cosine = num(1.0);
                 last.angle_rest = 0.0, last.energy_error = next->energy_error;
-                if (lasts(c, k, &last))
+                if (rests_forever(c, k, &last))
                     p->outcome = CAPSULE_NEVER;
             }
             p->advance = near_to(o.end.position);
@@ -331,7 +327,7 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
                                      .v_r = near_to(o.end.v_r), .v_c = near_to(o.end.v_c),
                                      .position = state->position + p->advance, .turn = turn,
                                      .field = field};
-            course->exact.known = 0;
+            context->exact.known = 0;
             return;
         }
         if (o.crossing)
@@ -339,14 +335,14 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
     }
     *guess = near_to(o.h) / t->reach;
 #ifndef WIDE
-    if (p->evaluations > MOST_ADDED) {
+    if (p->evaluations > MOST_SUMMED) {
         refine(c, k, &from, &o, o.error * t->reach, next, &p->duration);
-        o.unplain = 1;
+        o.undetermined = 1;
     }
 #endif
-    const place end = {next->x_r, next->gap, next->v_r, next->v_c, next->angle, next->angle_rest,
+    const known end = {next->x_r, next->gap, next->v_r, next->v_c, next->angle, next->angle_rest,
                        (int)o.bound_at};
-    const int following = o.unplain ? field_after(map, &end)
+    const int following = o.undetermined ? successor_of(map, &end)
                                     : FIELD_OF[o.at_gap ? !contact : contact][(int)o.way + 1];
     if (!following)
         return; /* The switch itself is certain, but not where it leads. */
@@ -360,12 +356,12 @@ void PASS(capsule_course *course, capsule_state *state, capsule_passage *p)
         .position = state->position + p->advance, .turn = turn, .bound = (int)o.bound_at,
         /* Eq. (24): by the field to come where the capsule rests. */
         .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
-    course->exact.known = 0;
-    course->angle = state->angle;
-    course->cosine = near_to(next->cosine), course->sine = near_to(next->sine);
+    context->exact.known = 0;
+    context->angle = state->angle;
+    context->cosine = near_to(next->cosine), context->sine = near_to(next->sine);
 #ifdef WIDE
     state->angle_rest += next->angle.lo;
-    course->exact = (capsule_exact){{next->x_r.hi, next->x_r.lo}, {next->gap.hi, next->gap.lo},
+    context->exact = (capsule_exact){{next->x_r.hi, next->x_r.lo}, {next->gap.hi, next->gap.lo},
                                     {next->v_r.hi, next->v_r.lo}, {next->v_c.hi, next->v_c.lo},
                                     {next->angle.hi, next->angle.lo}, 1};
 #endif

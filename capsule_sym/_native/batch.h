@@ -1,6 +1,6 @@
-/* What the runs of a crew are told by, and the step that lanes of them take together. */
-#ifndef CAPSULE_CREW_H
-#define CAPSULE_CREW_H
+/* The numbers of the runs of a batch, and the step that lanes of them take together. */
+#ifndef CAPSULE_BATCH_H
+#define CAPSULE_BATCH_H
 
 #include "internal.h"
 
@@ -12,13 +12,13 @@ enum {
     SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
     ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
     LASTED,       /* what the last segment like this took, over its reach; after a step, this one */
-    ALPHA, DELTA, BOUND /* fixed; in all CAPSULE_CREW_NUMBERS, a multiple of four */
+    ALPHA, DELTA, BOUND /* fixed; in all CAPSULE_RUN_NUMBERS, a multiple of four */
 };
 
 /* What became of the lanes of a step: bits by lane. */
 typedef struct {
     int open;     /* this expansion proves nothing; a shorter one may */
-    int unplain;  /* what follows the switch is not plain */
+    int undetermined;  /* what follows the switch stays open here */
     int crossing; /* a switch ends the segment */
     int contact;  /* of the segment to come */
     int passed;   /* an excitation period ended within the expansion */
@@ -27,9 +27,9 @@ typedef struct {
 
 /* Takes one expansion's step of as many runs as there are lanes, all in the same linear flow,
    on an expansion of this level. */
-typedef void capsule_step(const capsule_constants *c, const capsule_table *t, int level,
+typedef void capsule_lane_step(const capsule_constants *c, const capsule_table *t, int level,
                           int position, int ends, double *const *runs, capsule_outcomes *out);
 
-capsule_step capsule_step_4, capsule_step_8;
+capsule_lane_step capsule_step_4, capsule_step_8;
 
 #endif

@@ -2,12 +2,6 @@
    multiples of the reach of its flow's table, the closed form gives the motion; in between it is
    expanded from there by that table, as the map's own steps are, at a tenth of the closed form's
    cost. Where those places are does not depend on which times are asked for. */
-#include <string.h>
-
-#include "internal.h"
-#include "step.h"
-
-#include "isolate.h"
 
 /* An expansion of a segment, and what its evaluation takes. */
 typedef struct {
@@ -15,24 +9,22 @@ typedef struct {
     double node, begins; /* how many reaches, and how long, after the segment's start it begins */
     const table *t;
     const segment *c;
-    stand begin;
+    point begin;
     expansion e;
     real a[TERMS];
     int drift;
-} stretch;
+} interval;
 
-static void stretch_make(const capsule_map *map, const capsule_segment *s, double node, stretch *p)
+static void interval_make(const capsule_map *map, const capsule_segment *s, const table *t,
+                         double node, interval *p)
 {
-    const capsule_constants *k = &map->field[s->field - 1];
-    if (p->of != s) {
-        p->of = s;
-        p->c = k;
-        p->drift = DRIFT_OF[s->field - 1] != 0;
-        p->t = &map->table[2 * CONTACT_OF[s->field - 1] + p->drift];
-    }
+    const capsule_constants *k = p->c = &map->field[s->field - 1];
+    p->of = s;
+    p->drift = k->drift != 0.0;
     p->node = node;
-    p->begins = node * p->t->reach;
-    p->begin = (stand){.x_r = s->start[0], .gap = s->gap, .v_r = s->start[1], .v_c = s->start[2],
+    p->t = t;
+    p->begins = node * t->reach;
+    p->begin = (point){.x_r = s->start[0], .gap = s->gap, .v_r = s->start[1], .v_c = s->start[2],
                        .margin = s->margin, .cosine = s->cosine, .sine = s->sine,
                        .position = s->position};
     if (node > 0.0) {
@@ -48,16 +40,16 @@ static void stretch_make(const capsule_map *map, const capsule_segment *s, doubl
         p->begin.v_c += change[2];
         p->begin.cosine = s->cosine * cosine - s->sine * sine;
         p->begin.sine = s->sine * cosine + s->cosine * sine;
-        p->begin.margin = margin_at(p->c, p->begin.x_r, p->begin.gap, p->begin.v_r);
+        p->begin.margin = margin_at(k, p->begin.x_r, p->begin.gap, p->begin.v_r);
         if (p->drift)
             p->begin.position += capsule_flow_advance(k, &start, change[0], h);
     }
-    p->e = expand(p->c, p->c, p->t, p->drift, &p->begin);
+    p->e = expand(k, k, t, p->drift, &p->begin);
     for (int n = 0; n < TERMS; n++)
-        p->a[n] = combined(p->e.u, p->t->x[0][n], p->t->x[1][n], p->t->x[2][n], p->t->x[3][n]);
+        p->a[n] = combined(p->e.u, t->x[0][n], t->x[1][n], t->x[2][n], t->x[3][n]);
 }
 
-static void stretch_at(const stretch *p, double h, double state[4])
+static void interval_state(const interval *p, double h, double state[4])
 {
     const double s = (h - p->begins) * p->t->per_reach;
     const motion m = motion_at(p->a, s, p->drift, 1);
@@ -74,22 +66,22 @@ static void stretch_at(const stretch *p, double h, double state[4])
 /* An excitation period in two parts. */
 typedef struct {
     double period, rest, omega;
-} calendar;
+} period_parts;
 
 /* How long a time is after so many periods and a forcing angle: the whole periods are taken off
    without an error that grows with them. */
-static double since(const calendar *c, int64_t turn, double angle, double time)
+static double since(const period_parts *c, int64_t turn, double angle, double time)
 {
     return fma(-(double)turn, c->period, time) - ((double)turn * c->rest + angle / c->omega);
 }
 
-static int begun(const calendar *c, const capsule_segment *s, double time)
+static int begun(const period_parts *c, const capsule_segment *s, double time)
 {
     return since(c, s->start_turn, s->start_angle, time) >= 0.0;
 }
 
 /* The last segment that has begun: from `at` on, looked for ever further ahead, or just before. */
-static size_t segment_of_time(const calendar *c, const capsule_segment *segments, size_t count,
+static size_t segment_of_time(const period_parts *c, const capsule_segment *segments, size_t count,
                               size_t at, double time)
 {
     size_t step = 1, high = count;
@@ -113,12 +105,12 @@ static size_t segment_of_time(const calendar *c, const capsule_segment *segments
     return at;
 }
 
-size_t capsule_states(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
-                      const double *times, size_t n, double (*states)[4], capsule_watch *watch)
+static size_t states_at(const capsule_map *map, const capsule_segment *segments, size_t count, int more,
+                        const double *times, size_t n, double (*states)[4], capsule_watch *watch)
 {
     const double omega = map->parameters.omega, period = TWO_PI / omega;
-    const calendar c = {period, (fma(-period, omega, TWO_PI) + TWO_PI_REST) / omega, omega};
-    stretch p = {.of = 0};
+    const period_parts c = {period, (fma(-period, omega, TWO_PI) + TWO_PI_REST) / omega, omega};
+    interval p = {.of = 0};
     size_t at = 0;
     for (size_t i = 0; i < n && count; i++) {
         if (i % 8 == 7 && capsule_asked(watch, 8)) /* as if each were on an expansion of its own */
@@ -137,23 +129,11 @@ size_t capsule_states(const capsule_map *map, const capsule_segment *segments, s
             continue;
         }
         h = h > 0.0 ? h : 0.0;
-        const table *t = &map->table[2 * CONTACT_OF[s->field - 1] + (DRIFT_OF[s->field - 1] != 0)];
+        const table *t = &map->table[FLOW_OF[s->field - 1]];
         const double node = floor(h * t->per_reach);
-        if (p.of != s || p.node != node) {
-            stretch_make(map, s, node, &p);
-        }
-        stretch_at(&p, h, states[i]);
+        if (p.of != s || p.node != node)
+            interval_make(map, s, t, node, &p);
+        interval_state(&p, h, states[i]);
     }
     return count ? n : 0;
 }
-
-#ifndef capsule_states
-size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
-                        int more, const double *times, size_t n, double (*states)[4],
-                        capsule_watch *watch)
-{
-    capsule_evaluation *const states_at =
-        capsule_lanes() > 1 ? capsule_states_fused : capsule_states;
-    return states_at(map, segments, count, more, times, n, states, watch);
-}
-#endif

@@ -1,2 +1,0 @@
-/* One segment in double precision. */
-#include "solo.h"

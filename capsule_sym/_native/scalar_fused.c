@@ -1,0 +1,12 @@
+/* The same once more, for processors with AVX2 and fused multiply-adds. */
+#if defined(__x86_64__) && defined(__GNUC__)
+#include "target.h"
+
+FOR("avx2,fma" TUNED)
+CONTRACTED
+#define CODE capsule_code_fused
+#include "scalar.c"
+FOR_ALL
+#else
+typedef int capsule_not_fused; /* ISO C wants a declaration */
+#endif
