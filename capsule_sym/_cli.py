@@ -154,8 +154,8 @@ def run(
     All quantities are dimensionless; states are x_r v_r v_c. With physical parameters the results
     are also given in SI units.
 
-    In the JSON, "segments" are those of the whole run, and "word", "global_map",
-    "period_multiple" and "progression" describe the steady motion at its end; they are null if
+    In the JSON, "segments" are those of the whole run, and "itinerary", "global_map",
+    "period_number" and "progression" describe the steady motion at its end; they are null if
     there is none. "progression" is the advance of the capsule per excitation period. "stopped" is
     there only if the run ended early, and says why.
     """
@@ -207,14 +207,14 @@ def _print_run(
     console.print("The segments of the steady motion:")
     console.print(_segment_table(motion.segments, physical))
     console.print()
-    console.print(f"global map       {motion.global_map}")
-    console.print(f"period multiple  {motion.period_multiple}")
-    console.print(f"progression      {float(motion.progression):.10g} per excitation period")
+    console.print(f"global map     {motion.global_map}")
+    console.print(f"period number  {motion.period_number}")
+    console.print(f"progression    {float(motion.progression):.10g} per excitation period")
     if physical:
         advance = physical.displacement(float(motion.progression))
         period = physical.time(trajectory.parameters.period)
-        console.print(f"                 {advance:.6g} m in {period:.6g} s")
-        console.print(f"velocity         {advance / period:.6g} m/s on average")
+        console.print(f"               {advance:.6g} m in {period:.6g} s")
+        console.print(f"velocity       {advance / period:.6g} m/s on average")
 
 
 def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | None) -> Table:

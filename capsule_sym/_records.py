@@ -42,11 +42,11 @@ def segment_record(segment: Segment) -> dict[str, Any]:
 
 
 def motion_record(motion: SteadyMotion | None) -> dict[str, Any]:
-    """Word, global map, period multiple and progression; each None where no motion was found."""
+    """Itinerary, global map, period number and progression; each None where no motion was found."""
     return {
-        "word": list(motion.word) if motion else None,
+        "itinerary": list(motion.itinerary) if motion else None,
         "global_map": motion.global_map if motion else None,
-        "period_multiple": motion.period_multiple if motion else None,
+        "period_number": motion.period_number if motion else None,
         "progression": motion.progression if motion else None,
     }
 

@@ -40,8 +40,8 @@ def bench(repeats: int, only: str, quick: bool, face: bool, as_json: bool) -> No
 
     Times are processor time of calls from Python, by excitation period. Errors are those of the
     final state against 50 digits, after 20 periods, or 100 in the sweep. Switches missed and
-    invented are the fewest that explain a run's word of fields beside the true one; in the sweep
-    the true words are those of this map, and 50 digits judge them in 11 of the 1,000.
+    invented are the fewest that explain a run's itinerary of fields beside the true one; in the
+    sweep the true itineraries are those of this map, and 50 digits judge them in 11 of the 1,000.
 
     Writes results/bench/bench.json (part.json if --only or --quick is given), what --json prints,
     after each part, so that an interrupted study leaves the parts that were done. `figure

@@ -91,5 +91,5 @@ def widths(cases: Sequence[Case]) -> list[Width]:
 
 def _by_words(name: str, run: Run, cases: Sequence[Case]) -> Width:
     pairs = zip(run([case.start for case in cases]), cases, strict=True)
-    wrong = [sum(wrong_switches(r.word, c.truth.word)) for r, c in pairs if c.truth]
+    wrong = [sum(wrong_switches(r.itinerary, c.truth.itinerary)) for r, c in pairs if c.truth]
     return Width(name, len(wrong), sum(wrong))

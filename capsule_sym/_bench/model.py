@@ -54,7 +54,7 @@ class Result(NamedTuple):
     The state is None of a run that locked up in switches that take hardly any time.
     """
 
-    word: bytes
+    itinerary: bytes
     state: tuple[float, ...] | None
 
 

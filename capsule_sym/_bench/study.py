@@ -28,12 +28,12 @@ class Row(NamedTuple):
     """Largest error of a component of a final state, of the runs that came to their end."""
     missed: int
     invented: int
-    """Switches lacking in the words of fields, and additional: the fewest that explain them."""
+    """Switches lacking in the itineraries, and additional: the fewest that explain them."""
     runs: int
     judged: int
     """Runs that are compared with the truth."""
     locked: int
-    """Runs that locked up in switches without end; the rest of their word is missed."""
+    """Runs that locked up in switches without end; the rest of their itinerary is missed."""
     setup_s: float
     """Time to set up or compile what all runs share, which `us_per_period` does not contain."""
 
@@ -54,7 +54,7 @@ class _Timed:
         self.calls = ceil(_ENOUGH / max(first, 1e-6))
         if tool.check:
             finals = zip(tool.check(self.starts), self.results, strict=True)
-            self.results = [Result(full.word, final.state) for full, final in finals]
+            self.results = [Result(full.itinerary, final.state) for full, final in finals]
 
     def repeat(self) -> None:
         """Makes all runs once more, unless that takes long."""
@@ -73,7 +73,7 @@ class _Timed:
             for found, case in zip(self.results, self.cases, strict=True)
             if case.truth
         ]
-        wrong = [wrong_switches(found.word, true.word) for found, true in pairs]
+        wrong = [wrong_switches(found.itinerary, true.itinerary) for found, true in pairs]
         errors = [error(found.state, true.state) for found, true in pairs if found.state]
         return Row(
             self.tool.name,
@@ -122,10 +122,10 @@ def error(state: Sequence[float], true: Sequence[float] | None) -> float:
     return max(abs(a - b) for a, b in zip(state, true or (), strict=True))
 
 
-def wrong_switches(word: bytes, true: bytes) -> tuple[int, int]:
-    """Switches missed and invented: what a longest common subsequence of the words leaves."""
-    same = _common(word[1:], true[1:])
-    return len(true) - 1 - same, len(word) - 1 - same
+def wrong_switches(itinerary: bytes, true: bytes) -> tuple[int, int]:
+    """Switches missed and invented: what a longest common subsequence of the itineraries leaves."""
+    same = _common(itinerary[1:], true[1:])
+    return len(true) - 1 - same, len(itinerary) - 1 - same
 
 
 def _common(one: bytes, other: bytes) -> int:

@@ -38,7 +38,8 @@ def values() -> dict[str, float]:
     Grazing of x_r = delta is at |1 - omega^2 + 2 i zeta omega| delta, by the amplitude of the
     linear motion in F2. At the others a segment shrinks to nothing, and alpha is a power series in
     its duration: bisected by the number of switches to 1e-9, alpha is then extrapolated to
-    duration 0. That it is right to 1e-12 is seen from the words of the 50-digit runs beside it.
+    duration 0. That it is right to 1e-12 is seen from the itineraries of the 50-digit runs beside
+    it.
     """
     p = Parameters()
     response = complex(1 - p.omega**2, 2 * p.zeta * p.omega)

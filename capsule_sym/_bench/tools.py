@@ -20,8 +20,8 @@ LANES = 8  # of heyoka's batch mode: faster here than the number it recommends, 
 class Tool(NamedTuple):
     """A tool at one setting.
 
-    `build` gives what is timed; `check` a run that gives words too, where that one gives states
-    alone. Of the tangencies and the sweep a `slow` tool makes only some.
+    `build` gives what is timed; `check` a run that gives itineraries too, where that one gives
+    states alone. Of the tangencies and the sweep a `slow` tool makes only some.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What is true: words and final states by the 50-digit map, kept in truth.json.
+"""What is true: itineraries and final states by the 50-digit map, kept in truth.json.
 
 `python -m capsule_sym._bench.truth` computes them anew, in some minutes.
 """
@@ -43,7 +43,7 @@ def cases(part: str) -> list[Case]:
     return [
         Case(
             Start(Parameters(alpha=run["alpha"]), tuple(run["start"]), record["periods"]),
-            Result(bytes(map(int, run["word"])), tuple(map(float, run["final"]))),
+            Result(bytes(map(int, run["itinerary"])), tuple(map(float, run["final"]))),
         )
         for run in record["runs"]
     ]
@@ -86,7 +86,7 @@ def _run(start: Start) -> dict[str, Any]:
     return {
         "alpha": start.parameters.alpha,
         "start": list(start.state),
-        "word": "".join(str(segment.field) for segment in found.segments),
+        "itinerary": "".join(str(segment.field) for segment in found.segments),
         "final": [mpmath.nstr(value, _DIGITS) for value in found.final[1]],
     }
 

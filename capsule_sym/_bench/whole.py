@@ -137,7 +137,7 @@ class Study:
         unknown = [case.start for case in every if not case.truth]
         ours = iter(own.simulated("c")(unknown))
         judged = [case if case.truth else Case(case.start, next(ours)) for case in every]
-        # What our own words are compared with is known of the sample alone.
+        # What our own itineraries are compared with is known of the sample alone.
         return lambda tool: sample if tool.slow else every if tool.name == OURS else judged
 
 

@@ -12,7 +12,7 @@ from capsule_sym._enclosures.balls import Unproved, arb, ball, matrix, precision
 from capsule_sym._enclosures.trajectories import Attraction, Step, System, contraction
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.word import guard_between
+from capsule_sym._orbits.shooting.itinerary import guard_between
 from capsule_sym._parameters import Parameters
 
 _RADII = (1e-4, 1e-5, 1e-6, 1e-8)
@@ -24,13 +24,13 @@ _REPEATED = 1e-10  # change over a period below which the smallest box is entere
 class Tendency:
     """A motion that is proved to enter a contracted box after some periods, and its itinerary."""
 
-    word: tuple[int, ...]
+    itinerary: tuple[int, ...]
     periods: int
     attraction: Attraction
 
 
 def steps_of(trajectory: Trajectory, first: int, last: int) -> list[Step]:
-    """The legs of a run from the begin of one excitation period to that of another."""
+    """The segments of a run from the begin of one excitation period to that of another."""
     omega = trajectory.parameters.omega
     turn = math.tau / omega
 
@@ -75,7 +75,7 @@ def tendency(values: Mapping[str, object], periods: int = 400) -> Tendency:
             except Unproved as error:
                 last = error
                 continue
-            return Tendency(_word(steps), settled, found)
+            return Tendency(_itinerary(steps), settled, found)
         raise last or Unproved("attraction", "no box was tried")
 
 
@@ -90,8 +90,8 @@ def _settled(run: Trajectory, periods: int) -> int:
     raise Unproved("attraction", f"the motion from rest has not settled after {periods} periods")
 
 
-def _word(steps: list[Step]) -> tuple[int, ...]:
-    """The fields of a turn: the first and the last leg are parts of one."""
+def _itinerary(steps: list[Step]) -> tuple[int, ...]:
+    """The fields of a turn: the first and the last segment are parts of one."""
     fields = [step.field for step in steps]
     if len(fields) > 1 and fields[0] == fields[-1]:
         del fields[-1]

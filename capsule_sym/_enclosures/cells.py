@@ -14,7 +14,7 @@ from capsule_sym._enclosures.settled import guess_of_run
 from capsule_sym._errors import CapsuleError
 from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.word import Word
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._parameters import Parameters
 
 ALPHA, GAMMA = (0.001, 2.0), (1.5, 5.0)
@@ -54,7 +54,7 @@ class Cell(NamedTuple):
         )
 
     def halved(self, along: Sequence[int]) -> list[Cell]:
-        """The parts after halving in alpha (0) or gamma (1), all of them in each direction told."""
+        """The parts after halving in alpha (0) or gamma (1), all of them in each direction."""
         found = [self]
         for side in along:
             found = [half for one in found for half in one._halves(side)]
@@ -72,13 +72,13 @@ def _middle(ends: tuple[float, float], level: int, place: int) -> float:
 
 
 class Outcome(NamedTuple):
-    """What became of a patch: the word that is proved, or the directions in which to halve it.
+    """What became of a patch: the itinerary that is proved, or the directions in which to halve it.
 
     `state` is where the motion is at phase 0, for the runs of its parts, `work` the seconds of
     one core.
     """
 
-    word: str | None
+    itinerary: str | None
     along: tuple[int, ...]
     state: tuple[float, ...]
     work: float = 0.0
@@ -104,14 +104,14 @@ def _attempt(cell: Cell, state: tuple[float, ...]) -> Outcome:
         return Outcome(None, along, state)
     reached = tuple(float(x) for x in run.final[1])
     try:
-        word = Word.of_motion(motion)
+        itinerary = Itinerary.of_motion(motion)
         border = _border(cell, reached)
         if border is not None:
             return Outcome(None, (border,), reached)
         with precision(_BITS):
             values = EXACT | {"alpha": alpha, "gamma": gamma}
             given = [ball(values[name]) for name in PARAMETERS]
-            shooting = Shooting(word, given, ("alpha", "gamma"))
+            shooting = Shooting(itinerary, given, ("alpha", "gamma"))
             guess = [*guess_of_run(shooting, run, motion), ball(alpha), ball(gamma)]
             patch = Patch(shooting, guess, cell.radii)
             along = patch.halvings(1)
@@ -120,8 +120,8 @@ def _attempt(cell: Cell, state: tuple[float, ...]) -> Outcome:
         return Outcome(None, error.halvings, reached)
     except (CapsuleError, ArithmeticError, ValueError):
         return Outcome(None, along, reached)
-    told = f" over {word.multiple}" if word.multiple > 1 else ""
-    return Outcome(f"{word}{told}", (), reached)
+    over = f" over {itinerary.period_number}" if itinerary.period_number > 1 else ""
+    return Outcome(f"{itinerary}{over}", (), reached)
 
 
 def _border(cell: Cell, state: tuple[float, ...]) -> int | None:
@@ -130,13 +130,13 @@ def _border(cell: Cell, state: tuple[float, ...]) -> int | None:
     A guess, that spares attempts which cannot succeed.
     """
     (alpha, gamma), (wide, high) = cell.middle, cell.radii
-    words: dict[tuple[int, int], Word] = {}
+    itineraries: dict[tuple[int, int], Itinerary] = {}
     for right, up in product((-1, 1), repeat=2):
         corner = Parameters(alpha=max(alpha + right * wide, 0.0), gamma=gamma + up * high)
         motion = simulate(corner, state, periods=_PERIODS[0][0]).steady(_PERIODS[-1][1])
         if motion is None:
             return None
-        words[right, up] = Word.of_motion(motion).cyclic
-    in_alpha = sum(words[-1, side] != words[1, side] for side in (-1, 1))
-    in_gamma = sum(words[side, -1] != words[side, 1] for side in (-1, 1))
+        itineraries[right, up] = Itinerary.of_motion(motion).cyclic
+    in_alpha = sum(itineraries[-1, side] != itineraries[1, side] for side in (-1, 1))
+    in_gamma = sum(itineraries[side, -1] != itineraries[side, 1] for side in (-1, 1))
     return None if in_alpha == in_gamma == 0 else int(in_gamma > in_alpha)

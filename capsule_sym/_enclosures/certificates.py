@@ -42,8 +42,8 @@ def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[st
     shooting, hull = tube.shooting, tube.hull()
     states = [[decimal(node.state[row, 0]) for row in range(3)] for node in tube.wide.nodes]
     return {
-        "fields": list(shooting.word.fields),
-        "periods": shooting.word.multiple,
+        "fields": list(shooting.itinerary.fields),
+        "periods": shooting.itinerary.period_number,
         "parameters": dict(parameters),
         "angle": decimal(hull[shooting.angle]),
         "durations": [decimal(hull[at]) for at in shooting.durations],
@@ -63,7 +63,7 @@ def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[
         for name, value in zip(PARAMETERS, orbit.values, strict=True)
     }
     with precision(_BITS):
-        shooting = shooting_of(orbit.word, orbit.values, (), parameters)
+        shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         guess = guess_of(shooting, orbit)
         try:
             tube, stable = prove(shooting, guess, {}).tube, True
@@ -77,13 +77,13 @@ def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[
 def certify_bifurcation(
     found: Bifurcation | CurvePoint, exact: Mapping[str, str] | None = None
 ) -> tuple[dict[str, Any], Event]:
-    """A certificate of a bifurcation at which a leg has the duration 0, and what was proved.
+    """A certificate of a bifurcation at which a segment has the duration 0, and what was proved.
 
     Of a point of a curve alpha is solved for, the other parameters are those of the point. Raises
     Unproved with the step that failed, and for a smooth bifurcation.
     """
-    if found.leg is None:
-        raise Unproved("type", f"{_named(found)} has no leg of duration 0")
+    if found.segment is None:
+        raise Unproved("type", f"{_named(found)} has no segment of duration 0")
     free = found.parameter if isinstance(found, Bifurcation) else "alpha"
     if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
@@ -94,17 +94,20 @@ def certify_bifurcation(
     }
     with precision(_BITS):
         spans, z = orbit.shot.spans, orbit.z
-        event = prove_event(orbit.word, spans, z, orbit.values, (found.leg,), (free,), parameters)
+        event = prove_event(
+            orbit.itinerary, spans, z, orbit.values, (found.segment,), (free,), parameters
+        )
         written = _written(event.tube, parameters, stable=False)
         del written["parameters"][free]
         values = {name: decimal(value) for name, value in event.values.items()}
         return {
             "kind": "bifurcation",
-            # Beside what the checker proves: these follow from the legs next to that of duration 0.
+            # Beside what the checker proves: these follow from the segments next to that of
+            # duration 0.
             "about": {"type": event.type, "line": event.line},
             **written,
             "free": values,
-            "still": [found.leg],
+            "still": [found.segment],
         }, event
 
 
@@ -113,7 +116,7 @@ Certified = Orbit | Bifurcation | CurvePoint
 
 def _named(one: Certified) -> str:
     if isinstance(one, Orbit):
-        return str(one.word)
+        return str(one.itinerary)
     if isinstance(one, CurvePoint):
         return f"the point {', '.join(map(repr, one.values))} of a curve"
     return f"{one.type} {one.value!r}"

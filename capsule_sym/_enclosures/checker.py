@@ -69,11 +69,11 @@ class Shooting:
         texts = [t for s in given["states"] for t in s] + given["durations"] + [given["angle"]]
         texts += [given["free"][name] for name in self.free]
         whole = type(given["periods"]) is int and given["periods"] > 0
-        legs = all(type(s) is int and 0 <= s < self.n for s in self.still)
+        segments = all(type(s) is int and 0 <= s < self.n for s in self.still)
         written = all(re.fullmatch(NUMBER, t) for t in (*texts, *given["parameters"].values()))
         twice = {*self.free} & {*given["parameters"]} or len({*self.still}) < len(self.still)
-        if not (whole and legs and written and len(self.still) == len(self.free)) or twice:
-            raise Rejected("numbers, legs of duration 0, or the free parameter")
+        if not (whole and segments and written and len(self.still) == len(self.free)) or twice:
+            raise Rejected("numbers, segments of duration 0, or the free parameter")
         self.middle = [arb(text) for text in texts]
         self.radius = [arb("0.3") / 10 ** len(text.partition(".")[2]) for text in texts]
         closed = [3 * self.n + s for s in self.still] + ([4] if self.n == 1 else [])  # the angle
@@ -85,14 +85,14 @@ class Shooting:
         return found | {name: z[4 * self.n + 1 + k] for k, name in enumerate(self.free)}
 
     def guard(self, i: int) -> int | None:
-        """The guard of leg i at which the next field takes over."""
+        """The guard of segment i at which the next field takes over."""
         (c, d), (after, e) = (MODES[self.fields[k % self.n]] for k in (i, i + 1))
         if self.n > 1 and (c == after) == (d == e):
-            raise Rejected(f"no guard ends leg {i}")
+            raise Rejected(f"no guard ends segment {i}")
         return None if self.n == 1 else 0 if c != after else 1 if d or e > 0 else 2
 
     def orders(self, i: int, field: int, still: list[int]) -> list[int]:
-        """How often each guard of a field vanishes where leg i begins, by what is exact there."""
+        """How often each guard of a field vanishes at the start of segment i, by what is exact."""
         first, last = i, i
         while (first - 1) % self.n in still:
             first -= 1
@@ -111,7 +111,7 @@ class Shooting:
         return [gap, rest * (1 + (side == drift) * (1 + level))] if drift else [gap, *sides]
 
     def nodes(self, z: Any) -> list[Any]:
-        """The extended states where the legs begin."""
+        """The extended states where the segments begin."""
         p, found, angle = self.parameters(z), [], z[4 * self.n]
         for i in range(self.n):
             s, c = (p["alpha"] * x for x in angle.sin_cos())
@@ -183,7 +183,7 @@ class Shooting:
             (A, guards), (B, _) = rows(field, p), rows(self.fields[after], p)
             ends = [self.orders(k, field, self.still) if n > 1 else [0] * 3 for k in (i, i + 1)]
             if i not in self.still and not h > 0:
-                raise Rejected(f"the duration of leg {i}")
+                raise Rejected(f"the duration of segment {i}")
             for g, before, behind in zip([] if i in self.still else guards, *ends, strict=False):
                 positive(A, g, nodes[i], h, before, behind)
             M = (A * h).exp()

@@ -107,13 +107,13 @@ def _region(path: Path, seconds: float, as_json: bool) -> None:
             raise click.ClickException(f"{path}: {problem.strerror}") from None
     shares = sorted(plane.shares.items(), key=lambda one: -one[1])
     if as_json:
-        told = {"share": plane.share, "patches": plane.patches, "words": dict(shares)}
+        told = {"share": plane.share, "patches": plane.patches, "itineraries": dict(shares)}
         told |= {"seconds": round(plane.seconds, 1), "work": round(plane.work, 1)}
         click.echo(json.dumps(told))
         return
     table = make_table("itinerary", "share of the plane")
-    for word, share in shares:
-        table.add_row(word, f"{share:.2%}")
+    for itinerary, share in shares:
+        table.add_row(itinerary, f"{share:.2%}")
     table.add_row("all", f"{plane.share:.2%}")
     console = make_console()
     console.print(table)
@@ -143,7 +143,7 @@ def _met() -> tuple[list[dict[str, Any]], list[str]]:
 
 
 def _one_orbit() -> float:
-    """Seconds that it takes to certify one orbit of six legs."""
+    """Seconds that it takes to certify one orbit of six segments."""
     from capsule_sym._enclosures.certificates import certify_orbit
     from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._orbits.shooting.search import find_orbit
@@ -173,7 +173,7 @@ def _print(
             table = make_table("orbit", "from", "to", "boxes")
             for row in one["intervals"]:
                 ends = (f"{row[end]:.13f}" for end in ("from", "to"))
-                table.add_row(" ".join(row["word"]), *ends, str(row["boxes"]))
+                table.add_row(" ".join(row["itinerary"]), *ends, str(row["boxes"]))
             console.print(table)
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")

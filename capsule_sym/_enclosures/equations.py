@@ -1,11 +1,12 @@
 """The equations of a periodic orbit by multiple shooting, with their derivatives, in balls.
 
-Columns are the unknowns and the parameters in one row: for every leg the free coordinates of the
-state where it begins, then all durations, the forcing angle at the start, and the parameters. What
-the guard of the leg before makes exact at a leg's start (x_r = delta, v_c = 0, P = +-f_b) is put
-in, not solved for. Rows are, for every leg, its end minus the start of the next one, and that the
-durations are whole periods. Where a leg's guard vanishes at the leg's start already, that root is
-divided out, so that the equations stay regular down to the duration 0 at which the leg is born.
+Columns are the unknowns and the parameters in one row: for every segment the free coordinates of
+the state where it begins, then all durations, the forcing angle at the start, and the parameters.
+What the guard of the segment before makes exact at a segment's start (x_r = delta, v_c = 0, P =
++-f_b) is put in, not solved for. Rows are, for every segment, its end minus the start of the next
+one, and that the durations are whole periods. Where a segment's guard vanishes at the segment's
+start already, that root is divided out, so that the equations stay regular down to the duration 0
+at which the segment is inserted.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from capsule_sym._enclosures.balls import Ball, Matrix, arb, column, matrix
 from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.word import Word, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym.generated import fields as generated
 
 GUARD_ROWS = {Guard.GAP: 0, Guard.DRIFT: 1, Guard.UPPER: 1, Guard.LOWER: 2}
@@ -26,7 +27,7 @@ GUARD_ROWS = {Guard.GAP: 0, Guard.DRIFT: 1, Guard.UPPER: 1, Guard.LOWER: 2}
 
 @dataclass(frozen=True)
 class Node:
-    """The start of a leg: extended state (6, 1) and its derivative by all columns (6, many)."""
+    """The start of a segment: extended state (6, 1) and its derivative by all columns (6, many)."""
 
     state: Matrix
     by: Matrix
@@ -34,7 +35,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The equations at a box of columns: residual, derivative, and the legs' nodes and flows."""
+    """The equations at a box of columns: residual, derivative, and nodes and flows of segments."""
 
     residual: Matrix
     by: Matrix
@@ -44,17 +45,17 @@ class Evaluation:
 
 
 class Shooting:
-    """The equations of a word; `varied` names the parameters that are columns."""
+    """The equations of an itinerary; `varied` names the parameters that are columns."""
 
-    def __init__(self, word: Word, values: Sequence[Ball], varied: Sequence[str]) -> None:
-        self.word, self.varied = word, tuple(varied)
+    def __init__(self, itinerary: Itinerary, values: Sequence[Ball], varied: Sequence[str]) -> None:
+        self.itinerary, self.varied = itinerary, tuple(varied)
         self._values = dict(zip(PARAMETERS, values, strict=True))
         self._fields: tuple[list[Ball], dict[int, Field]] | None = None
-        n = len(word)
+        n = len(itinerary)
         self.free: list[tuple[int, ...]] = []
-        for i, leg in enumerate(word.legs):
-            before = word.legs[i - 1].guard
-            free = [X, V] if drift(leg.field) == 0 or before is not Guard.GAP else [X, V, C]
+        for i, segment in enumerate(itinerary.segments):
+            before = itinerary.segments[i - 1].guard
+            free = [X, V] if drift(segment.field) == 0 or before is not Guard.GAP else [X, V, C]
             if before in (Guard.GAP, Guard.UPPER, Guard.LOWER):
                 free.remove(X)
             self.free.append(tuple(free))
@@ -75,23 +76,26 @@ class Shooting:
         return self._values | dict(zip(self.varied, values[self.unknowns :], strict=True))
 
     def fields(self, values: Sequence[Ball]) -> dict[int, Field]:
-        """The fields of the word, where the columns have these values."""
+        """The fields of the itinerary, where the columns have these values."""
         given = [self.parameters(values)[name] for name in generated.PARAMETERS]
         if self._fields is None or any(
             a is not b for a, b in zip(given, self._fields[0], strict=True)
         ):
             named = dict(zip(generated.PARAMETERS, given, strict=True))
-            self._fields = given, {index: Field(index, named) for index in set(self.word.fields)}
+            self._fields = (
+                given,
+                {index: Field(index, named) for index in set(self.itinerary.fields)},
+            )
         return self._fields[1]
 
     def evaluate(self, values: Sequence[Ball], fields: dict[int, Field]) -> Evaluation:
         """The equations where the columns have these values."""
-        legs = self.word.legs
+        segments = self.itinerary.segments
         nodes = self._nodes(values, fields)
         residual, by, flows = [], [], []
-        for i, leg in enumerate(legs):
-            field, h = fields[leg.field], values[self.durations[i]]
-            node, after = nodes[i], nodes[(i + 1) % len(legs)]
+        for i, segment in enumerate(segments):
+            field, h = fields[segment.field], values[self.durations[i]]
+            node, after = nodes[i], nodes[(i + 1) % len(segments)]
             moved = field.flow(h)
             flows.append(moved)
             end, end_by = moved * node.state, moved * node.by
@@ -101,8 +105,8 @@ class Shooting:
                 for name in self.varied
                 if field.depends(name)
             ]
-            zeros = self.word.zeros(i) if leg.guard else 0
-            place = {Guard.GAP: X, Guard.DRIFT: C}.get(leg.guard) if leg.guard else None
+            zeros = self.itinerary.zeros(i) if segment.guard else 0
+            place = {Guard.GAP: X, Guard.DRIFT: C}.get(segment.guard) if segment.guard else None
             for row in (X, V, C)[: 2 if field.stick else 3]:
                 if row == place and zeros:
                     value, entries = self._divided(field, row, zeros, h, node, i)
@@ -119,16 +123,16 @@ class Shooting:
         value, entries = self._closure(values)
         residual.append(value)
         by.append(entries)
-        ordered = tuple(fields[leg.field] for leg in legs)
+        ordered = tuple(fields[segment.field] for segment in segments)
         return Evaluation(column(residual), _matrix(by), tuple(nodes), tuple(flows), ordered)
 
     def _divided(
-        self, field: Field, row: int, zeros: int, h: Ball, node: Node, leg: int
+        self, field: Field, row: int, zeros: int, h: Ball, node: Node, segment: int
     ) -> tuple[Ball, list[Ball]]:
         unit = matrix(1, SIZE, ((0, row, 1),))
         functional, slope = field.divided(unit, zeros, h)
         entries = _row(functional * node.by, 0)
-        entries[self.durations[leg]] += (slope * node.state)[0, 0]
+        entries[self.durations[segment]] += (slope * node.state)[0, 0]
         for name in self.varied:
             if field.depends(name):
                 moved = field.divided_by(unit, zeros, h, name)
@@ -143,13 +147,13 @@ class Shooting:
             entries[k] = given["omega"]
         if "omega" in self.varied:
             entries[self.parameter("omega")] = elapsed
-        return given["omega"] * elapsed - 2 * self.word.multiple * arb.pi(), entries
+        return given["omega"] * elapsed - 2 * self.itinerary.period_number * arb.pi(), entries
 
     def _nodes(self, values: Sequence[Ball], fields: dict[int, Field]) -> list[Node]:
         given = self.parameters(values)
         alpha, omega = given["alpha"], given["omega"]
         elapsed, nodes = arb(0), []
-        for i in range(len(self.word)):
+        for i in range(len(self.itinerary)):
             sine, cosine = (values[self.angle] + omega * elapsed).sin_cos()
             state, by = matrix(SIZE, 1), matrix(SIZE, self.columns)
             state[U, 0], state[W, 0], state[ONE, 0] = alpha * cosine, alpha * sine, arb(1)
@@ -172,10 +176,10 @@ class Shooting:
         return nodes
 
     def _pin(self, i: int, fields: dict[int, Field], state: Matrix, by: Matrix) -> None:
-        """Put in the x_r at which the guard of the leg before vanishes."""
+        """Put in the x_r at which the guard of the segment before vanishes."""
         if X in self.free[i]:
             return
-        before = self.word.legs[i - 1]
+        before = self.itinerary.segments[i - 1]
         assert before.guard is not None
         field, row = fields[before.field], GUARD_ROWS[before.guard]
         g_x, g_v, g_1 = (field.guards[row, k] for k in (X, V, ONE))

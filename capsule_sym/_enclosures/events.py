@@ -1,4 +1,4 @@
-"""A bifurcation at which a leg has the duration 0, proved with its type, line and nondegeneracy."""
+"""A bifurcation at which a segment has duration 0: existence, type, line and nondegeneracy."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from capsule_sym._orbits.continuation.events import (
 )
 from capsule_sym._orbits.shooting.changes import around, exchanged
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.word import Word, contact, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 
 NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
 
@@ -37,28 +37,28 @@ class Event:
 
     `values` are balls around the parameters that were solved for. `order` is that of the contact:
     2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
-    a switch. `other` is the tube of the word on the other side around the same orbit, at which the
-    equations are regular, and `multipliers` the characteristic polynomials on both sides.
+    a switch. `other` is the tube of the itinerary on the other side around the same orbit, at which
+    the equations are regular, and `multipliers` the characteristic polynomials on both sides.
     """
 
     type: str
     line: str
     order: int
     values: dict[str, Ball]
-    legs: tuple[int, ...]
+    segments: tuple[int, ...]
     tube: Tube
     other: Tube | None
     multipliers: tuple[Characteristic, ...]
 
 
-def place(tube: Tube, leg: int) -> tuple[str, str, int]:
-    """Type, line and order of contact of the event at a leg of duration 0, proved."""
-    word = tube.shooting.word
-    before, during, after = around(word, leg)
-    there = known(word, leg, (leg,))
-    state = tube.wide.nodes[leg].state
+def place(tube: Tube, segment: int) -> tuple[str, str, int]:
+    """Type, line and order of contact of the event at a segment of duration 0, proved."""
+    itinerary = tube.shooting.itinerary
+    before, during, after = around(itinerary, segment)
+    there = known(itinerary, segment, (segment,))
+    state = tube.wide.nodes[segment].state
     if contact(before) != contact(after):
-        return CORNER, _corner(tube, leg), 1
+        return CORNER, _corner(tube, segment), 1
     if contact(during) != contact(before):
         return GRAZING, "L9", 2
     kind, order = _sliding(drift(before), drift(during), drift(after))
@@ -84,9 +84,9 @@ def _sliding(before: int, during: int, after: int) -> tuple[str, int]:
     raise Unproved("type", f"drifts {before}, {during}, {after} have no name")
 
 
-def _corner(tube: Tube, leg: int) -> str:
-    word, state = tube.shooting.word, tube.wide.nodes[leg].state
-    guards = {word.legs[leg - 1].guard, word.legs[leg].guard}
+def _corner(tube: Tube, segment: int) -> str:
+    itinerary, state = tube.shooting.itinerary, tube.wide.nodes[segment].state
+    guards = {itinerary.segments[segment - 1].guard, itinerary.segments[segment].guard}
     if Guard.UPPER in guards:
         return "O1"
     if Guard.LOWER in guards:
@@ -108,29 +108,30 @@ def _corner(tube: Tube, leg: int) -> str:
 
 
 def prove_event(
-    word: Word,
+    itinerary: Itinerary,
     spans: Sequence[Any],
     z: Iterable[Any],
     values: Sequence[Any],
-    legs: Sequence[int],
+    segments: Sequence[int],
     free: Sequence[str],
     exact: Mapping[str, Any] | None = None,
 ) -> Event:
-    """The bifurcation near an orbit on which `legs` have the duration 0, `free` solved for.
+    """The bifurcation near an orbit on which `segments` have the duration 0, `free` solved for.
 
-    Existence and uniqueness by Krawczyk's method, every other guard positive along every other leg,
-    the order of contact by what is left of the guards when their known zeros are divided out, and
-    the equations of the word without the leg regular. Raises Unproved with the step that failed.
+    Existence and uniqueness by Krawczyk's method, every other guard positive along every other
+    segment, the order of contact by what is left of the guards when their known zeros are divided
+    out, and the equations of the itinerary without the segment regular. Raises Unproved with the
+    step that failed.
     """
-    shooting = shooting_of(word, values, free, exact)
+    shooting = shooting_of(itinerary, values, free, exact)
     guess = guess_at(shooting, spans, z, values)
-    given = {shooting.durations[leg]: 0.0 for leg in legs}
+    given = {shooting.durations[segment]: 0.0 for segment in segments}
     for at in given:
         guess[at] = arb(0)
     tube = enclose(shooting, guess, given)
-    prove_admissible(tube, still=tuple(legs))
-    kinds = [place(tube, leg) for leg in legs]
-    other = None if len(legs) > 1 else _other(tube, legs[0])
+    prove_admissible(tube, still=tuple(segments))
+    kinds = [place(tube, segment) for segment in segments]
+    other = None if len(segments) > 1 else _other(tube, segments[0])
     sides = (tube,) if other is None else (tube, other)
     hull = tube.hull()
     return Event(
@@ -138,53 +139,53 @@ def prove_event(
         " and ".join(line for _, line, _ in kinds),
         max(order for _, _, order in kinds),
         {name: hull[shooting.parameter(name)] for name in free},
-        tuple(legs),
+        tuple(segments),
         tube,
         other,
         tuple(characteristic(monodromy(side)) for side in sides),
     )
 
 
-def beyond(tube: Tube, leg: int) -> tuple[Shooting, list[Ball], list[int]]:
-    """The equations of the word on the other side, the event's columns for them, and its legs.
+def beyond(tube: Tube, segment: int) -> tuple[Shooting, list[Ball], list[int]]:
+    """The equations of the other side's itinerary, the event's columns for them, and its segments.
 
-    That is the word without the leg; at a corner that in which contact and drift change in the
-    other order. The legs are told by their places in the event's word.
+    That is the itinerary without the segment; at a corner that in which contact and drift change in
+    the other order. The segments are told by their places in the event's itinerary.
     """
     shooting = tube.shooting
-    word, hull = shooting.word, tube.hull()
-    n, nodes = len(word), tube.wide.nodes
+    itinerary, hull = shooting.itinerary, tube.hull()
+    n, nodes = len(itinerary), tube.wide.nodes
     durations = [hull[at] for at in shooting.durations]
-    before, _, after = around(word, leg)
-    exchange = exchanged(word, np.zeros(n + 4), leg)
-    kept, fields = list(range(n)), list(word.fields)
+    before, _, after = around(itinerary, segment)
+    exchange = exchanged(itinerary, np.zeros(n + 4), segment)
+    kept, fields = list(range(n)), list(itinerary.fields)
     if exchange is not None:
-        fields = list(exchange.word.fields)
+        fields = list(exchange.itinerary.fields)
     else:
-        gone = {leg}
+        gone = {segment}
         if before == after:
-            gone.add((leg + 1) % n)
+            gone.add((segment + 1) % n)
             if n > 2:
-                durations[leg - 1] += durations[(leg + 1) % n]
-        kept = [k for k in range(n) if k not in gone] or [(leg + 1) % n]
+                durations[segment - 1] += durations[(segment + 1) % n]
+        kept = [k for k in range(n) if k not in gone] or [(segment + 1) % n]
     given = shooting.parameters(hull)
     less = Shooting(
-        Word.of([fields[k] for k in kept], word.multiple),
+        Itinerary.of([fields[k] for k in kept], itinerary.period_number),
         [given[name] for name in PARAMETERS],
         shooting.varied,
     )
     return less, restarted(shooting, hull, nodes, less, kept, durations), kept
 
 
-def _other(tube: Tube, leg: int) -> Tube:
+def _other(tube: Tube, segment: int) -> Tube:
     """The equations on the other side, proved regular around the event's orbit."""
-    less, columns, _ = beyond(tube, leg)
+    less, columns, _ = beyond(tube, segment)
     radii = {at: NEAR for at in range(less.unknowns, less.columns)}
     try:
         found = enclose(less, columns, {**held(less), **radii})
     except Unproved as error:
         raise Unproved("regularity", f"on the other side, {error.detail}") from error
-    if less.word.legs[0].guard is None:
+    if less.itinerary.segments[0].guard is None:
         # Nothing switches, so that any start on the orbit serves: compare at the tube's angle.
         columns[less.angle] = found.centre[less.angle]
     if not found.holds(columns):

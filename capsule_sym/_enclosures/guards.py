@@ -1,8 +1,8 @@
-"""Every guard proved positive along every leg of a tube of orbits.
+"""Every guard proved positive along every segment of a tube of orbits.
 
-On a piece of a leg a guard is its Taylor polynomial in time with a bound on the remainder; it is
-positive where the coefficients of the polynomial in Bernstein's basis are. Where a guard vanishes
-at an end of its leg by what is known exactly there, that root is divided out.
+On a piece of a segment a guard is its Taylor polynomial in time with a bound on the remainder; it
+is positive where the coefficients of the polynomial in Bernstein's basis are. Where a guard
+vanishes at an end of its segment by what is known exactly there, that root is divided out.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from capsule_sym._enclosures.balls import (
 from capsule_sym._enclosures.fields import SIZE, Field
 from capsule_sym._enclosures.krawczyk import Tube
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.word import Word, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 
 _ORDER = 16
 _STEP_ORDER = 40
@@ -54,18 +54,18 @@ class Known:
         return self.gap, 1 + (0 if self.side != drift(field) else 1 + self.level)
 
 
-def known(word: Word, leg: int, still: Sequence[int] = ()) -> Known:
-    """What is exact where a leg begins; the legs `still` have the duration 0.
+def known(itinerary: Itinerary, segment: int, still: Sequence[int] = ()) -> Known:
+    """What is exact where a segment begins; the segments `still` have the duration 0.
 
-    Legs of duration 0 on either side share the instant, and what their guards make exact.
+    Segments of duration 0 on either side share the instant, and what their guards make exact.
     """
-    n = len(word)
-    first = leg
+    n = len(itinerary)
+    first = segment
     while (first - 1) % n in still:
         first -= 1
-    found = _after(word.legs[(first - 1) % n].guard)
+    found = _after(itinerary.segments[(first - 1) % n].guard)
     while first % n in still:
-        found = _passed(found, word, first % n)
+        found = _passed(found, itinerary, first % n)
         first += 1
     return found
 
@@ -78,9 +78,9 @@ def _after(guard: Guard | None) -> Known:
     return Known(rest=True, side={Guard.UPPER: 1, Guard.LOWER: -1}.get(guard, 0))
 
 
-def _passed(start: Known, word: Word, leg: int) -> Known:
-    """What is exact at a leg of duration 0: its start, and that its guard vanishes once more."""
-    guard, zeros = word.legs[leg].guard, word.zeros(leg)
+def _passed(start: Known, itinerary: Itinerary, segment: int) -> Known:
+    """What is exact at a segment of duration 0: its start, and one more zero of its guard."""
+    guard, zeros = itinerary.segments[segment].guard, itinerary.zeros(segment)
     if guard is Guard.GAP:
         return replace(start, gap=1 + zeros)
     if guard is not Guard.DRIFT:
@@ -88,7 +88,7 @@ def _passed(start: Known, word: Word, leg: int) -> Known:
     if zeros == 0:
         return replace(start, rest=True)
     # v_c = v_c' = 0: the force is the friction; after stick v_c'' = 0 too, and so is P'.
-    return replace(start, rest=True, side=drift(word.fields[leg]), level=zeros == 2)
+    return replace(start, rest=True, side=drift(itinerary.fields[segment]), level=zeros == 2)
 
 
 @cache
@@ -211,7 +211,7 @@ class Watch:
             self._lines[field.index, sense] = kept
         return kept[1]
 
-    def leg(
+    def segment(
         self,
         field: Field,
         start: Matrix,
@@ -220,7 +220,7 @@ class Watch:
         orders: tuple[Sequence[int], Sequence[int]],
         name: str,
     ) -> None:
-        """Prove every guard of a leg positive between its ends, or raise Unproved.
+        """Prove every guard of a segment positive between its ends, or raise Unproved.
 
         `start` and `end` are affine forms: columns middle, directions and rest.
         """
@@ -268,7 +268,7 @@ class Watch:
         reach: float,
         part: float,
     ) -> bool:
-        """Whether a guard is positive from an end of a leg on over a time `reach`."""
+        """Whether a guard is positive from an end of a segment on over a time `reach`."""
         line = self.line(field, sense)
         part = _dyadic(min(part, _LONGEST))
         done, depth, length = 0.0, 0, part
@@ -304,7 +304,7 @@ _NAMES = {
 
 
 def affine_states(tube: Tube) -> list[Matrix]:
-    """Where the legs begin, over a tube: columns middle, directions, rest (6, k + 2)."""
+    """Where the segments begin, over a tube: columns middle, directions, rest (6, k + 2)."""
     return list(_affine(tube))
 
 
@@ -323,22 +323,22 @@ def _affine(tube: Tube) -> Iterator[Matrix]:
 
 
 def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int] = ()) -> None:
-    """Prove that every orbit of a tube goes through the fields of its word and no others.
+    """Prove that every orbit of a tube goes through the fields of its itinerary and no others.
 
-    Raises Unproved with the guard and the leg. The legs `still` have the duration 0.
+    Raises Unproved with the guard and the segment. The segments `still` have the duration 0.
     """
     watch = watch or Watch()
-    word, hull = tube.shooting.word, tube.hull()
+    itinerary, hull = tube.shooting.itinerary, tube.hull()
     states = affine_states(tube)
-    n = len(word)
-    for i, leg in enumerate(word.legs):
+    n = len(itinerary)
+    for i, segment in enumerate(itinerary.segments):
         if i in still:
             continue
         h = hull[tube.shooting.durations[i]]
-        before, after = known(word, i, still), known(word, (i + 1) % n, still)
-        if leg.guard is None:
+        before, after = known(itinerary, i, still), known(itinerary, (i + 1) % n, still)
+        if segment.guard is None:
             before = after = Known()
-        orders = before.orders(leg.field), after.orders(leg.field)
+        orders = before.orders(segment.field), after.orders(segment.field)
         field = tube.wide.fields[i]
-        name = f"leg {i + 1}, F{leg.field}"
-        watch.leg(field, states[i], states[(i + 1) % n], h, orders, name)
+        name = f"segment {i + 1}, F{segment.field}"
+        watch.segment(field, states[i], states[(i + 1) % n], h, orders, name)

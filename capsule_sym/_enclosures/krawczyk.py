@@ -40,7 +40,7 @@ _SLACK = 1.2  # of the radii over those that would map into themselves exactly
 
 @dataclass(frozen=True)
 class Tube:
-    """The proved solutions of a word's equations over a box of given columns.
+    """The proved solutions of an itinerary's equations over a box of given columns.
 
     `centre` has a number for every column, `slopes` (columns, k) the first-order part, `radii` what
     is left of each column, and `unique` the radii within which there is no second solution.

@@ -24,10 +24,10 @@ _BETWEEN, _RANGES = 3.2, ((1.5, 1.65), (3.0, 3.3))  # of the curve on which both
 
 @dataclass(frozen=True)
 class Meeting:
-    """An orbit with two legs of duration 0, alone in its tube, and the curves that cross there.
+    """An orbit with two segments of duration 0, alone in its tube, and the curves that cross there.
 
-    `slopes` are d alpha/d gamma of the curve of each leg, in the word without the other one: balls
-    that are apart.
+    `slopes` are d alpha/d gamma of the curve of each segment, in the itinerary without the other
+    one: balls that are apart.
     """
 
     event: Event
@@ -35,27 +35,29 @@ class Meeting:
 
 
 def prove_meeting(found: CodimensionTwo, exact: Mapping[str, Any]) -> Meeting:
-    """A point of a curve where a second leg has the duration 0; raises Unproved."""
-    legs = [i for i, h in enumerate(found.orbit.durations) if h == 0]
-    if len(legs) != 2:
-        raise Unproved("type", f"{len(legs)} legs have the duration 0")
+    """A point of a curve where a second segment has the duration 0; raises Unproved."""
+    segments = [i for i, h in enumerate(found.orbit.durations) if h == 0]
+    if len(segments) != 2:
+        raise Unproved("type", f"{len(segments)} segments have the duration 0")
     orbit = found.orbit
     with precision(_BITS):
-        event = prove_event(orbit.word, orbit.shot.spans, orbit.z, orbit.values, legs, FREE, exact)
-        first, second = legs
+        event = prove_event(
+            orbit.itinerary, orbit.shot.spans, orbit.z, orbit.values, segments, FREE, exact
+        )
+        first, second = segments
         slopes = _slope(event.tube, first, second), _slope(event.tube, second, first)
         if slopes[0].overlaps(slopes[1]):
             raise Unproved("transversality", "the curves are not seen to cross")
         return Meeting(event, slopes)
 
 
-def _slope(tube: Tube, leg: int, gone: int) -> Ball:
-    """The slope d alpha/d gamma of the curve of a leg, in the word without the other leg."""
+def _slope(tube: Tube, segment: int, gone: int) -> Ball:
+    """The slope d alpha/d gamma of the curve of a segment, in the itinerary without the other."""
     less, columns, kept = beyond(tube, gone)
-    if leg not in kept:
-        raise Unproved("transversality", "without one leg there is not the other")
+    if segment not in kept:
+        raise Unproved("transversality", "without one segment there is not the other")
     alpha, gamma = (less.parameter(name) for name in FREE)
-    given = {**held(less), less.durations[kept.index(leg)]: 0.0, gamma: NEAR}
+    given = {**held(less), less.durations[kept.index(segment)]: 0.0, gamma: NEAR}
     found = enclose(less, columns, given)
     if not found.holds(columns):
         raise Unproved("transversality", "the orbit is not seen to be that of the other side")

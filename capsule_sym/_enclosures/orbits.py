@@ -12,8 +12,8 @@ from capsule_sym._enclosures.guards import Watch, prove_admissible
 from capsule_sym._enclosures.krawczyk import Tube, enclose
 from capsule_sym._enclosures.stability import Characteristic, prove_stable
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.word import Word
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Proved:
 
 
 def columns_of(shooting: Shooting, states: Sequence[Sequence[Any]], z: Sequence[Any]) -> list[Ball]:
-    """The columns of an orbit: from its legs' start states, and forcing angle and durations."""
+    """The columns of an orbit: from its segments' start states, and forcing angle and durations."""
     angle, *durations = z
     found = [
         ball(state[row]) for state, free in zip(states, shooting.free, strict=True) for row in free
@@ -35,16 +35,16 @@ def columns_of(shooting: Shooting, states: Sequence[Sequence[Any]], z: Sequence[
 
 
 def shooting_of(
-    word: Word,
+    itinerary: Itinerary,
     values: Sequence[Any],
     varied: Sequence[str] = (),
     exact: Mapping[str, Any] | None = None,
 ) -> Shooting:
-    """The equations of a word at parameter values; `exact` replaces some of them by name."""
+    """The equations of an itinerary at parameter values; `exact` replaces some of them by name."""
     given = [
         ball((exact or {}).get(name, value)) for name, value in zip(PARAMETERS, values, strict=True)
     ]
-    return Shooting(word, given, varied)
+    return Shooting(itinerary, given, varied)
 
 
 def guess_of(shooting: Shooting, orbit: Orbit) -> list[Ball]:
@@ -66,33 +66,35 @@ def restarted(
     columns: Sequence[Ball],
     nodes: Sequence[Node],
     other: Shooting,
-    legs: Sequence[int],
+    segments: Sequence[int],
     durations: Sequence[Ball],
 ) -> list[Ball]:
-    """The columns of the same orbit for equations whose legs begin where `legs` of these do."""
+    """The columns of the orbit for equations whose segments begin where `segments` of these do."""
     given = shooting.parameters(columns)
-    elapsed = sum((columns[at] for at in shooting.durations[: legs[0]]), arb(0))
-    states = [[nodes[k].state[row, 0] for row in range(3)] for k in legs]
+    elapsed = sum((columns[at] for at in shooting.durations[: segments[0]]), arb(0))
+    states = [[nodes[k].state[row, 0] for row in range(3)] for k in segments]
     angle = columns[shooting.angle] + given["omega"] * elapsed
-    found = columns_of(other, states, [angle, *(durations[k] for k in legs)])
+    found = columns_of(other, states, [angle, *(durations[k] for k in segments)])
     return found + list(columns[shooting.unknowns :])
 
 
-def turned(shooting: Shooting, columns: Sequence[Ball], word: Word) -> tuple[Shooting, list[Ball]]:
-    """The equations and the columns of the same orbit for a rotation of its word."""
-    n = len(word)
-    by = next(k for k in range(n) if shooting.word.rotated(k).fields == word.fields)
+def turned(
+    shooting: Shooting, columns: Sequence[Ball], itinerary: Itinerary
+) -> tuple[Shooting, list[Ball]]:
+    """The equations and the columns of the same orbit for a rotation of its itinerary."""
+    n = len(itinerary)
+    by = next(k for k in range(n) if shooting.itinerary.rotated(k).fields == itinerary.fields)
     given = shooting.parameters(columns)
-    other = Shooting(word, [given[name] for name in PARAMETERS], shooting.varied)
+    other = Shooting(itinerary, [given[name] for name in PARAMETERS], shooting.varied)
     nodes = shooting.evaluate(columns, shooting.fields(columns)).nodes
-    legs = [(by + k) % n for k in range(n)]
+    segments = [(by + k) % n for k in range(n)]
     durations = [columns[at] for at in shooting.durations]
-    return other, restarted(shooting, columns, nodes, other, legs, durations)
+    return other, restarted(shooting, columns, nodes, other, segments, durations)
 
 
 def held(shooting: Shooting) -> dict[int, float]:
     """Columns that an itinerary leaves free to choose: the angle, where nothing ever switches."""
-    return {} if shooting.word.legs[0].guard else {shooting.angle: 0.0}
+    return {} if shooting.itinerary.segments[0].guard else {shooting.angle: 0.0}
 
 
 def prove(

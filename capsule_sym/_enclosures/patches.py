@@ -1,7 +1,7 @@
-"""All orbits of one word over a patch of the (alpha, gamma) plane, proved in polynomial form.
+"""All orbits of one itinerary over a patch of the (alpha, gamma) plane, proved in polynomial form.
 
-The equations are those of `equations`, with nothing divided out: a leg that is born at the edge of
-its region is too short there for the guards' proof anyway. Over the patch the orbit is sought as
+The equations are those of `equations`, with nothing divided out: a segment inserted at the edge
+of its region is too short there for the guards' proof anyway. Over the patch the orbit is sought as
 x(s) + b, |b| <= radii, with a polynomial x of the place s, and with Y(s) the inverse derivative as
 a polynomial
 
@@ -46,7 +46,7 @@ from capsule_sym._enclosures.guards import Known, Watch, known
 from capsule_sym._enclosures.krawczyk import newton
 from capsule_sym._enclosures.stability import Characteristic
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.word import drift
+from capsule_sym._orbits.shooting.itinerary import drift
 
 Part = tuple[float, float, float, float]
 """A part of a patch: middle and radius of s_1, then of s_2."""
@@ -69,8 +69,8 @@ class TooLarge(Unproved):
 
 
 @dataclass(frozen=True)
-class Legs:
-    """What the equations give leg by leg: starts and flows as forms, durations as balls."""
+class SegmentForms:
+    """What the equations give segment by segment: starts and flows as forms, durations as balls."""
 
     starts: list[Form]
     flows: list[Form]
@@ -80,12 +80,12 @@ class Legs:
 
 
 class Patch:
-    """The equations of a word over a patch, about columns that solve them at its middle."""
+    """The equations of an itinerary over a patch, about columns that solve them at its middle."""
 
     def __init__(self, shooting: Shooting, guess: Sequence[Ball], radii: tuple[float, float]):
         self.shooting = shooting
         self.solved = tuple(range(shooting.unknowns))
-        if shooting.word.legs[0].guard is None:
+        if shooting.itinerary.segments[0].guard is None:
             self.solved = tuple(k for k in self.solved if k != shooting.angle)
         self.centre, there, inverse = newton(shooting, guess, self.solved, 1e-14)
         drive = floats(there.by)[:, [shooting.parameter("alpha"), shooting.parameter("gamma")]]
@@ -96,7 +96,7 @@ class Patch:
         self.alpha = polynomial([given["alpha"].mid(), radii[0], 0.0])
         self.gamma = polynomial([given["gamma"].mid(), 0.0, radii[1]])
         hull = given | {"alpha": self.alpha.hull, "gamma": self.gamma.hull}
-        self.fields = {index: Field(index, hull) for index in set(shooting.word.fields)}
+        self.fields = {index: Field(index, hull) for index in set(shooting.itinerary.fields)}
         self._rates = {index: self._rate(index) for index in self.fields}
 
     def _rate(self, index: int) -> Form:
@@ -125,24 +125,24 @@ class Patch:
             found[at] = polynomial([self.centre[at], *self.path[k, 1:]], radii[k])
         return found
 
-    def evaluate(self, columns: Sequence[Form]) -> Legs:
+    def evaluate(self, columns: Sequence[Form]) -> SegmentForms:
         """The equations and their derivative by the unknowns."""
         shooting = self.shooting
-        word, n, omega = shooting.word, len(shooting.word), self.given["omega"]
-        starts, turns = self._starts(columns)
+        itinerary, n, omega = shooting.itinerary, len(shooting.itinerary), self.given["omega"]
+        starts, rates = self._starts(columns)
         flows = []
         size = len(self.solved)
         place = {at: k for k, at in enumerate(self.solved)}
         values: list[Form] = []
         by: dict[tuple[int, int], Form] = {}
-        for i, leg in enumerate(word.legs):
+        for i, segment in enumerate(itinerary.segments):
             h = columns[shooting.durations[i]]
-            flow = self._flow(leg.field, h)
+            flow = self._flow(segment.field, h)
             end = flow * starts[i]
-            rate, turned = self._rates[leg.field] * end, flow * turns[i]
+            rate, by_angle = self._rates[segment.field] * end, flow * rates[i]
             flows.append(flow)
             after = (i + 1) % n
-            for row in (X, V, C)[: 3 if drift(leg.field) else 2]:
+            for row in (X, V, C)[: 3 if drift(segment.field) else 2]:
                 at = len(values)
                 values.append(entry(end, row, 0) - entry(starts[after], row, 0))
 
@@ -157,20 +157,20 @@ class Patch:
                     add(column, entry(vector, row, 0) * -1)
                 add(shooting.durations[i], entry(rate, row, 0))
                 if shooting.angle in place:
-                    add(shooting.angle, entry(turned, row, 0))
+                    add(shooting.angle, entry(by_angle, row, 0))
                 for j in range(i):
-                    add(shooting.durations[j], entry(turned, row, 0) * omega)
+                    add(shooting.durations[j], entry(by_angle, row, 0) * omega)
         at = len(values)
         total = columns[shooting.durations[0]]
         for k in shooting.durations[1:]:
             total = total + columns[k]
-        turn = 2 * word.multiple * arb.pi()
-        values.append(total * omega - number(turn))
+        phase_advance = 2 * itinerary.period_number * arb.pi()
+        values.append(total * omega - number(phase_advance))
         for k in shooting.durations:
             by[at, place[k]] = number(omega)
         residual = assembled(size, 1, {(k, 0): x for k, x in enumerate(values)})
         durations = [columns[k].hull for k in shooting.durations]
-        return Legs(starts, flows, durations, residual, assembled(size, size, by))
+        return SegmentForms(starts, flows, durations, residual, assembled(size, size, by))
 
     def _flow(self, index: int, h: Form) -> Form:
         if drift(index):
@@ -179,11 +179,11 @@ class Patch:
         return shifted(field.A, h, field.flow)
 
     def _starts(self, columns: Sequence[Form]) -> tuple[list[Form], list[Form]]:
-        """Where the legs begin, and the derivative of that by the forcing angle."""
+        """Where the segments begin, and the derivative of that by the forcing angle."""
         shooting, omega = self.shooting, self.given["omega"]
-        starts, turns = [], []
+        starts, rates = [], []
         angle = columns[shooting.angle]
-        for i in range(len(shooting.word)):
+        for i in range(len(shooting.itinerary)):
             sine, cosine = angle.sin_cos()
             u, w = self.alpha * cosine, self.alpha * sine
             entries = {(U, 0): u, (W, 0): w, (ONE, 0): number(1)}
@@ -193,20 +193,20 @@ class Patch:
                 slope, constant = self._pin(i)
                 entries[X, 0] = entries[V, 0] * slope + number(constant)
             starts.append(assembled(SIZE, 1, entries))
-            turns.append(assembled(SIZE, 1, {(U, 0): w * -1, (W, 0): u}))
+            rates.append(assembled(SIZE, 1, {(U, 0): w * -1, (W, 0): u}))
             angle = angle + columns[shooting.durations[i]] * omega
-        return starts, turns
+        return starts, rates
 
     def _pin(self, i: int) -> tuple[Ball, Ball]:
-        """x_r = slope v_r + constant, where the guard of the leg before vanishes."""
-        before = self.shooting.word.legs[i - 1]
+        """x_r = slope v_r + constant, where the guard of the segment before vanishes."""
+        before = self.shooting.itinerary.segments[i - 1]
         assert before.guard is not None
         guards, row = self.fields[before.field].guards, GUARD_ROWS[before.guard]
         g_x, g_v, g_1 = (guards[row, k] for k in (X, V, ONE))
         return -g_v / g_x, -g_1 / g_x
 
     def _free(self, i: int) -> list[tuple[int, Form]]:
-        """The free columns of a leg's start, and the derivative of the start by each."""
+        """The free columns of a segment's start, and the derivative of the start by each."""
         found = []
         for k, row in enumerate(self.shooting.free[i]):
             entries = {(row, 0): number(1)}
@@ -215,20 +215,20 @@ class Patch:
             found.append((self.shooting.places[i] + k, assembled(SIZE, 1, entries)))
         return found
 
-    def enclose(self) -> Legs:
-        """The legs of all orbits over the patch; raises Unproved without existence."""
+    def enclose(self) -> SegmentForms:
+        """The segments of all orbits over the patch; raises Unproved without existence."""
         size = len(self.solved)
         still = [0.0] * size
-        legs = self.evaluate(self.columns(still))
-        # Not Newton's: there the roots at which legs are born are divided out.
-        inverse = thin(np.linalg.inv(floats(legs.by.c)).astype(np.float64))
+        segments = self.evaluate(self.columns(still))
+        # Not Newton's: there the roots at which segments are inserted are divided out.
+        inverse = thin(np.linalg.inv(floats(segments.by.c)).astype(np.float64))
         for k in range(3, len(MONOMIALS)):
-            self.path[:, k] -= floats(inverse * legs.residual.p[k])[:, 0]
-        legs = self.evaluate(self.columns(still))
-        residual = legs.residual.before(inverse)
+            self.path[:, k] -= floats(inverse * segments.residual.p[k])[:, 0]
+        segments = self.evaluate(self.columns(still))
+        residual = segments.residual.before(inverse)
         radii = np.zeros(size)
         for trial in range(_TRIALS):
-            near = legs.by.before(inverse)  # close to the unit matrix
+            near = segments.by.before(inverse)  # close to the unit matrix
             tilt = _inverse(near)
             left = _sizes((identity(size) - tilt * near).hull)
             most = max(abs(np.linalg.eigvals(left))) if np.all(np.isfinite(left)) else np.inf
@@ -237,41 +237,43 @@ class Patch:
             moved = _sizes((tilt * residual).hull)[:, 0]
             image = (moved + left @ radii) * (1 + 1e-12) + 1e-300
             if trial and np.all(image < radii):
-                return legs
+                return segments
             least = np.linalg.solve(np.eye(size) - left, moved)
             radii = 1.3 * least + 0.02 * max(least) + 1e-15
-            legs = self.evaluate(self.columns(radii.tolist()))
+            segments = self.evaluate(self.columns(radii.tolist()))
         raise TooLarge(self.halvings(1))
 
-    def admissible(self, legs: Legs) -> None:
+    def admissible(self, segments: SegmentForms) -> None:
         """Prove the itinerary of every orbit, or raise Unproved.
 
-        Where a leg's guards are not proved over the whole patch, they are over parts of it.
+        Where a segment's guards are not proved over the whole patch, they are over parts of it.
         """
-        word, n = self.shooting.word, len(self.shooting.word)
+        itinerary, n = self.shooting.itinerary, len(self.shooting.itinerary)
         watches: dict[Part, tuple[dict[int, Field], Watch]] = {}
-        for i, leg in enumerate(word.legs):
-            before, after = known(word, i), known(word, (i + 1) % n)
-            if leg.guard is None:
+        for i, segment in enumerate(itinerary.segments):
+            before, after = known(itinerary, i), known(itinerary, (i + 1) % n)
+            if segment.guard is None:
                 before = after = Known()
-            orders = before.orders(leg.field), after.orders(leg.field)
-            ends = legs.starts[i], legs.starts[(i + 1) % n]
+            orders = before.orders(segment.field), after.orders(segment.field)
+            ends = segments.starts[i], segments.starts[(i + 1) % n]
             parts: list[tuple[Part, int]] = [((0.0, 1.0, 0.0, 1.0), 0)]
             while parts:
                 part, depth = parts.pop()
                 if part not in watches:
                     watches[part] = {}, Watch()
                 fields, watch = watches[part]
-                if leg.field not in fields:
-                    fields[leg.field] = self._field(leg.field, part)
+                if segment.field not in fields:
+                    fields[segment.field] = self._field(segment.field, part)
                 start, end = (_columns(_within(one, part)) for one in ends)
-                name = f"leg {i + 1}, F{leg.field}"
+                name = f"segment {i + 1}, F{segment.field}"
                 try:
-                    watch.leg(fields[leg.field], start, end, legs.durations[i], orders, name)
+                    watch.segment(
+                        fields[segment.field], start, end, segments.durations[i], orders, name
+                    )
                 except Unproved:
                     if depth == _DEEPEST:
                         raise
-                    along = 0 if not drift(leg.field) or depth % 3 == 2 else 1
+                    along = 0 if not drift(segment.field) or depth % 3 == 2 else 1
                     parts += [(half, depth + 1) for half in _halves(part, along)]
 
     def _field(self, index: int, part: Part) -> Field:
@@ -281,22 +283,22 @@ class Patch:
 
     def prove(self) -> Characteristic:
         """Prove existence, uniqueness, itinerary and stability over the patch; raises Unproved."""
-        legs = self.enclose()
-        self.admissible(legs)
-        return self.stable(legs)
+        segments = self.enclose()
+        self.admissible(segments)
+        return self.stable(segments)
 
-    def stable(self, legs: Legs) -> Characteristic:
+    def stable(self, segments: SegmentForms) -> Characteristic:
         """Prove that all multipliers are inside the unit circle (Jury), or raise Unproved."""
-        word, n = self.shooting.word, len(self.shooting.word)
-        first = next((i for i in range(n) if drift(word.fields[i]) == 0), 0)
-        size = 3 if drift(word.fields[first]) else 2
-        turn = assembled(3, 3, {(k, k): number(1) for k in range(size)})
+        itinerary, n = self.shooting.itinerary, len(self.shooting.itinerary)
+        first = next((i for i in range(n) if drift(itinerary.fields[i]) == 0), 0)
+        size = 3 if drift(itinerary.fields[first]) else 2
+        product = assembled(3, 3, {(k, k): number(1) for k in range(size)})
         for step in range(n):
             i = (first + step) % n
-            turn = _three(legs.flows[i]) * turn
-            if word.legs[i].guard is Guard.DRIFT:
-                turn = self._jump(legs, i, (i + 1) % n) * turn
-        m = [[entry(turn, i, j) for j in range(3)] for i in range(3)]
+            product = _three(segments.flows[i]) * product
+            if itinerary.segments[i].guard is Guard.DRIFT:
+                product = self._jump(segments, i, (i + 1) % n) * product
+        m = [[entry(product, i, j) for j in range(3)] for i in range(3)]
         trace = m[0][0] + m[1][1] + m[2][2]
         minors = _minor(m, 0, 1) + _minor(m, 0, 2) + _minor(m, 1, 2)
         determinant = (
@@ -310,14 +312,14 @@ class Patch:
                 raise Unproved("stability", f"Jury's condition {place} is not proved")
         return found
 
-    def _jump(self, legs: Legs, leg: int, following: int) -> Form:
+    def _jump(self, segments: SegmentForms, segment: int, following: int) -> Form:
         found = identity(3)
         lost = number(1)
-        if drift(self.shooting.word.fields[following]):
-            state = legs.starts[following]
+        if drift(self.shooting.itinerary.fields[following]):
+            state = segments.starts[following]
             before, after = (
-                entry(self._rates[self.shooting.word.fields[k]] * state, C, 0)
-                for k in (leg, following)
+                entry(self._rates[self.shooting.itinerary.fields[k]] * state, C, 0)
+                for k in (segment, following)
             )
             lost = lost - after * before.inverse()
         kept = number(1) - lost

@@ -18,14 +18,14 @@ from capsule_sym._enclosures.krawczyk import enclose
 from capsule_sym._enclosures.orbits import guess_of, held, shooting_of, turned
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.word import Word
 from capsule_sym._parameters import Parameters
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128
 GAP = 1e-12  # radius of the balls around bifurcations that are left out
-_NEAR = 0.05  # distance from a touch within which the leg's duration is the parameter
+_NEAR = 0.05  # distance from a touch within which the segment's duration is the parameter
 _SHARE = 0.4  # of an interval, at most
 
 
@@ -36,7 +36,7 @@ class Regime:
     `low` and `high` are the least and largest alpha proved, `boxes` how many boxes it took.
     """
 
-    word: Word
+    itinerary: Itinerary
     low: Ball
     high: Ball
     boxes: int
@@ -54,17 +54,17 @@ def approximate(
 
 
 def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
-    """A bifurcation with a leg of duration 0, proved; raises Unproved."""
-    if found.leg is None:
-        raise Unproved("type", f"a {found.type} has no leg of duration 0")
+    """A bifurcation with a segment of duration 0, proved; raises Unproved."""
+    if found.segment is None:
+        raise Unproved("type", f"a {found.type} has no segment of duration 0")
     orbit = found.orbit
     with precision(THRESHOLD_BITS):
         return prove_event(
-            orbit.word,
+            orbit.itinerary,
             orbit.shot.spans,
             orbit.z,
             orbit.values,
-            (found.leg,),
+            (found.segment,),
             (found.parameter,),
             exact,
         )
@@ -72,35 +72,35 @@ def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
 
 @dataclass(frozen=True)
 class _End:
-    """One end of an interval: the orbit there, and the leg born there like a square root."""
+    """One end of an interval: the orbit there, and the segment born there like a square root."""
 
     shooting: Shooting
     columns: list[Ball]
     value: Ball
-    leg: int | None
+    segment: int | None
     gap: float
 
 
 def _ends(event: Event) -> tuple[_End, _End]:
-    """Both sides of a bifurcation: the word with the leg that is born, and the other one."""
+    """Both sides of a bifurcation: the itinerary with the inserted segment, and the other one."""
     assert event.other is not None
     value = event.values["alpha"]
-    born = event.legs[0] if event.order == 2 else None
-    with_leg = _End(event.tube.shooting, event.tube.hull(), value, born, GAP)
-    return with_leg, _End(event.other.shooting, list(event.other.centre), value, None, GAP)
+    born = event.segments[0] if event.order == 2 else None
+    with_segment = _End(event.tube.shooting, event.tube.hull(), value, born, GAP)
+    return with_segment, _End(event.other.shooting, list(event.other.centre), value, None, GAP)
 
 
-def _rotated(end: _End, word: Word) -> _End | None:
-    """The same end for a rotation of its word; None if this word is none."""
-    n, own = len(word), end.shooting.word
-    shifts = [k for k in range(n) if len(own) == n and own.rotated(k).fields == word.fields]
+def _rotated(end: _End, itinerary: Itinerary) -> _End | None:
+    """The same end for a rotation of its itinerary; None if this itinerary is none."""
+    n, own = len(itinerary), end.shooting.itinerary
+    shifts = [k for k in range(n) if len(own) == n and own.rotated(k).fields == itinerary.fields]
     if not shifts:
         return None
     if n == 1:
         return end
-    shooting, columns = turned(end.shooting, end.columns, word)
-    leg = None if end.leg is None else (end.leg - shifts[0]) % n
-    return replace(end, shooting=shooting, columns=columns, leg=leg)
+    shooting, columns = turned(end.shooting, end.columns, itinerary)
+    segment = None if end.segment is None else (end.segment - shifts[0]) % n
+    return replace(end, shooting=shooting, columns=columns, segment=segment)
 
 
 def _thin(shooting: Shooting, columns: Sequence[Ball], given: Mapping[int, float]) -> list[Ball]:
@@ -108,10 +108,10 @@ def _thin(shooting: Shooting, columns: Sequence[Ball], given: Mapping[int, float
 
 
 def _birth(end: _End, sign: int, length: float) -> tuple[int, float, float]:
-    """Column, first and last duration of the leg that is born, as the parameter next to an end."""
-    assert end.leg is not None
+    """Column, first and last duration of the inserted segment, as the parameter next to an end."""
+    assert end.segment is not None
     shooting = end.shooting
-    column, alpha = shooting.durations[end.leg], shooting.parameter("alpha")
+    column, alpha = shooting.durations[end.segment], shooting.parameter("alpha")
 
     there = list(end.columns)
 
@@ -138,7 +138,7 @@ def regime(
     high: _End,
     report: Callable[[Box], object] = lambda box: None,
 ) -> Regime:
-    """Every orbit of one word between two ends, glued from box to box; raises Unproved."""
+    """Every orbit of one itinerary between two ends, glued from box to box; raises Unproved."""
     watch, shooting = Watch(), low.shooting
     length = float((high.value - low.value).mid())
     alpha = shooting.parameter("alpha")
@@ -156,7 +156,7 @@ def regime(
             report(box)
             count, latest = count + 1, box
 
-    if low.leg is not None:
+    if low.segment is not None:
         column, least, most = _birth(low, 1, length)
         columns[column] = arb(least)
         go(march(shooting, columns, column, least, most, step=0.2 * least, watch=watch))
@@ -169,13 +169,13 @@ def regime(
     goal = float((high.value - high.gap).mid())
     if not high.gap:
         goal = float(np.nextafter(goal, np.inf))
-    if high.leg is not None:
+    if high.segment is not None:
         column, least, most = _birth(high, -1, length)
         goal = float(_at(shooting, high.columns, column, most)[alpha].mid())
-    step = 0.1 * low.gap if low.leg is None and low.gap else 1e-4
+    step = 0.1 * low.gap if low.segment is None and low.gap else 1e-4
     go(march(shooting, columns, alpha, begin, goal, step=step, watch=watch, before=latest))
     assert latest is not None
-    if high.leg is not None:
+    if high.segment is not None:
         meeting = latest.at(1)
         meeting[alpha] = arb(goal)
         exact = _thin(shooting, meeting, {alpha: 0.0})
@@ -190,7 +190,7 @@ def regime(
         last = ball(goal)
     if first is None:
         first = ball(begin)
-    return Regime(shooting.word, first, last, count)
+    return Regime(shooting.itinerary, first, last, count)
 
 
 def _at(shooting: Shooting, columns: Sequence[Ball], column: int, value: float) -> list[Ball]:
@@ -217,15 +217,15 @@ def regimes(
     Neighbouring intervals are the two sides of one proved bifurcation.
     """
     with precision(BRANCH_BITS):
-        shooting = shooting_of(start.word, start.values, ("alpha",), exact)
+        shooting = shooting_of(start.itinerary, start.values, ("alpha",), exact)
         low = _outer(shooting, guess_of(shooting, start), first)
         for event in events:
             sides = _ends(event)
-            fitting = [_rotated(side, low.shooting.word) for side in sides]
+            fitting = [_rotated(side, low.shooting.itinerary) for side in sides]
             high = next((end for end in fitting if end is not None), None)
             if high is None:
                 raise Unproved(
-                    "gluing", f"no side of {event.type} has the word {low.shooting.word}"
+                    "gluing", f"no side of {event.type} has the itinerary {low.shooting.itinerary}"
                 )
             yield regime(low, high, report)
             low = sides[1 - fitting.index(high)]

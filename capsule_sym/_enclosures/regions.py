@@ -2,8 +2,9 @@
 
 A patch that is not proved is halved, and the largest ones come first, so that the share grows as
 fast as it can. What became of each stands in a file, a line for each, from which a later run goes
-on: `[level, place] in alpha and gamma`, and a word, or the directions in which it was halved. Its
-first line is the digest of the code that proves: what other code has proved is not gone on from.
+on: `[level, place] in alpha and gamma`, and an itinerary, or the directions in which it was halved.
+Its first line is the digest of the code that proves: what other code has proved is not gone on
+from.
 """
 
 from __future__ import annotations
@@ -22,7 +23,13 @@ from capsule_sym._enclosures import cells, patches
 from capsule_sym._enclosures.cells import Cell, Outcome, attempt
 from capsule_sym._enclosures.digest import closure, digest
 from capsule_sym._errors import InvalidInput
-from capsule_sym._orbits.shooting.word import Leg, Word, contact, drift, guard_between
+from capsule_sym._orbits.shooting.itinerary import (
+    Itinerary,
+    ItinerarySegment,
+    contact,
+    drift,
+    guard_between,
+)
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym.generated import fields as generated
 
@@ -33,7 +40,7 @@ _AHEAD = 6  # patches under way
 
 @dataclass
 class Plane:
-    """What is proved of the plane so far: shares by word, and the patches that are open."""
+    """What is proved of the plane so far: shares by itinerary, and the patches that are open."""
 
     shares: dict[str, float] = field(default_factory=dict)
     patches: int = 0
@@ -49,10 +56,10 @@ class Plane:
     def take(self, cell: Cell, outcome: Outcome) -> Sequence[Cell]:
         """Count a patch that is proved; of another one, the parts that are to be tried."""
         self.work += outcome.work
-        if outcome.word is None:
+        if outcome.itinerary is None:
             deepest = cell.alpha_level + cell.gamma_level >= _LAST
             return () if deepest else cell.halved(outcome.along)
-        self.shares[outcome.word] = self.shares.get(outcome.word, 0.0) + cell.area
+        self.shares[outcome.itinerary] = self.shares.get(outcome.itinerary, 0.0) + cell.area
         self.patches += 1
         return ()
 
@@ -93,8 +100,8 @@ def begun(path: Path) -> Plane:
 
 def code() -> str:
     """The digest of the code on which a proof rests; all other code gives guesses."""
-    words = (Word.of, Leg, contact, drift, guard_between)
-    return digest((*closure(patches), cells, generated, *words))
+    itineraries = (Itinerary.of, ItinerarySegment, contact, drift, guard_between)
+    return digest((*closure(patches), cells, generated, *itineraries))
 
 
 def _begin() -> str:
@@ -103,10 +110,10 @@ def _begin() -> str:
 
 def _told(record: dict[str, Any]) -> Outcome:
     """What became of a patch, of a line of a file."""
-    word, along = record.get("word"), tuple(record.get("along", ()))
-    if (word is None) == (along == ()) or not {*along} <= {0, 1} or word == "":
+    itinerary, along = record.get("itinerary"), tuple(record.get("along", ()))
+    if (itinerary is None) == (along == ()) or not {*along} <= {0, 1} or itinerary == "":
         raise ValueError(f"neither proved nor halved: {record}")
-    return Outcome(word, along, (0.0, 0.0, 0.0), float(record["work"]))
+    return Outcome(itinerary, along, (0.0, 0.0, 0.0), float(record["work"]))
 
 
 def prove(
@@ -157,4 +164,6 @@ def _record(cell: Cell, outcome: Outcome, seconds: float) -> dict[str, Any]:
         "seconds": round(seconds, 1),
         "work": round(outcome.work, 4),
     }
-    return told | ({"along": outcome.along} if outcome.word is None else {"word": outcome.word})
+    return told | (
+        {"along": outcome.along} if outcome.itinerary is None else {"itinerary": outcome.itinerary}
+    )

@@ -114,7 +114,7 @@ def record(section: Section) -> dict[str, Any]:
         "thresholds": thresholds,
         "intervals": [
             {
-                "word": list(one.word.names),
+                "itinerary": list(one.itinerary.names),
                 "from": float(one.low),
                 "to": float(one.high),
                 "boxes": one.boxes,

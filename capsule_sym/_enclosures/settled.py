@@ -18,7 +18,7 @@ from capsule_sym._enclosures.orbits import columns_of, prove, shooting_of
 from capsule_sym._enclosures.trajectories import enclose_run
 from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.word import Word
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._parameters import Parameters
 
 _BITS = 192
@@ -27,9 +27,10 @@ _PERIODS, _REPEATED = 512, (1e-9, 1e-6, 1e-4)  # changes over a period, as guess
 
 @dataclass(frozen=True)
 class Settled:
-    """A stable orbit of one excitation period, proved: the fields of its legs in order of time.
+    """A stable orbit of one excitation period, proved: the fields of its segments in order of time.
 
-    `speeds` bounds v_r where each leg begins, `state` is (x_r, v_r, v_c) at omega tau = 0, rounded.
+    `speeds` bounds v_r where each segment begins, `state` is (x_r, v_r, v_c) at omega tau = 0,
+    rounded.
     """
 
     fields: tuple[int, ...]
@@ -45,14 +46,14 @@ def settled(values: Mapping[str, str]) -> Settled:
     """
     run = simulate(_rounded(values), periods=_PERIODS)
     motion = next(filter(None, map(run.steady, _REPEATED)), None)
-    if motion is None or motion.period_multiple != 1:
+    if motion is None or motion.period_number != 1:
         raise Unproved("search", "the motion from rest does not settle on one period")
-    word = Word.of_motion(motion)
+    itinerary = Itinerary.of_motion(motion)
     with precision(_BITS):
-        shooting = shooting_of(word, [values[name] for name in PARAMETERS])
+        shooting = shooting_of(itinerary, [values[name] for name in PARAMETERS])
         tube = prove(shooting, guess_of_run(shooting, run, motion), {}).tube
         speeds = tuple(_bounds(node.state[V, 0]) for node in tube.wide.nodes)
-        return Settled(word.fields, speeds, _at_crest(tube))
+        return Settled(itinerary.fields, speeds, _at_crest(tube))
 
 
 def guess_of_run(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> list[Ball]:

@@ -1,4 +1,4 @@
-"""The derivative of one turn of an orbit in balls, and Jury's conditions on its multipliers."""
+"""The derivative of one period of an orbit in balls, and Jury's conditions on its multipliers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from capsule_sym._enclosures.balls import Ball, Matrix, Unproved, arb, matrix
 from capsule_sym._enclosures.fields import C, V
 from capsule_sym._enclosures.krawczyk import Tube
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.word import drift
+from capsule_sym._orbits.shooting.itinerary import drift
 
 
 @dataclass(frozen=True)
@@ -33,31 +33,31 @@ class Characteristic:
 
 
 def monodromy(tube: Tube) -> Matrix:
-    """The derivative (3, 3) of one turn from a leg's start, over all orbits of a tube."""
-    word = tube.shooting.word
-    n = len(word)
-    first = next((i for i in range(n) if drift(word.fields[i]) == 0), 0)
-    size = 3 if drift(word.fields[first]) else 2  # v_c is no state of stick
-    turn = matrix(3, 3, ((i, i, 1) for i in range(size)))
+    """The derivative (3, 3) of one period from a segment's start, over all orbits of a tube."""
+    itinerary = tube.shooting.itinerary
+    n = len(itinerary)
+    first = next((i for i in range(n) if drift(itinerary.fields[i]) == 0), 0)
+    size = 3 if drift(itinerary.fields[first]) else 2  # v_c is no state of stick
+    product = matrix(3, 3, ((i, i, 1) for i in range(size)))
     for step in range(n):
         i = (first + step) % n
         flow = tube.wide.flows[i]
-        turn = matrix(3, 3, ((r, s, flow[r, s]) for r in range(3) for s in range(3))) * turn
-        if word.legs[i].guard is Guard.DRIFT:
-            turn = _jump(tube, i, (i + 1) % n) * turn
-    return turn
+        product = matrix(3, 3, ((r, s, flow[r, s]) for r in range(3) for s in range(3))) * product
+        if itinerary.segments[i].guard is Guard.DRIFT:
+            product = _jump(tube, i, (i + 1) % n) * product
+    return product
 
 
-def _jump(tube: Tube, leg: int, following: int) -> Matrix:
+def _jump(tube: Tube, segment: int, following: int) -> Matrix:
     """The saltation matrix where a drift ends.
 
     The inner mass does not feel friction: v_r + v_c has the same rate before and after.
     """
     found = matrix(3, 3, ((i, i, 1) for i in range(3)))
     lost = arb(1)  # of v_c, where stick follows
-    if drift(tube.shooting.word.fields[following]):
+    if drift(tube.shooting.itinerary.fields[following]):
         state = tube.wide.nodes[following].state
-        before = (tube.wide.fields[leg].A * state)[C, 0]
+        before = (tube.wide.fields[segment].A * state)[C, 0]
         lost = 1 - (tube.wide.fields[following].A * state)[C, 0] / before
     found[V, C], found[C, C] = lost, 1 - lost
     return found

@@ -1,8 +1,8 @@
 """A motion from a start in balls: every switch enclosed, every guard positive between switches.
 
 The switches are taken from a run in double precision as guesses; that they are the first ones, and
-all of them, is proved leg by leg. A start may be a box of states: then all of them switch in the
-same order, and the derivative of the end by the start is enclosed too.
+all of them, is proved segment by segment. A start may be a box of states: then all of them switch
+in the same order, and the derivative of the end by the start is enclosed too.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
 from capsule_sym._enclosures.guards import Known, Watch
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.trajectory import Trajectory
-from capsule_sym._orbits.shooting.word import guard_between
+from capsule_sym._orbits.shooting.itinerary import guard_between
 
 _REFINEMENTS = 12
-_BITS, _BITS_A_LEG = 128, 4  # roundings grow from leg to leg
+_BITS, _BITS_A_SEGMENT = 128, 4  # roundings grow from segment to segment
 
 
 @dataclass(frozen=True)
 class Step:
-    """A leg as guessed: its field, its duration, and the guard that ends it (None: time does)."""
+    """A segment as guessed: its field, duration, and the guard that ends it (None: time does)."""
 
     field: int
     duration: float
@@ -75,10 +75,10 @@ class System:
     def passage(
         self, state: Matrix, steps: Sequence[Step], total: Ball, angle: Ball | int = 0
     ) -> Passage:
-        """The motion from states (3, 1) at a forcing angle through given legs, over a time.
+        """The motion from states (3, 1) at a forcing angle through given segments, over a time.
 
-        The last leg has no guard and ends when the time is over. Raises Unproved where a leg is not
-        proved to be what comes next.
+        The last segment has no guard and ends when the time is over. Raises Unproved where a
+        segment is not proved to be what comes next.
         """
         known, elapsed = Known(), arb(0)
         by = matrix(3, 3, ((i, i, 1) for i in range(3)))
@@ -88,17 +88,17 @@ class System:
             field = self._fields[step.field]
             if field.stick and not here[C, 0].is_zero():
                 raise Unproved(
-                    "first switch", f"leg {number}, F{step.field}, does not begin at rest"
+                    "first switch", f"segment {number}, F{step.field}, does not begin at rest"
                 )
             start = self._extended(here, ball(angle) + self.values["omega"] * elapsed)
-            name = f"leg {number}, F{step.field}"
+            name = f"segment {number}, F{step.field}"
             if step.guard is None:
                 h = total - elapsed
                 if not h > 0:
                     raise Unproved("first switch", f"the time is over before {name}")
                 end = field.flow(h) * start
                 orders = known.orders(step.field), (0,) * field.guards.nrows()
-                self._watch.leg(field, _form(start), _form(end), h, orders, name)
+                self._watch.segment(field, _form(start), _form(end), h, orders, name)
                 by = _three(field.flow(h)) * by
                 if field.stick:
                     end[C, 0] = arb(0)
@@ -108,13 +108,13 @@ class System:
             self._pin(field, step.guard, end)
             after = _after(step.guard)
             orders = known.orders(step.field), after.orders(step.field)
-            self._watch.leg(field, _form(start), _form(end), h, orders, name)
+            self._watch.segment(field, _form(start), _form(end), h, orders, name)
             following = self._fields[steps[number].field]
             by = self._switched(field, following, step.guard, end, _three(field.flow(h)) * by)
             elapsed += h
             times.append(elapsed)
             here, known = _head(end), after
-        raise Unproved("first switch", "the last leg has a guard")
+        raise Unproved("first switch", "the last segment has a guard")
 
     def _extended(self, state: Matrix, angle: Ball) -> Matrix:
         sine, cosine = angle.sin_cos()
@@ -202,17 +202,17 @@ def _form(state: Matrix) -> Matrix:
 
 
 def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> Passage:
-    """A run in double precision enclosed: its legs are those of the motion, its end in a box.
+    """A run in double precision enclosed: its segments are those of the motion, its end in a box.
 
     The start and the parameters are the run's doubles, or the decimals in `exact` by name. Raises
-    Unproved with the leg that is not.
+    Unproved with the segment that is not.
     """
     segments = trajectory.segments
     if not segments or not trajectory.success:
         raise Unproved(
             "first switch", "the run has no segment" if trajectory.success else trajectory.message
         )
-    with precision(_BITS + _BITS_A_LEG * len(segments)):
+    with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
         given = {**trajectory.parameters.to_dict(), **(exact or {})}
         values = {name: ball(value) for name, value in given.items()}
         period = 2 * arb.pi() / values["omega"]

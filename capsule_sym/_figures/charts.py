@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Curve = Mapping[str, Any]
 """A curve of bifurcations as plain data; `orbits.records.curve_record` describes it."""
 
-_TINT = 0.55  # of a word's colour, the rest is white
+_TINT = 0.55  # of an itinerary's colour, the rest is white
 _NAMED = 0.028  # radius of the largest disc in a region that is named, over the width of the chart
 _CURVES = {
     "grazing": ("black", ":"),
@@ -34,21 +34,21 @@ _OTHER_CURVE = ("0.3", "--")
 def chart(
     results: xr.Dataset, curves: Sequence[Curve] = (), *, levels: Sequence[float] = ()
 ) -> Figure:
-    """Words over two axes, each region named by its fields, exact curves and points on top.
+    """Itineraries over two axes, each region named by its fields, exact curves and points on top.
 
     `results` is what `capsule_sym._sweeps.open_results` gives of a sweep or a refined chart over
     two parameters; cells that did not become periodic are white. A circle is a point of a curve
     where a second condition holds. A thin line is drawn at the `levels` of the second parameter.
     """
-    first, second = map(str, results["word"].dims)
+    first, second = map(str, results["itinerary"].dims)
     x, y = results[first].values, results[second].values
-    numbers, words = regions(results)
+    numbers, itineraries = regions(results)
     with styled():
         figure = new_figure(PAGE, 5.0)
         axes = figure.subplots()
         figure.subplots_adjust(left=0.07, right=0.985, bottom=0.16, top=0.985)
-        _fill(axes, x, y, numbers, len(words))
-        _name_regions(axes, x, y, numbers, words)
+        _fill(axes, x, y, numbers, len(itineraries))
+        _name_regions(axes, x, y, numbers, itineraries)
         for level in levels:
             axes.axhline(level, color="0.35", linewidth=0.5, linestyle=(0, (6, 4)))
         for curve in curves:
@@ -61,12 +61,13 @@ def chart(
 
 
 def regions(results: xr.Dataset) -> tuple[NDArray[np.int64], list[str]]:
-    """The word's number at each cell, -1 where there is none, and the words by number.
+    """The itinerary's number at each cell, -1 where there is none, and the itineraries by number.
 
-    The word of the largest area has number 0; a word is its fields' digits, such as "5412".
+    The itinerary of the largest area has number 0; an itinerary is its fields' digits, such as
+    "5412".
     """
-    codes = results["word"].values
-    attributes = results["word"].attrs
+    codes = results["itinerary"].values
+    attributes = results["itinerary"].attrs
     texts = dict(zip(attributes["flag_values"], attributes["flag_meanings"].split(), strict=True))
     known, counts = np.unique(codes, return_counts=True)
     order = [int(code) for code in known[np.argsort(-counts)] if int(code) in texts]
@@ -96,13 +97,13 @@ def _fill(axes: Axes, x: Any, y: Any, numbers: NDArray[np.int64], count: int) ->
 
 
 def _name_regions(
-    axes: Axes, x: Any, y: Any, numbers: NDArray[np.int64], words: Sequence[str]
+    axes: Axes, x: Any, y: Any, numbers: NDArray[np.int64], itineraries: Sequence[str]
 ) -> None:
-    """A word's digits in the middle of the largest disc of each region that has room for them."""
+    """The digits of each region's itinerary, in its largest disc, where there is room for them."""
     from scipy.ndimage import distance_transform_edt, label
 
     cell = 1.0 / max(numbers.shape)
-    for number, word in enumerate(words):
+    for number, itinerary in enumerate(itineraries):
         parts, count = label(numbers == number)
         for part in range(1, count + 1):
             inside = np.pad(parts == part, 1)
@@ -110,7 +111,7 @@ def _name_regions(
             if depth.max() * cell < _NAMED:
                 continue
             i, j = np.unravel_index(int(np.argmax(depth)), depth.shape)
-            axes.text(x[i], y[j], word, ha="center", va="center", fontsize=6.5)
+            axes.text(x[i], y[j], itinerary, ha="center", va="center", fontsize=6.5)
 
 
 def _draw_curve(axes: Axes, curve: Curve, first: str, second: str) -> None:

@@ -30,7 +30,7 @@ def margins(result: Motion, *, periods: int = 1, colours: Colours = "safe") -> F
         bar, gap, velocity, force = figure.subplots(
             4, 1, sharex=True, gridspec_kw={"height_ratios": (0.18, 1, 1, 1)}
         )
-        word_bar(drawn, bar, colours)
+        itinerary_bar(drawn, bar, colours)
         for arc in drawn:
             colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
             gap.plot(time, arc.x_r - parameters.delta, color=colour)
@@ -49,7 +49,7 @@ def margins(result: Motion, *, periods: int = 1, colours: Colours = "safe") -> F
         return figure
 
 
-def word_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -> None:
+def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -> None:
     """The itinerary as one bar over time from the first arc, a piece for each segment."""
     begin = drawn[0].time[0]
     for arc in drawn:

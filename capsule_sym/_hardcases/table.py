@@ -118,10 +118,10 @@ def _difference(found: tuple[int, ...], true: tuple[int, ...]) -> str:
         return f"missed {len(true) - len(found)}"
     if len(found) > len(true):
         return f"invented {len(found) - len(true)}"
-    return f"other: {_word(found)}, not {_word(true)}"
+    return f"other: {_itinerary(found)}, not {_itinerary(true)}"
 
 
-def _word(fields: tuple[int, ...]) -> str:
+def _itinerary(fields: tuple[int, ...]) -> str:
     return " ".join(f"F{field}" for field in fields)
 
 

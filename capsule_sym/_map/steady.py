@@ -25,21 +25,21 @@ LONGEST = 16  # excitation periods of the longest periodic motion that is looked
 class SteadyMotion:
     """A periodic motion modulo drift: its segments over one period of the motion.
 
-    `period_multiple` counts excitation periods; `progression` is the advance of x_c per
+    `period_number` counts excitation periods; `progression` is the advance of x_c per
     excitation period, dimensionless.
     """
 
     segments: tuple[Segment, ...]
-    period_multiple: int
+    period_number: int
     progression: Number
 
     def __repr__(self) -> str:
-        word = shortened(" ".join(self.word))
+        itinerary = shortened(" ".join(self.itinerary))
         pace = f"{float(self.progression):.6g} per excitation period"
-        return f"<SteadyMotion {word}: period multiple {self.period_multiple}, {pace}>"
+        return f"<SteadyMotion {itinerary}: period number {self.period_number}, {pace}>"
 
     @property
-    def word(self) -> tuple[str, ...]:
+    def itinerary(self) -> tuple[str, ...]:
         """Fields of one period in the order of time, such as ("F5", "F2")."""
         return tuple(segment.name for segment in self.segments)
 
@@ -60,22 +60,25 @@ def steady_motion(run: Trajectory, tolerance: float) -> SteadyMotion | None:
         return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0)
     states = np.array(run.stroboscopic[-2 * LONGEST :], dtype=float)
 
-    def change(after: int, multiple: int) -> float:
-        """Largest change of the last `multiple` states from those `after` periods before."""
-        last, before = states[-multiple:], states[-multiple - after : len(states) - after]
+    def change(after: int, period_number: int) -> float:
+        """Largest change of the last `period_number` states from those `after` periods before."""
+        last, before = states[-period_number:], states[-period_number - after : len(states) - after]
         return float(np.max(np.abs(last - before)))
 
-    for multiple in range(1, min(LONGEST, len(states) // 2) + 1):
-        if change(multiple, multiple) > tolerance:
+    for period_number in range(1, min(LONGEST, len(states) // 2) + 1):
+        if change(period_number, period_number) > tolerance:
             continue
-        divisors = (d for d in range(1, multiple) if multiple % d == 0)
-        if any(change(divisor, multiple) <= 1e3 * tolerance for divisor in divisors):
+        divisors = (d for d in range(1, period_number) if period_number % d == 0)
+        if any(change(divisor, period_number) <= 1e3 * tolerance for divisor in divisors):
             continue
-        segments, previous = _last_periods(run, multiple, 0), _last_periods(run, multiple, 1)
+        segments, previous = (
+            _last_periods(run, period_number, 0),
+            _last_periods(run, period_number, 1),
+        )
         if not segments and not previous:
             return SteadyMotion((_last_period(run),), 1, run.segments[-1].advance * 0)
         if _labels(segments) == _labels(previous):
-            return _steady(segments, multiple)
+            return _steady(segments, period_number)
     return None
 
 
@@ -137,11 +140,11 @@ def _last_period(run: Trajectory) -> Segment:
     )
 
 
-def _last_periods(run: Trajectory, multiple: int, back: int) -> tuple[Segment, ...]:
+def _last_periods(run: Trajectory, period_number: int, back: int) -> tuple[Segment, ...]:
     """The segments that end in the given number of whole periods before the run's end."""
     ends, switched = run.records["end_turn"], run.records["target"] != 0
-    stop = int(ends[-1]) - back * multiple
-    first, beyond = np.searchsorted(ends, (stop - multiple, stop)).tolist()
+    stop = int(ends[-1]) - back * period_number
+    first, beyond = np.searchsorted(ends, (stop - period_number, stop)).tolist()
     return tuple(run.segments[i] for i in range(first, beyond) if switched[i])
 
 
@@ -149,10 +152,10 @@ def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
     return [(s.field, s.source, s.target) for s in segments]
 
 
-def _steady(segments: tuple[Segment, ...], multiple: int) -> SteadyMotion:
+def _steady(segments: tuple[Segment, ...], period_number: int) -> SteadyMotion:
     first = cyclic_start([s.field for s in segments])
     advance = sum((s.advance for s in segments), segments[0].advance * 0)
-    return SteadyMotion(segments[first:] + segments[:first], multiple, advance / multiple)
+    return SteadyMotion(segments[first:] + segments[:first], period_number, advance / period_number)
 
 
 def _is_real(value: object) -> bool:

@@ -77,16 +77,16 @@ def branch(
     """Follow a periodic orbit in a parameter, with all its bifurcations.
 
     The branch begins with the orbit on which the motion settles at --from, or at a labelled point
-    of a branch that --out wrote. It is followed through folds, stable or not, and from word to word
-    where an inequality of the word fails. With --restart all branches are followed that leave the
-    point towards --to: at a period doubling the doubled one too. With --with the parameter may also
-    be a name of one's own, of which one of the parameters given so is an affine function, or P_d,
-    Omega, G, c or k2 of a device in SI units.
+    of a branch that --out wrote. It is followed through folds, stable or not, and from itinerary to
+    itinerary where an inequality of the itinerary fails. With --restart all branches are followed
+    that leave the point towards --to: at a period doubling the doubled one too. With --with the
+    parameter may also be a name of one's own, of which one of the parameters given so is an affine
+    function, or P_d, Omega, G, c or k2 of a device in SI units.
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
-    "label", "type", "line", "parameter", "value", "uncertainty", "word_before" and "word_after";
-    "ending" and "detail" say why the branch ends; "switched" are the branches beside it, each with
-    its "origin". --out writes branch.json, points.csv and bifurcations.csv.
+    "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before" and
+    "itinerary_after"; "ending" and "detail" say why the branch ends; "switched" are the branches
+    beside it, each with its "origin". --out writes branch.json, points.csv and bifurcations.csv.
 
     Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
     """
@@ -203,14 +203,14 @@ def _print_branch(found: Branch) -> None:
         console.print(f"\nfrom {found.origin}")
     console.print(f"{len(found.points)} points, {found.ending.value}: {found.detail}\n")
     table = make_table(
-        found.parameter, "progression", "|multiplier|", "tightest inequality", "word"
+        found.parameter, "progression", "|multiplier|", "tightest inequality", "itinerary"
     )
     shown = found.points[:: max(1, len(found.points) // 20)]
     for point in shown:
-        word = point.orbit.word
-        tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(word)}"
+        itinerary = point.orbit.itinerary
+        tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(itinerary)}"
         row = (f"{point.value:.6g}", f"{float(point.orbit.progression):.6g}")
-        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(word))
+        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(itinerary))
     console.print(table)
     console.print()
     console.print(bifurcation_table(found.bifurcations))
@@ -219,10 +219,12 @@ def _print_branch(found: Branch) -> None:
 def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
     """Bifurcations as a table for the console."""
     parameters = {one.parameter for one in found}
-    table = make_table("", "type", "line", " or ".join(sorted(parameters)), "uncertainty", "word")
+    table = make_table(
+        "", "type", "line", " or ".join(sorted(parameters)), "uncertainty", "itinerary"
+    )
     for one in found:
-        words = [one.word_before, one.word_after]
-        names = [str(word or "none") for word in words]
+        itineraries = [one.itinerary_before, one.itinerary_after]
+        names = [str(itinerary or "none") for itinerary in itineraries]
         value = f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}"
         error = f"{one.uncertainty:.0e}"
         table.add_row(one.label, one.type, one.line, value, error, " → ".join(names))

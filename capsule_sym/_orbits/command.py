@@ -58,10 +58,10 @@ def orbit(
 ) -> None:
     """Close the periodic orbit on which the motion settles, exactly.
 
-    Shows its word and section point, multipliers, velocities, energies per excitation period, and
-    the tightest inequality of its word. With --starts, all orbits that are found. The JSON of one
-    orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a figure
-    are the figure and its derivative along the branch by each parameter.
+    Shows its itinerary and section point, multipliers, velocities, energies per excitation period,
+    and the tightest inequality of its itinerary. With --starts, all orbits that are found. The JSON
+    of one orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a
+    figure are the figure and its derivative along the branch by each parameter.
 
     Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
     Exits with 4 where --certify does not prove all.
@@ -153,9 +153,9 @@ def _print_orbit(one: Orbit) -> None:
     record = orbit_record(one)
     console = make_console()
     table = Table.grid(padding=(0, 2))
-    table.add_row("word", " ".join(record["word"]))
+    table.add_row("itinerary", " ".join(record["itinerary"]))
     table.add_row("global map", one.motion.global_map)
-    table.add_row("period multiple", str(record["period_multiple"]))
+    table.add_row("period number", str(record["period_number"]))
     table.add_row("section", f"phase {record['phase']:.12g}, state {_numbers(record['state'])}")
     table.add_row("durations", _numbers(record["durations"]))
     multipliers = [_complex(*pair) for pair in record["multipliers"]]

@@ -147,10 +147,10 @@ def _print_curves(curves: Sequence[Curve]) -> None:
             continue
         begin, end = one.points[0], one.points[-1]
         console.print(f"{number}  {one.type}: {len(one.points)} points")
-        for word, point in (("from", begin), ("to", end)):
+        for itinerary, point in (("from", begin), ("to", end)):
             named = zip(one.parameters, point.values, strict=True)
             place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
-            console.print(f"   {word} {place}")
+            console.print(f"   {itinerary} {place}")
         for ending, detail in one.endings:
             console.print(f"   {ending.value}: {detail}")
         for meeting in one.codimension_two:

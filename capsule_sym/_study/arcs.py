@@ -90,7 +90,7 @@ def cycle(motion: Motion) -> list[Arc]:
     steady = motion.steady()
     if steady is None:
         raise InvalidInput("motion", motion.parameters, "a run that ends in a steady motion")
-    return arcs(motion, steady.period_multiple)
+    return arcs(motion, steady.period_number)
 
 
 def _time(instant: Instant, period: float) -> float:

@@ -159,7 +159,7 @@ def _case_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
             "at_printed_threshold": case["at_printed_threshold"],
             "global_map": case["global_map"],
             "printed_global_map": case["printed_global_map"],
-            "period_multiple": case["period_multiple"],
+            "period_number": case["period_number"],
             "progression": case["progression"],
             "version": result["version"],
             "generated": result["generated"],

@@ -40,7 +40,7 @@ _STEPS = 30  # of a branch that is followed for its bifurcations only
 # Along the steady motions of the case study a disturbance is down to 1e-6 after 1,500 periods.
 _CHART_PERIODS, _CHART_TOLERANCE = 1500, 1e-6
 _STRIDE = 8  # cells of a chart between those that are computed first
-_DRAWN = 3  # excitation periods of a motion that is drawn, or its multiple if that is more
+_DRAWN = 3  # excitation periods of a motion that is drawn, or its period_number if that is more
 
 
 class Range(NamedTuple):
@@ -133,7 +133,7 @@ class Store:
         return self.get("curves", [parameters.to_dict(), first, second], compute)
 
     def chart(self, parameters: Parameters, first: Range, second: Range) -> xr.Dataset:
-        """The words over two parameters, refined where neighbours differ.
+        """The itineraries over two parameters, refined where neighbours differ.
 
         Raises NotInstalled without the libraries of sweeps.
         """
@@ -213,7 +213,7 @@ def branch_record(branch: Branch) -> dict[str, Any]:
 
 def strobe(orbit: Orbit) -> list[list[float]]:
     """The states (x_r, v_r, v_c) of an orbit where its excitation periods begin."""
-    times = orbit.parameters.period * np.arange(1, orbit.word.multiple + 1)
+    times = orbit.parameters.period * np.arange(1, orbit.itinerary.period_number + 1)
     return [[float(value) for value in state] for state in orbit.trajectory()(times)]
 
 
@@ -237,7 +237,7 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
 
 
 def _settled(parameters: Parameters) -> dict[str, Any]:
-    """State at phase 0 and period multiple of the steady motion from rest."""
+    """State at phase 0 and period number of the steady motion from rest."""
     state: Sequence[float] = (0.0, 0.0, 0.0)
     for _ in range(_MOST_PERIODS // _BLOCK):
         trajectory = simulate(parameters, state, periods=_BLOCK)
@@ -245,11 +245,11 @@ def _settled(parameters: Parameters) -> dict[str, Any]:
         # A run ends at phase 0, where the next one begins.
         _, state = trajectory.final
         if motion:
-            return {"state": list(state), "multiple": motion.period_multiple}
+            return {"state": list(state), "period_number": motion.period_number}
     allowed = f"where a run from rest becomes periodic within {_MOST_PERIODS} excitation periods"
     raise InvalidInput("parameters", parameters.to_dict(), allowed)
 
 
 def _run(parameters: Parameters, record: dict[str, Any]) -> Trajectory:
     # One period more than is drawn, so that the first drawn segment has its beginning.
-    return simulate(parameters, record["state"], periods=max(_DRAWN, record["multiple"]) + 1)
+    return simulate(parameters, record["state"], periods=max(_DRAWN, record["period_number"]) + 1)

@@ -103,7 +103,7 @@ def _printed(one: Bifurcation) -> Printed | None:
 def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]:
     """The gammas at which a curve has the printed alpha, by Newton's method from its points."""
     for point, after in pairwise(curve.points):
-        if printed is None or point.leg is None:
+        if printed is None or point.segment is None:
             return
         if (point.values[0] - printed.alpha) * (after.values[0] - printed.alpha) > 0:
             continue
@@ -111,7 +111,12 @@ def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]
         values = (printed.alpha, *orbit.values[1:])
         with backend("numpy") as numbers:
             found = locate(
-                numbers, values, (ParameterPath("gamma"),), orbit.word, orbit.z, (point.leg,)
+                numbers,
+                values,
+                (ParameterPath("gamma"),),
+                orbit.itinerary,
+                orbit.z,
+                (point.segment,),
             )
         if found is not None:
             yield float(found.values[PARAMETERS.index("gamma")])

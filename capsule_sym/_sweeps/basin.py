@@ -15,7 +15,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import multipliers
 from capsule_sym._parameters import Parameters
-from capsule_sym._sweeps import words
+from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import START
 from capsule_sym._sweeps.closing import NotClosed, closed
 from capsule_sym._sweeps.execution import Settings, Summary, run_then
@@ -27,21 +27,23 @@ from capsule_sym._sweeps.sweep import Sweep
 NONE = -1
 """Code of a cell that has come to no closed orbit."""
 
-_QUANTITIES = ("word", "progression", "final")
+_QUANTITIES = ("itinerary", "progression", "final")
 _SAME = 1e-9  # two closed orbits, each known to 1e-13, are one if their states are this near
 _MOST_CELLS = 10**8  # whose ends are held in memory
-_MOST_FAILURES = 20  # cells of one word under which Newton's method fails, before it is given up
+_MOST_FAILURES = (
+    20  # cells of one itinerary under which Newton's method fails, before it is given up
+)
 
 
 class Attractor(NamedTuple):
-    """A stable periodic motion: its word, and how much of the sweep leads to it.
+    """A stable periodic motion: its itinerary, and how much of the sweep leads to it.
 
-    `states` are those at phase 0, shape (multiple, 3), of the closed orbit; `multiplier` is the
-    largest modulus of its multipliers; `share` is the fraction of all cells.
+    `states` are those at phase 0, shape (period_number, 3), of the closed orbit; `multiplier` is
+    the largest modulus of its multipliers; `share` is the fraction of all cells.
     """
 
-    word: str
-    multiple: int
+    itinerary: str
+    period_number: int
     progression: float
     multiplier: float
     residual: float
@@ -91,19 +93,24 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
 def identify(parameters: Parameters, results: xr.Dataset) -> Basin:
     """The attractors of a basin: orbits closed by Newton's method from the ends of runs.
 
-    Of all ends of one word and period multiple, that farthest from the orbits known so far is
+    Of all ends of one itinerary and period number, that farthest from the orbits known so far is
     closed next. If it leads to the orbit nearest to it, so do the ends that are nearer to that
     orbit still; otherwise its orbit is a new one, and is asked the same. Two orbits are one if
     their states at phase 0 are, to 1e-9. Cells without a periodic motion, or from whose end no
-    orbit of their word closes, have the number NONE.
+    orbit of their itinerary closes, have the number NONE.
     """
-    word, multiple = results["word"].values.ravel(), results["multiple"].values.ravel()
+    itinerary, period_number = (
+        results["itinerary"].values.ravel(),
+        results["period_number"].values.ravel(),
+    )
     ends = results["final"].values.reshape(-1, 3)
     found = _Found(parameters)
-    number = np.full(word.shape, NONE, np.int16)
-    for code, times in np.unique(np.stack([word, multiple])[:, multiple > 0], axis=1).T.tolist():
-        left = np.flatnonzero((word == code) & (multiple == times))
-        own: list[int] = []  # orbits of this word
+    number = np.full(itinerary.shape, NONE, np.int16)
+    for code, times in np.unique(
+        np.stack([itinerary, period_number])[:, period_number > 0], axis=1
+    ).T.tolist():
+        left = np.flatnonzero((itinerary == code) & (period_number == times))
+        own: list[int] = []  # orbits of this itinerary
         failures = 0
         while left.size and failures < _MOST_FAILURES:
             apart = np.array([found.distance(i, ends[left]) for i in own] or [np.zeros(left.size)])
@@ -131,7 +138,7 @@ def identify(parameters: Parameters, results: xr.Dataset) -> Basin:
 
 
 class _Found:
-    """The orbits found so far, each with its states at phase 0, shape (multiple, 3)."""
+    """The orbits found so far, each with its states at phase 0, shape (period_number, 3)."""
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
@@ -144,9 +151,9 @@ class _Found:
             np.minimum(apart, np.abs(ends - state).max(axis=1), out=apart)
         return apart
 
-    def index(self, end: tuple[float, float, float], multiple: int, word: int) -> int:
+    def index(self, end: tuple[float, float, float], period_number: int, itinerary: int) -> int:
         """The place of the orbit that Newton's method finds; raises NotClosed for none."""
-        orbit = closed(self.parameters, end, multiple, word)
+        orbit = closed(self.parameters, end, period_number, itinerary)
         states = _stroboscopic(orbit)
         for i, (_, known) in enumerate(self.orbits):
             if known.shape == states.shape and self.distance(i, states).max() <= _SAME:
@@ -156,20 +163,20 @@ class _Found:
 
 
 def _stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
-    """States of an orbit at phase 0, shape (multiple, 3)."""
+    """States of an orbit at phase 0, shape (period_number, 3)."""
     trajectory = orbit.trajectory()
     period = orbit.parameters.period
     (turn, phase), _ = trajectory.origin
     first = turn * period + float(phase)
     end = trajectory.final[0].period * period + float(trajectory.final[0].phase)
-    times = np.arange(orbit.word.multiple) * period + (period if first > 0 else 0.0)
+    times = np.arange(orbit.itinerary.period_number) * period + (period if first > 0 else 0.0)
     return trajectory(np.clip(times, first, end))
 
 
 def _attractor(orbit: Orbit, states: NDArray[np.float64], cells: int, total: int) -> Attractor:
     return Attractor(
-        word=words.text(orbit.word.fields),
-        multiple=orbit.word.multiple,
+        itinerary=itineraries.text(orbit.itinerary.fields),
+        period_number=orbit.itinerary.period_number,
         progression=float(orbit.progression),
         multiplier=float(abs(multipliers(orbit)[0])),
         residual=float(orbit.residual),

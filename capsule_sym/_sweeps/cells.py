@@ -15,7 +15,7 @@ from capsule_sym._native import Watch, core, live
 from capsule_sym._orbits.metrics.worth import worth
 from capsule_sym._orbits.shooting.stability import lyapunov, multipliers
 from capsule_sym._parameters import Parameters
-from capsule_sym._sweeps import words
+from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import PARAMETERS
 from capsule_sym._sweeps.closing import closed
 from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome, variables
@@ -36,12 +36,12 @@ _BLOCK = 64  # excitation periods that the slow way takes at a time
 class Block(NamedTuple):
     """Results of a chunk: columns (n, ...) by variable, and what they do not hold.
 
-    `words` has code and number of cells of each word by its text, `reasons` the reason of each
-    failed cell by its place in the chunk; `kernels` and `core` name what computed them.
+    `itineraries` has code and number of cells of each itinerary by its text, `reasons` the reason
+    of each failed cell by its place in the chunk; `kernels` and `core` name what computed them.
     """
 
     columns: dict[str, NDArray[np.generic]]
-    words: dict[str, tuple[int, int]]
+    itineraries: dict[str, tuple[int, int]]
     reasons: dict[str, str]
     kernels: str
     core: str
@@ -65,7 +65,9 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
             cells.guarded(i, cells.close)
     kept = {name: cells.columns[name] for name in variables(part.compute)}
     reasons = {str(i): cells.reasons[i] for i in sorted(cells.reasons)}
-    return Block(kept, cells.counted() if "word" in part.compute else {}, reasons, KERNELS, CORE)
+    return Block(
+        kept, cells.counted() if "itinerary" in part.compute else {}, reasons, KERNELS, CORE
+    )
 
 
 class _Cells:
@@ -77,7 +79,7 @@ class _Cells:
             shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
             blank = np.nan if v.dtype[0] in "fc" else 0
             self.columns[name] = np.full(shape, blank, v.dtype)
-        self.words: dict[int, str] = {}
+        self.itineraries: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
 
     def guarded(self, i: int, work: Callable[[int], None]) -> None:
@@ -126,9 +128,11 @@ class _Cells:
         )
         columns = self.columns
         columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
-        multiple = columns["multiple"][:] = motions["multiple"]
-        periodic = multiple > 0
-        columns["progression"][periodic] = (motions["advance"] / np.maximum(multiple, 1))[periodic]
+        period_number = columns["period_number"][:] = motions["multiple"]
+        periodic = period_number > 0
+        columns["progression"][periodic] = (motions["advance"] / np.maximum(period_number, 1))[
+            periodic
+        ]
         columns["outcome"][:] = np.where(
             motions["never"] != 0,
             CellOutcome.NEVER_SWITCHES,
@@ -142,21 +146,21 @@ class _Cells:
             key = switches[i, : passed[i]].tobytes() or bytes([16 * field[i]])
             if key not in codes:
                 codes[key] = self.code([label // 16 for label in key])
-            columns["word"][i] = codes[key]
+            columns["itinerary"][i] = codes[key]
         return np.flatnonzero(stops != core.DONE)
 
     def counted(self) -> dict[str, tuple[int, int]]:
-        """Code and number of cells of each word, by its text."""
-        codes, counts = np.unique(self.columns["word"], return_counts=True)
+        """Code and number of cells of each itinerary, by its text."""
+        codes, counts = np.unique(self.columns["itinerary"], return_counts=True)
         cells = dict(zip(codes.tolist(), counts.tolist(), strict=True))
-        texts = {text: code for code, text in self.words.items() if code in cells}
+        texts = {text: code for code, text in self.itineraries.items() if code in cells}
         return {text: (texts[text], cells[texts[text]]) for text in sorted(texts)}
 
     def code(self, fields: list[int]) -> int:
-        """The code of a cyclic word, and its text among the words."""
-        text = words.text(fields)
-        found = words.code(text)
-        self.words[found] = text
+        """The code of a cyclic itinerary, and its text among the itineraries."""
+        text = itineraries.text(fields)
+        found = itineraries.code(text)
+        self.itineraries[found] = text
         return found
 
     def slow(self, i: int) -> None:
@@ -180,10 +184,12 @@ class _Cells:
         never = trajectory.segments[-1].outcome is Outcome.NEVER
         self.columns["final"][i] = state
         if motion is not None:
-            self.columns["multiple"][i] = motion.period_multiple
+            self.columns["period_number"][i] = motion.period_number
             self.columns["progression"][i] = motion.progression
         if motion is not None or never:
-            self.columns["word"][i] = self.code(_fields(motion) or [trajectory.segments[-1].field])
+            self.columns["itinerary"][i] = self.code(
+                _fields(motion) or [trajectory.segments[-1].field]
+            )
         if never:
             outcome = CellOutcome.NEVER_SWITCHES
         elif motion is None:
@@ -197,17 +203,19 @@ class _Cells:
         columns, part = self.columns, self.part
         parameters = Parameters(*self.rows[i].tolist())
         state = tuple(columns["final"][i].tolist())
-        if not columns["multiple"][i]:
+        if not columns["period_number"][i]:
             if "lyapunov" in part.compute:
                 further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
                 columns["lyapunov"][i] = lyapunov(further)[0]
             return
-        orbit = closed(parameters, state, int(columns["multiple"][i]), int(columns["word"][i]))
+        orbit = closed(
+            parameters, state, int(columns["period_number"][i]), int(columns["itinerary"][i])
+        )
         found = multipliers(orbit)
         columns["multipliers"][i] = found
         with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
             grown = np.log(abs(found[0]))
-        columns["lyapunov"][i] = grown / (orbit.word.multiple * parameters.period)
+        columns["lyapunov"][i] = grown / (orbit.itinerary.period_number * parameters.period)
         if "energies" in part.compute:
             value = worth(orbit)
             for name in VARIABLES["energies"]:

@@ -6,24 +6,26 @@ from capsule_sym._errors import CapsuleError
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.search import find_orbit
 from capsule_sym._parameters import Parameters
-from capsule_sym._sweeps import words
+from capsule_sym._sweeps import itineraries
 
 
 class NotClosed(CapsuleError):
-    """Newton's method closes no orbit of this word at the end of a run."""
+    """Newton's method closes no orbit of this itinerary at the end of a run."""
 
 
 def closed(
-    parameters: Parameters, state: tuple[float, float, float], multiple: int, word: int
+    parameters: Parameters, state: tuple[float, float, float], period_number: int, itinerary: int
 ) -> Orbit:
-    """The orbit of a word (its code) and period multiple at a state of phase 0.
+    """The orbit of an itinerary (its code) and period number at a state of phase 0.
 
-    Raises NotClosed where Newton's method leads to none, or to one of another word.
+    Raises NotClosed where Newton's method leads to none, or to one of another itinerary.
     """
-    orbit = find_orbit(parameters, state, 0.0, 2 * multiple + 1)
+    orbit = find_orbit(parameters, state, 0.0, 2 * period_number + 1)
     if isinstance(orbit, NoOrbit):
         raise NotClosed(f"{orbit.reason}: {orbit.detail}")
-    found = words.text(orbit.word.fields)
-    if (orbit.word.multiple, words.code(found)) != (multiple, word):
-        raise NotClosed(f"the orbit's word is {found}, its period multiple {orbit.word.multiple}")
+    found = itineraries.text(orbit.itinerary.fields)
+    if (orbit.itinerary.period_number, itineraries.code(found)) != (period_number, itinerary):
+        raise NotClosed(
+            f"the orbit's itinerary is {found}, its period number {orbit.itinerary.period_number}"
+        )
     return orbit

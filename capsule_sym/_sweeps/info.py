@@ -35,7 +35,7 @@ def info_record(path: Path, check: bool = False) -> dict[str, Any]:
         "cells": math.prod(axis["count"] for axis in described["axes"]),
         "done": tally.outcomes.total(),
         "outcomes": dict(tally.outcomes),
-        "words": {text: cells for text, (_, cells) in tally.words.items()},
+        "itineraries": {text: cells for text, (_, cells) in tally.itineraries.items()},
         "reasons": dict(tally.reasons.most_common(20)),
         "cores": tally.cores,
         "sweep": {name: v for name, v in described.items() if name != "axes"},
@@ -81,12 +81,13 @@ def show(record: dict[str, Any], as_json: bool) -> None:
     if record.get("periods_per_second_and_core"):
         rate = record["periods_per_second_and_core"]
         screen.print(f"{'speed':<17} {rate:,.0f} excitation periods per second and core")
-    for title in ("outcomes", "words", "reasons", "cores"):
+    for title in ("outcomes", "itineraries", "reasons", "cores"):
         _print_shares(screen, title, record.get(title, {}))
     for number, attractor in enumerate(record.get("attractors", ())):
         screen.print(
-            f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['word']}  "
-            f"period multiple {attractor['multiple']}, progression {attractor['progression']:.9g}, "
+            f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['itinerary']}  "
+            f"period number {attractor['period_number']}, "
+            f"progression {attractor['progression']:.9g}, "
             f"multiplier {attractor['multiplier']:.6g}"
         )
     for name, value in record.get("provenance", {}).items():

@@ -48,19 +48,19 @@ def lay(
     sweep: Sweep,
     origin: dict[str, Any],
     cores: Iterable[str] = (),
-    words: dict[str, tuple[int, int]] | None = None,
+    itineraries: dict[str, tuple[int, int]] | None = None,
     added: Mapping[str, Added] | None = None,
 ) -> None:
     """Writes all of the results of a sweep but its chunks: what xarray opens, with no cell done.
 
-    With the cores that computed the cells, a table of words, and further results, where these are
-    known.
+    With the cores that computed the cells, a table of itineraries, and further results, where these
+    are known.
     """
     coordinates(sweep, origin, cores).to_zarr(place, zarr_format=3, consolidated=False)
     group = zarr.open_group(place)
     made = arrays(group, sweep)
-    if words is not None:
-        made["word"].attrs.update(word_flags(words))
+    if itineraries is not None:
+        made["itinerary"].attrs.update(itinerary_flags(itineraries))
     for name, (values, attributes) in (added or {}).items():
         _array(group, name, sweep, values.dtype, attributes)[...] = values
     consolidate(place)
@@ -138,7 +138,7 @@ def outcome_flags() -> dict[str, Any]:
     }
 
 
-def word_flags(table: dict[str, tuple[int, int]]) -> dict[str, Any]:
-    """The words of a table by text, each with its code, as CF flags; _ stands for a blank."""
+def itinerary_flags(table: dict[str, tuple[int, int]]) -> dict[str, Any]:
+    """The itineraries of a table by text, each with its code, as CF flags; _ stands for a blank."""
     meanings = " ".join(text.replace(" ", "_") for text in table)
     return {"flag_values": [code for code, _ in table.values()], "flag_meanings": meanings}

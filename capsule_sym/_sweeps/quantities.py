@@ -35,9 +35,11 @@ class Variable(NamedTuple):
 
 OUTCOME = {"outcome": Variable("i1", None, "1", "how the run of the cell ended")}
 VARIABLES = {
-    "word": {
-        "word": Variable("i8", None, "1", "fields of one period of the motion, as a 48-bit code"),
-        "multiple": Variable("i2", None, "1", "excitation periods of the motion, 0 if none"),
+    "itinerary": {
+        "itinerary": Variable(
+            "i8", None, "1", "fields of one period of the motion, as a 48-bit code"
+        ),
+        "period_number": Variable("i2", None, "1", "excitation periods of the motion, 0 if none"),
     },
     "progression": {
         "progression": Variable("f8", None, "1", "advance of x_c per excitation period"),
@@ -61,7 +63,7 @@ VARIABLES = {
     },
 }
 QUANTITIES = tuple(VARIABLES)
-"""What can be computed of a cell. A word comes with its period multiple, energies with the
+"""What can be computed of a cell. An itinerary comes with its period number, energies with the
 average velocity; multipliers and energies are those of the orbit that Newton closes."""
 
 ATTRACTOR, COMPUTED = "attractor", "computed"

@@ -23,7 +23,7 @@ from capsule_sym._sweeps.sweep import Sweep
 _UNKNOWN = -1
 _LONGEST_STRIDE = 2**20
 _MOST_CELLS = 10**8  # which are held in memory
-_LABEL = ("outcome", "word", "multiple")
+_LABEL = ("outcome", "itinerary", "period_number")
 
 Numbers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
@@ -41,14 +41,14 @@ class Chart(NamedTuple):
 
 
 def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **how: Any) -> Chart:
-    """The chart of words over two axes, computed only where neighbours differ.
+    """The chart of itineraries over two axes, computed only where neighbours differ.
 
     A lattice of every `stride`-th point is computed first. Then, stride by stride halved, the
-    squares whose corners differ in outcome, word or multiple, and the squares beside them, are
-    computed at their midpoints; a point of any other square has the label of its corners. What
-    is smaller than a stride and lies wholly within a square is not seen. The points of each round
-    are a sweep of their own in the store, which is resumed as one is; `how` are the further
-    arguments of `run`. `open_results` gives `outcome`, `word`, `multiple` and `computed`.
+    squares whose corners differ in outcome, itinerary or period_number, and the squares beside
+    them, are computed at their midpoints; a point of any other square has the label of its corners.
+    What is smaller than a stride and lies wholly within a square is not seen. The points of each
+    round are a sweep of their own in the store, which is resumed as one is; `how` are the further
+    arguments of `run`. `open_results` gives `outcome`, `itinerary`, `period_number` and `computed`.
 
     Raises InvalidInput for anything but two axes of one quantity each, and what `run` raises.
     """
@@ -64,7 +64,7 @@ def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **h
         raise InvalidInput("stride", stride, f"a power of two, at most {_LONGEST_STRIDE}")
     if sweep.size > _MOST_CELLS:
         raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a refined chart")
-    sweep = replace(sweep, compute=("word",), chunk=())
+    sweep = replace(sweep, compute=("itinerary",), chunk=())
     points = _Points(sweep, Path(store), how)
     lattice = [np.unique(np.append(np.arange(0, n, stride), n - 1)) for n in sweep.shape]
     points.compute(_where(sweep.shape, lattice))
@@ -106,7 +106,7 @@ class _Points:
         self.summaries.append(run(part, place, **self.how))
         self.cores.update(Held(place).tally().cores)
         with open_results(place) as results:
-            flags = results["word"].attrs
+            flags = results["itinerary"].attrs
             meanings = flags["flag_meanings"].split()
             self.texts.update(zip(flags["flag_values"], meanings, strict=True))
             label = np.column_stack([results[name].values for name in _LABEL])
@@ -130,7 +130,7 @@ class _Points:
         """The labels of all points, written to the store."""
         table = np.array(list(self.labels), dtype=np.int64)
         dims = [axis.name for axis in self.sweep.axes]
-        kinds = {"outcome": np.int8, "word": np.int64, "multiple": np.int16}
+        kinds = {"outcome": np.int8, "itinerary": np.int64, "period_number": np.int16}
         columns: dict[str, Any] = {
             name: (dims, table[self.number, i].astype(kinds[name])) for i, name in enumerate(_LABEL)
         }

@@ -2,9 +2,9 @@
 
 A store is a directory with `results.zarr` (what xarray opens), `sweep.json` (the sweep, its
 provenance, and the checksums of the files of `results.zarr` that hold no chunk), `chunks` (a record
-of each finished chunk: checksums of its files, the texts of its words, the reasons of its failed
-cells; and a second copy of `sweep.json`), and in the end `finished.json` (the checksums of the
-files that the end of a run writes). A refined chart is a directory of such stores, with
+of each finished chunk: checksums of its files, the texts of its itineraries, the reasons of its
+failed cells; and a second copy of `sweep.json`), and in the end `finished.json` (the checksums of
+the files that the end of a run writes). A refined chart is a directory of such stores, with
 `chart.zarr` and its checksums in `chart.json`.
 """
 
@@ -23,7 +23,7 @@ import xarray as xr
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._sweeps.files import checksum, checksums, read, sealed, unsealed
-from capsule_sym._sweeps.layout import word_flags
+from capsule_sym._sweeps.layout import itinerary_flags
 from capsule_sym._sweeps.quantities import ATTRACTOR, variables
 
 RESULTS, CHUNKS, FINISHED = "results.zarr", "chunks", "finished.json"
@@ -32,7 +32,7 @@ CHART, CHART_RECORD = "chart.zarr", "chart.json"
 
 
 _HEAD = ("kind", "sweep", "provenance", "files")
-_RECORD = ("files", "core", "outcomes", "words", "reasons")
+_RECORD = ("files", "core", "outcomes", "itineraries", "reasons")
 
 
 class Check(NamedTuple):
@@ -47,13 +47,13 @@ class Check(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """Numbers of cells by outcome, word, reason of failure, and what computed them.
+    """Numbers of cells by outcome, itinerary, reason of failure, and what computed them.
 
-    A word comes with its code: (code, cells) by its text.
+    An itinerary comes with its code: (code, cells) by its text.
     """
 
     outcomes: Counter[str]
-    words: dict[str, tuple[int, int]]
+    itineraries: dict[str, tuple[int, int]]
     reasons: Counter[str]
     cores: dict[str, int]
 
@@ -101,16 +101,18 @@ class Held:
     def tally(self) -> Tally:
         """What the records of all finished chunks add up to."""
         outcomes, reasons, cores = Counter[str](), Counter[str](), Counter[str]()
-        words: dict[str, tuple[int, int]] = {}
+        itineraries: dict[str, tuple[int, int]] = {}
         for record in filter(None, map(self.record, self._recorded())):
             outcomes.update(record["outcomes"])
             reasons.update(record["reasons"].values())
             cores[record["core"]] += sum(record["outcomes"].values())
-            for text, (code, cells) in record["words"].items():
-                words[text] = code, words.get(text, (code, 0))[1] + cells
-        if len({code for code, _ in words.values()}) < len(words):
-            raise CapsuleError(f"two words have one code: {words}")
-        return Tally(outcomes, dict(sorted(words.items())), reasons, dict(sorted(cores.items())))
+            for text, (code, cells) in record["itineraries"].items():
+                itineraries[text] = code, itineraries.get(text, (code, 0))[1] + cells
+        if len({code for code, _ in itineraries.values()}) < len(itineraries):
+            raise CapsuleError(f"two itineraries have one code: {itineraries}")
+        return Tally(
+            outcomes, dict(sorted(itineraries.items())), reasons, dict(sorted(cores.items()))
+        )
 
     @cached_property
     def finished(self) -> dict[str, Any] | None:
@@ -174,10 +176,10 @@ def damaged_in_chart(path: Path) -> list[str]:
 def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     """The results in a store, read where they are used; cells not computed yet are PENDING.
 
-    Dimensions and coordinates are the sweep's axes, attributes its provenance. `word` holds codes;
-    its attributes `flag_values` and `flag_meanings` give their texts, with _ between the fields.
-    Of a refined chart the whole chart is opened. Raises InvalidInput where there is no store, and
-    where coordinates or what describes the results are damaged.
+    Dimensions and coordinates are the sweep's axes, attributes its provenance. `itinerary` holds
+    codes; its attributes `flag_values` and `flag_meanings` give their texts, with _ between the
+    fields. Of a refined chart the whole chart is opened. Raises InvalidInput where there is no
+    store, and where coordinates or what describes the results are damaged.
     """
     path = Path(path)
     if os.path.lexists(path / CHART):
@@ -188,8 +190,8 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         if not damaged:
             dataset: xr.Dataset = xr.open_zarr(place, chunks=None, consolidated=True)
-            if held and "word" in dataset and "flag_values" not in dataset["word"].attrs:
-                dataset["word"].attrs.update(word_flags(held.tally().words))
+            if held and "itinerary" in dataset and "flag_values" not in dataset["itinerary"].attrs:
+                dataset["itinerary"].attrs.update(itinerary_flags(held.tally().itineraries))
             return dataset
     except (OSError, ValueError):
         damaged = [place.name]

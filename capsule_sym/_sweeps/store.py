@@ -118,23 +118,23 @@ class Store:
                 "files": {key: checksum(self.partial / key) for key in keys.values()},
                 "core": block.core,
                 "outcomes": {CellOutcome(o).name.lower(): n for o, n in sorted(outcomes.items())},
-                "words": block.words,
+                "itineraries": block.itineraries,
                 "reasons": block.reasons,
             }
             move(keys.values(), self.partial, self.results)
             place(sealed(record), held.record_path(index), self.partial)
 
     def finish(self, added: dict[str, Added]) -> None:
-        """Writes what is known when all chunks are there: texts of words, cores, further results.
+        """Writes what is known when all chunks are there: itineraries, cores, further results.
 
         What was written before is written anew, so that whatever it was, it is whole now.
         """
         held = self.held
         tally = held.tally()
-        words = tally.words if "word" in self.sweep.compute else None
+        itineraries = tally.itineraries if "itinerary" in self.sweep.compute else None
         with writing(self.path):
             last = self.partial / RESULTS
-            lay(last, self.sweep, held.head["provenance"], tally.cores, words, added)
+            lay(last, self.sweep, held.head["provenance"], tally.cores, itineraries, added)
             files = checksums(last)
             # A file is as it was begun or as it is listed here, at any moment.
             move([key for key in files if key not in held.head["files"]], last, self.results)
@@ -218,10 +218,12 @@ def write_chart(
     cores: Iterable[str],
     attributes: dict[str, Any],
 ) -> None:
-    """Writes a refined chart: columns by name with their dimensions, texts of words by code."""
+    """Writes a refined chart: columns by name with their dimensions, itineraries by code."""
     chart = coordinates(sweep, provenance(""), cores).assign(columns).assign_attrs(attributes)
-    words = dict(sorted(texts.items()))
-    chart["word"].attrs.update(flag_values=list(words), flag_meanings=" ".join(words.values()))
+    itineraries = dict(sorted(texts.items()))
+    chart["itinerary"].attrs.update(
+        flag_values=list(itineraries), flag_meanings=" ".join(itineraries.values())
+    )
     chart["outcome"].attrs.update(outcome_flags())
     part = path / _PARTIAL
     with writing(path):

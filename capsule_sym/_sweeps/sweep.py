@@ -39,7 +39,7 @@ class Sweep:
     phase: float = 0.0
     periods: int = 300
     tolerance: float = 1e-9
-    compute: tuple[str, ...] = ("word",)
+    compute: tuple[str, ...] = ("itinerary",)
     chunk: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:

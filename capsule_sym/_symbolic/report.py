@@ -91,8 +91,8 @@ def _point(result: Result) -> str:
 _SECTION_4 = """\
 Bifurcations of Section 4, each between two values of α at which the attracting motions are proved
 to differ: each orbit is enclosed by Krawczyk's method in ball arithmetic, its guards are proved
-positive along every leg, and its multipliers inside the unit circle. `capsule-sym enclose` encloses
-the values themselves.
+positive along every segment, and its multipliers inside the unit circle. `capsule-sym enclose`
+encloses the values themselves.
 """
 
 

@@ -187,7 +187,9 @@ def test_a_width_that_misses_a_switch_is_counted(monkeypatch) -> None:
     cases = truth.cases("case study")[:2]
     assert all(width.wrong == 0 for width in goals.widths(cases))
     monkeypatch.setattr(
-        own, "simulated_wide", lambda starts: [model.Result(c.truth.word[2:], None) for c in cases]
+        own,
+        "simulated_wide",
+        lambda starts: [model.Result(c.truth.itinerary[2:], None) for c in cases],
     )
     monkeypatch.setattr(own, "side_by_side", lambda starts, lanes: [(0.1, 0.0, math.nan)] * 2)
     assert next(width.wrong for width in goals.widths(cases)) == 4

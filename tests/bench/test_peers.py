@@ -21,7 +21,9 @@ def cases():
 def judge(run, cases):
     """Missed, invented and largest error over the cases."""
     results = run([case.start for case in cases])
-    wrong = [wrong_switches(r.word, c.truth.word) for r, c in zip(results, cases, strict=True)]
+    wrong = [
+        wrong_switches(r.itinerary, c.truth.itinerary) for r, c in zip(results, cases, strict=True)
+    ]
     errors = [error(r.state, c.truth.state) for r, c in zip(results, cases, strict=True)]
     return sum(m for m, _ in wrong), sum(i for _, i in wrong), max(errors)
 
@@ -68,7 +70,7 @@ def test_a_compiled_run_without_end_is_locked() -> None:
     start = truth.Start(p.replace(delta=0.0, beta=1e6), (0.0, 0.0, 0.0), 1)
     (result,) = compiled.rk4(200000)([start])
     assert result.state is None
-    assert len(result.word) == 80
+    assert len(result.itinerary) == 80
 
 
 def test_scipy_finds_the_case_study(cases) -> None:
@@ -100,7 +102,7 @@ def test_heyoka_stops_in_switches_without_end(cases, lanes, monkeypatch) -> None
     monkeypatch.setattr(taylor, "MOST", 1)
     results = taylor.build(1e-9, careful=True, lanes=lanes)([case.start for case in cases[:3]])
     assert [result.state for result in results] == [None] * 3
-    assert max(len(result.word) for result in results) == 20 + 2
+    assert max(len(result.itinerary) for result in results) == 20 + 2
 
 
 def test_switches_without_time_are_a_lock() -> None:

@@ -34,7 +34,7 @@ def test_case_study_is_that_of_the_independent_judge() -> None:
     runs = record("case study")["runs"]
     assert [run["alpha"] for run in runs] == list(ALPHAS)
     for ours, other in zip(runs, judged["runs"], strict=True):
-        assert ours["word"] == other["fields"]
+        assert ours["itinerary"] == other["fields"]
         assert distance(ours["final"], other["final"]) < 1e-24
 
 
@@ -42,7 +42,7 @@ def confirm(case, run) -> None:
     judged = taylor_events.run(
         case.start.parameters, case.start.state, periods=case.start.periods, digits=40
     )
-    assert run["word"] == judged.fields
+    assert run["itinerary"] == judged.fields
     assert distance(run["final"], judged.final) < 1e-20
 
 
@@ -64,8 +64,10 @@ def test_words_beside_a_tangency_differ_at_every_distance() -> None:
     assert len(found) == 2 * len(tangencies.EXPONENTS) * len(record("tangencies")["alphas"])
     for below, above in zip(found[::2], found[1::2], strict=True):
         assert below.start.parameters.alpha < above.start.parameters.alpha
-        assert below.truth.word != above.truth.word
-        assert abs(len(below.truth.word) - len(above.truth.word)) > tangencies.PERIODS // 2
+        assert below.truth.itinerary != above.truth.itinerary
+        assert (
+            abs(len(below.truth.itinerary) - len(above.truth.itinerary)) > tangencies.PERIODS // 2
+        )
 
 
 def test_runs_beside_a_tangency_are_at_their_distances() -> None:
@@ -98,7 +100,7 @@ def test_the_sweep_has_its_sample() -> None:
 
 
 @pytest.mark.parametrize(
-    ("word", "true", "wrong"),
+    ("itinerary", "true", "wrong"),
     [
         (b"2525", b"2525", (0, 0)),
         (b"2", b"252", (2, 0)),
@@ -107,18 +109,21 @@ def test_the_sweep_has_its_sample() -> None:
         (b"2", b"2", (0, 0)),
     ],
 )
-def test_wrong_switches_of_words(word, true, wrong) -> None:
-    assert wrong_switches(word, true) == wrong
+def test_wrong_switches_of_itineraries(itinerary, true, wrong) -> None:
+    assert wrong_switches(itinerary, true) == wrong
 
 
 @given(st.binary(max_size=8), st.binary(max_size=8))
-def test_wrong_switches_are_the_fewest(word, true) -> None:
-    word, true = (bytes(letter % 3 for letter in text) for text in (word, true))
+def test_wrong_switches_are_the_fewest(itinerary, true) -> None:
+    itinerary, true = (bytes(letter % 3 for letter in text) for text in (itinerary, true))
     subsequences = {bytes(chosen) for n in range(len(true) + 1) for chosen in combinations(true, n)}
-    same = max(len(text) for text in subsequences if contained(text, word))
-    assert wrong_switches(b"2" + word, b"2" + true) == (len(true) - same, len(word) - same)
+    same = max(len(text) for text in subsequences if contained(text, itinerary))
+    assert wrong_switches(b"2" + itinerary, b"2" + true) == (
+        len(true) - same,
+        len(itinerary) - same,
+    )
 
 
-def contained(text: bytes, word: bytes) -> bool:
-    letters = iter(word)
+def contained(text: bytes, itinerary: bytes) -> bool:
+    letters = iter(itinerary)
     return all(letter in letters for letter in text)

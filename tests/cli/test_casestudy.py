@@ -19,9 +19,9 @@ FIELD_AFTER = {1: "1", 2: "2", 3: "3", 4: "4", 5: "5", 6: "6", 7: "4", 8: "1", 9
 
 @pytest.mark.parametrize("row", casestudy.PRINTED[1:], ids=lambda row: f"{row.high}")
 def test_a_printed_map_is_a_cycle_of_local_maps(row: casestudy.PrintedMap) -> None:
-    legs = [LOCAL_MAP.fullmatch(part) for part in casestudy.local_maps(row.global_map)]
-    planes = [(int(leg[3]), leg[2], int(leg[1])) for leg in legs if leg]
-    assert len(planes) == len(legs) >= 2
+    segments = [LOCAL_MAP.fullmatch(part) for part in casestudy.local_maps(row.global_map)]
+    planes = [(int(segment[3]), segment[2], int(segment[1])) for segment in segments if segment]
+    assert len(planes) == len(segments) >= 2
     for source, field, _ in planes:
         assert FIELD_AFTER[source] == field
     for (_, _, target), (source, _, _) in pairwise([*planes, planes[0]]):

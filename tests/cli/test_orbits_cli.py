@@ -21,13 +21,13 @@ def test_an_orbit_as_json(capsys) -> None:
     status, out, err = call(capsys, "orbit", "--alpha", "1.2", "--json")
     assert (status, err) == (0, "")
     record = json.loads(out)
-    assert record["word"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
+    assert record["itinerary"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
     assert record["stable"] is True
     assert (record["status"], record["converged"]) == ("converged", True)
     assert len(record["multipliers"]) == 3
     assert record["admissibility"]["value"] > 0
     assert abs(record["imbalance"]) < 1e-12
-    # The word's own value of `run`, in the README.
+    # The motion's own value of `run`, in the README.
     assert record["progression"]["value"] == pytest.approx(1.339272935, abs=1e-9)
     assert set(record["velocity"]["gradient"]) == set(record["parameters"])
     assert sum(record["durations"]) == pytest.approx(2 * 3.141592653589793 / 0.8, abs=1e-12)
@@ -44,8 +44,8 @@ def test_several_orbits(capsys) -> None:
     arguments = ("--alpha", "1.2", "--omega", "1.5", "--delta", "2", "--beta", "50", "--gamma", "5")
     status, out, _ = call(capsys, "orbit", *arguments, "--starts", "4", "--json")
     assert status == 0
-    words = {tuple(orbit["word"]) for orbit in json.loads(out)["orbits"]}
-    assert len(words) >= 2
+    itineraries = {tuple(orbit["itinerary"]) for orbit in json.loads(out)["orbits"]}
+    assert len(itineraries) >= 2
 
 
 def test_a_branch(capsys, tmp_path: Path) -> None:
@@ -57,15 +57,15 @@ def test_a_branch(capsys, tmp_path: Path) -> None:
     assert (record["parameter"], record["ending"]) == ("alpha", "reached")
     values = [point["value"] for point in record["points"]]
     assert (values[0], values[-1]) == (0.9, 1.0)
-    assert {"word", "multipliers", "progression", "admissibility", "state"} <= set(
+    assert {"itinerary", "multipliers", "progression", "admissibility", "state"} <= set(
         record["points"][0]
     )
     (one,) = record["bifurcations"]
     assert (one["type"], one["line"], one["parameter"]) == ("adding-sliding", "L2^(2)", "alpha")
     assert one["value"] == pytest.approx(0.940998003446, abs=1e-12)
     assert one["uncertainty"] < 1e-12
-    assert one["word_before"] == ["F5", "F4", "F1", "F2"]
-    assert one["word_after"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
+    assert one["itinerary_before"] == ["F5", "F4", "F1", "F2"]
+    assert one["itinerary_after"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
     assert one["orbit"]["durations"][one["segment"] - 1] == 0
     assert json.loads((tmp_path / "branch.json").read_text()) == record
     with (tmp_path / "points.csv").open(newline="") as file:
@@ -82,7 +82,7 @@ def test_a_branch_as_text(capsys) -> None:
     assert status == 0
     assert re.search(r"line +alpha +uncertainty", out)
     assert "0.940998003446" in out
-    assert "minimum of lower in leg 4, F2" in out
+    assert "minimum of lower in segment 4, F2" in out
 
 
 def test_a_branch_that_ends_early_says_why(capsys) -> None:
@@ -144,22 +144,22 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
     # On the way down segments are taken out of the itinerary, which is then begun elsewhere.
     settings = ("--alpha", "1.53")
     _, out, _ = call(capsys, "run", *settings, "--periods", "300", "--json")
-    word = json.loads(out)["word"]
+    itinerary = json.loads(out)["itinerary"]
     _, out, _ = call(capsys, "orbit", *settings, "--json")
-    assert json.loads(out)["word"] == word
+    assert json.loads(out)["itinerary"] == itinerary
     arguments = ("--parameter", "alpha", "--from", "1.53", "--to", "1.5", "--points", "2")
     _, out, _ = call(capsys, "branch", *arguments, "--json")
     branch = json.loads(out)
-    assert branch["points"][0]["word"] == word
-    ends = branch["points"][-1]["word"]
-    assert branch["detail"].endswith(f"word {' '.join(ends)}")
+    assert branch["points"][0]["itinerary"] == itinerary
+    ends = branch["points"][-1]["itinerary"]
+    assert branch["detail"].endswith(f"itinerary {' '.join(ends)}")
     arguments = (*CURVE, "--first", "1.5", "1.53", "--second", "3.29", "3.31")
     status, out, _ = call(capsys, *arguments, "--bifurcation", "all", "--json")
     assert status == 0
     for curve in json.loads(out)["curves"]:
         ends = curve["points"][:: len(curve["points"]) - 1]
         for end, point in zip(curve["endings"], ends, strict=True):
-            assert end["detail"].endswith(f"word {' '.join(point['word'])}")
+            assert end["detail"].endswith(f"itinerary {' '.join(point['itinerary'])}")
 
 
 @pytest.mark.parametrize(
@@ -256,8 +256,8 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
     status, out, err = call(capsys, *again)
     assert (status, err) == (0, "")
     record = json.loads(out)
-    multiples = [one["points"][-1]["period_multiple"] for one in (record, *record["switched"])]
-    assert multiples == [1, 2]
+    period_numbers = [one["points"][-1]["period_number"] for one in (record, *record["switched"])]
+    assert period_numbers == [1, 2]
     for line, words in (
         (("--restart", file, "PD2", "--to", "1"), "label = 'PD2': must be one of PD1, EP1, EP2"),
         (("--restart", file, "PD1", "--to", "1", "--from", "2"), "left out with --restart"),

@@ -80,13 +80,16 @@ def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str
     for one in thresholds:
         assert abs(one["exact"] - one["value"]) <= one["uncertainty"]
         assert f"{one['exact']:.12f}" in output
-        # A run of the map on either side settles on the words of the two sides.
-        for side, word in ((-1e-4, one["word_before"]), (1e-4, one["word_after"])):
+        # A run of the map on either side settles on the itineraries of the two sides.
+        for side, itinerary in ((-1e-4, one["itinerary_before"]), (1e-4, one["itinerary_after"])):
             parameters = Parameters(alpha=one["exact"] + side, gamma=one["gamma"])
             settled = final_state(parameters, periods=1490)
             run = simulate(parameters, settled, periods=10)
-            fields = [segment.name for segment in run.segments[-2 * len(word) - 1 : -1]]
-            assert len(word) == 1 or fields == (3 * word)[_offset(fields, word) :][: len(fields)]
+            fields = [segment.name for segment in run.segments[-2 * len(itinerary) - 1 : -1]]
+            assert (
+                len(itinerary) == 1
+                or fields == (3 * itinerary)[_offset(fields, itinerary) :][: len(fields)]
+            )
     # The printed order is that of gamma = 3.0; at 3.3 the last three come in another one.
     assert [one["printed_place"] for one in thresholds] == [*range(1, 6), 7, 8, 6, *range(1, 9)]
     crossing, grazing = (one["gamma"] for one in found["order_changes"])
@@ -100,9 +103,9 @@ def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str
         assert {row["type"] for row in csv.DictReader(file)} == {one["type"] for one in thresholds}
 
 
-def _offset(fields: list[str], word: list[str]) -> int:
-    """Where in the word, repeated, the fields begin; 0 if they are not in it."""
-    places = [i for i in range(len(word)) if (3 * word)[i:][: len(fields)] == fields]
+def _offset(fields: list[str], itinerary: list[str]) -> int:
+    """Where in the itinerary, repeated, the fields begin; 0 if they are not in it."""
+    places = [i for i in range(len(itinerary)) if (3 * itinerary)[i:][: len(fields)] == fields]
     return places[0] if places else 0
 
 
@@ -119,7 +122,7 @@ def assert_every_panel_is_shown(output: str) -> None:
 def assert_is_a_steady_motion(case: dict[str, Any]) -> None:
     gamma, alpha = case["parameters"]["gamma"], casestudy.PANELS[case["panel"]]
     assert case["parameters"] == Parameters(alpha=alpha, gamma=gamma).to_dict()
-    assert [segment["field"] for segment in case["segments"]] == case["word"]
+    assert [segment["field"] for segment in case["segments"]] == case["itinerary"]
     assert case["agrees"] == casestudy.same_motion(case["global_map"], case["printed_global_map"])
     for segment, following in pairwise([*case["segments"], case["segments"][0]]):
         assert segment["target"] == following["source"]
@@ -142,16 +145,16 @@ def assert_tables_hold_the_same(cases: list[dict[str, Any]], results: Path) -> N
 def assert_words_are_those_of_independent_integration(
     cases: list[dict[str, Any]], gamma: float, truth: Path
 ) -> None:
-    words = {
-        case["parameters"]["alpha"]: "".join(field[1] for field in case["word"])
+    itineraries = {
+        case["parameters"]["alpha"]: "".join(field[1] for field in case["itinerary"])
         for case in cases
         if case["parameters"]["gamma"] == gamma
     }
     compared = 0
     for run in json.loads(truth.read_text())["runs"]:
-        word = words.get(float(run["alpha"]))
-        if word is not None:
+        itinerary = itineraries.get(float(run["alpha"]))
+        if itinerary is not None:
             # The judge's twenty periods from rest end in the same cycle of fields, three times.
-            assert run["fields"][-3 * len(word) :] in 4 * word, run["alpha"]
+            assert run["fields"][-3 * len(itinerary) :] in 4 * itinerary, run["alpha"]
             compared += 1
     assert compared >= 7

@@ -30,9 +30,9 @@ def test_json_has_the_documented_keys(default) -> None:
         "parameters",
         "backend",
         "segments",
-        "word",
+        "itinerary",
         "global_map",
-        "period_multiple",
+        "period_number",
         "progression",
         "final",
     ]
@@ -55,9 +55,9 @@ def test_json_holds_the_case_study_by_default(default) -> None:
     assert default["parameters"] == Parameters().to_dict()
     assert default["backend"] == default_backend()
     # Section 4 at alpha = 0.7, panel (f) of Fig. 7.
-    assert default["word"] == ["F5", "F4", "F1", "F2"]
+    assert default["itinerary"] == ["F5", "F4", "F1", "F2"]
     assert default["global_map"] == ("P_{Σ5,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}")
-    assert default["period_multiple"] == 1
+    assert default["period_number"] == 1
     assert default["final"]["period"] == 100
 
 
@@ -82,7 +82,7 @@ def test_table_shows_what_json_holds(command, default) -> None:
     assert f"global map       {default['global_map']}" in done.stdout
     assert f"progression      {default['progression']:.10g} per" in done.stdout
     rows = re.findall(r"^F\d .*$", done.stdout, re.M)
-    assert [row.split()[0] for row in rows] == default["word"]
+    assert [row.split()[0] for row in rows] == default["itinerary"]
     last_period = {segment["local_map"]: segment for segment in default["segments"][-5:-1]}
     for row in rows:
         _, mode, local_map, source, target, *numbers = row.split()
@@ -119,7 +119,7 @@ def test_a_run_that_has_not_settled_says_so(command) -> None:
     assert "Not steady within 4 periods.\nThe segments of the last period:" in done.stdout
     assert "global map" not in done.stdout
     record = json.loads(command("run", "--alpha", "0.3", "--periods", "4", "--json").stdout)
-    for key in ("word", "global_map", "period_multiple", "progression"):
+    for key in ("itinerary", "global_map", "period_number", "progression"):
         assert record[key] is None
     last_period = [s for s in record["segments"] if s["end"]["period"] >= 3]
     assert len(re.findall(r"^F\d .*$", done.stdout, re.M)) == len(last_period)
@@ -142,7 +142,7 @@ def test_a_run_that_stopped_early_says_why(options: tuple[str, ...]) -> None:
     if options:
         record = json.loads(done.stdout)
         assert record["stopped"] == "after 400 segments"
-        assert (record["word"], len(record["segments"])) == (None, 400)
+        assert (record["itinerary"], len(record["segments"])) == (None, 400)
     else:
         assert re.search(r"Stopped at phase \d\.\d+ after \d+ periods,\nafter 400 ", done.stdout)
         assert "global map" not in done.stdout

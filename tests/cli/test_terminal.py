@@ -11,7 +11,7 @@ from tests.cli.terminal import Shown, in_terminal
 
 CHART = """
 periods = 40
-compute = ["word"]
+compute = ["itinerary"]
 [axes]
 alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }

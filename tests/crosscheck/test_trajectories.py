@@ -66,13 +66,13 @@ def check_double(gamma: str, alpha: str) -> None:
 def check_judge(trajectory: Trajectory, judged: Run, tolerance: float) -> None:
     """Fields, switching times and states agree to the judge's own accuracy."""
     assert fields(trajectory) == judged.fields
-    for segment, leg in zip(trajectory.segments, judged.legs, strict=True):
+    for segment, theirs in zip(trajectory.segments, judged.segments, strict=True):
         end = time(trajectory, segment.end)
         position = segment.position + segment.advance
-        scale = max(1, *(abs(exact(a)) for a in leg.state))
+        scale = max(1, *(abs(exact(a)) for a in theirs.state))
         # An integrator's clock loses digits as the time grows.
-        assert abs(end - exact(leg.end)) <= tolerance * max(1, end)
-        for a, b in zip((*segment.end_state, position), leg.state, strict=True):
+        assert abs(end - exact(theirs.end)) <= tolerance * max(1, end)
+        for a, b in zip((*segment.end_state, position), theirs.state, strict=True):
             assert abs(a - exact(b)) <= tolerance * scale
 
 

@@ -68,7 +68,7 @@ def orbit_at(amplitude: float, gamma: float = 3.3) -> Orbit:
 
 
 def tube_at(orbit: Orbit, radius: float = 0.0):
-    shooting = shooting_of(orbit.word, orbit.values, ("alpha",), EXACT)
+    shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     return enclose(shooting, guess_of(shooting, orbit), {shooting.parameter("alpha"): radius})
 
 
@@ -144,7 +144,7 @@ def test_tube_holds_the_orbits_found_at_other_amplitudes() -> None:
     at = tube.shooting.parameter("alpha")
     for share in (-0.9, 0.4, 0.99):
         values = [0.7 + share * 2e-3, *orbit.values[1:]]
-        guess = guess_of(tube.shooting, close(values, orbit.word, list(orbit.z)))
+        guess = guess_of(tube.shooting, close(values, orbit.itinerary, list(orbit.z)))
         assert tube.holds(guess)
         shifted = list(guess)
         shifted[0] += 0.05
@@ -189,13 +189,13 @@ def test_jury_decides_as_the_eigenvalues_do() -> None:
 def test_zero_of_the_equations_that_is_no_motion_is_rejected(
     amplitude: float, beyond: float, what: str
 ) -> None:
-    """Beyond a bifurcation the word's equations still have a solution; the guards tell."""
+    """Beyond a bifurcation the itinerary's equations still have a solution; the guards tell."""
     orbit = orbit_at(amplitude)
     prove_admissible(tube_at_columns(orbit, orbit))
     for share in np.linspace(0, 1, 12)[1:]:
         values = list(orbit.values)
         values[0] = amplitude + share * (beyond - amplitude)
-        moved = close(values, orbit.word, list(orbit.z))
+        moved = close(values, orbit.itinerary, list(orbit.z))
         assert isinstance(moved, Orbit)
         orbit = moved
     tube = tube_at_columns(orbit, orbit)
@@ -204,9 +204,9 @@ def test_zero_of_the_equations_that_is_no_motion_is_rejected(
 
 
 def tube_at_columns(orbit: Orbit, guess: Orbit):
-    shooting = shooting_of(orbit.word, orbit.values, ("alpha",), EXACT)
+    shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     given = {shooting.parameter("alpha"): 0.0}
-    if orbit.word.legs[0].guard is None:
+    if orbit.itinerary.segments[0].guard is None:
         given[shooting.angle] = 0.0
     return enclose(shooting, guess_of(shooting, guess), given)
 
@@ -230,14 +230,14 @@ def test_positive_guards_are_positive(order: int, monkeypatch: pytest.MonkeyPatc
 
 
 def test_orders_of_contact() -> None:
-    word = orbit_at(1.2).word  # F5 F4 F1 F2 F3 F2
-    at = {field: guards.known(word, k) for k, field in enumerate(word.fields)}
+    itinerary = orbit_at(1.2).itinerary  # F5 F4 F1 F2 F3 F2
+    at = {field: guards.known(itinerary, k) for k, field in enumerate(itinerary.fields)}
     assert at[4].orders(4) == (0, 3 - 1)
     assert at[1].orders(1) == (1, 0)
-    assert guards.known(word, 3).orders(2) == (0, 0, 0)
+    assert guards.known(itinerary, 3).orders(2) == (0, 0, 0)
     # F3 of duration 0 touches the lower bound of stick twice.
-    assert guards.known(word, 4, (4,)).orders(2) == (0, 0, 2)
-    assert word.legs[4].guard is Guard.DRIFT
+    assert guards.known(itinerary, 4, (4,)).orders(2) == (0, 0, 2)
+    assert itinerary.segments[4].guard is Guard.DRIFT
 
 
 # Branches
@@ -245,7 +245,7 @@ def test_orders_of_contact() -> None:
 
 def test_neighbouring_boxes_are_one_orbit_and_a_shifted_one_is_not() -> None:
     orbit = orbit_at(0.7)
-    shooting = shooting_of(orbit.word, orbit.values, ("alpha",), EXACT)
+    shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha",), EXACT)
     at = shooting.parameter("alpha")
     guess = guess_of(shooting, orbit)
     boxes = list(march(shooting, guess, at, 0.7, 0.703, step=1e-3, watch=Watch()))
@@ -299,14 +299,16 @@ def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
 
     orbit = found[0][3].orbit
     with pytest.raises(Unproved):
-        prove_event(orbit.word, orbit.shot.spans, orbit.z, orbit.values, (1,), ("alpha",), EXACT)
+        prove_event(
+            orbit.itinerary, orbit.shot.spans, orbit.z, orbit.values, (1,), ("alpha",), EXACT
+        )
 
 
 def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]) -> None:
     _, start = found
     first = ball(Fraction(1, 1000))
     one = next(regimes(events, start, EXACT | {"gamma": "3.3"}, first, ball(2)))
-    assert one.word.fields == (2,)
+    assert one.itinerary.fields == (2,)
     assert one.low <= first
     assert events[0].values["alpha"] - one.high < arb("1.1e-12")
 
@@ -317,7 +319,7 @@ def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]
 def test_motion_from_rest_enters_a_contracted_box() -> None:
     given = EXACT | {"gamma": "3.3", "alpha": "0.7"}
     proved = tendency(given)
-    assert proved.word == (4, 1, 2, 5)
+    assert proved.itinerary == (4, 1, 2, 5)
     assert proved.attraction.factor < 1
 
 
@@ -384,8 +386,15 @@ def test_checker_rejects_orbits_that_are_no_bifurcations(found) -> None:
     certificate, _ = certify_bifurcation(found[0][0])
     (still,) = certificate["still"]
     assert not rejected(certificate)
-    for legs in ([], [still, still], [-1], [len(certificate["fields"])], [float(still)], [True]):
-        assert rejected({**certificate, "still": legs})
+    for segments in (
+        [],
+        [still, still],
+        [-1],
+        [len(certificate["fields"])],
+        [float(still)],
+        [True],
+    ):
+        assert rejected({**certificate, "still": segments})
     other = copy.deepcopy(certificate)
     other["durations"][still] = "0.25"
     assert rejected(other)
@@ -408,6 +417,6 @@ def test_checker_runs_alone_and_is_short(tmp_path: Path) -> None:
 
 def test_unstable_orbit_is_certified_as_far_as_it_goes() -> None:
     orbit = orbit_at(0.3)
-    shooting = shooting_of(orbit.word, orbit.values, (), EXACT)
+    shooting = shooting_of(orbit.itinerary, orbit.values, (), EXACT)
     proved = prove(shooting, guess_of(shooting, orbit), {}, stable=False)
     assert proved.characteristic is None

@@ -41,7 +41,7 @@ def test_both_points_are_those_that_the_curves_meet_at(proved, curves) -> None:
 
 
 def test_slopes_are_those_of_the_curves_nearby(proved, curves) -> None:
-    """The crossing-sliding orbits without the other event's leg lie outside the two points."""
+    """The crossing-sliding orbits without the other event's segment lie outside the two points."""
     for one, side in zip(proved, (-1, 1), strict=True):
         alpha, gamma = (float(value) for value in one.event.values.values())
         near = [
@@ -71,5 +71,5 @@ def test_curves_that_touch_are_not_seen_to_cross(proved, curves, monkeypatch) ->
 def test_one_leg_is_no_meeting(curves) -> None:
     curve = curves["crossing-sliding"]
     single = replace(curve.codimension_two[0], orbit=curve.points[0].orbit)
-    with pytest.raises(Unproved, match="1 legs have the duration 0"):
+    with pytest.raises(Unproved, match="1 segments have the duration 0"):
         prove_meeting(single, EXACT)

@@ -41,7 +41,7 @@ def patch_at(alpha: float, gamma: float, radii: tuple[float, float], **other: fl
     orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma, **other))
     assert isinstance(orbit, Orbit)
     exact = {name: text for name, text in EXACT.items() if name not in other}
-    shooting = shooting_of(orbit.word, orbit.values, ("alpha", "gamma"), exact)
+    shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha", "gamma"), exact)
     return Patch(shooting, guess_of(shooting, orbit), radii)
 
 
@@ -91,7 +91,7 @@ def test_exponential_over_a_patch_holds_the_flow_at_its_corners() -> None:
 def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> None:
     radii = (1e-3, 1e-2)
     patch = patch_at(alpha, gamma, radii)
-    legs = patch.enclose()
+    segments = patch.enclose()
     patch.prove()
     orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma))
     assert isinstance(orbit, Orbit)
@@ -99,9 +99,9 @@ def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> No
         values = list(orbit.values)
         values[0] += x * radii[0]
         values[PARAMETERS.index("gamma")] += y * radii[1]
-        moved = close(values, orbit.word, list(orbit.z))
+        moved = close(values, orbit.itinerary, list(orbit.z))
         assert isinstance(moved, Orbit)
-        for form, span in zip(legs.starts, moved.shot.spans, strict=True):
+        for form, span in zip(segments.starts, moved.shot.spans, strict=True):
             for row in range(2):
                 held = at(forms.entry(form, row, 0), x, y)
                 assert (held + arb(0, 1e-12)).contains(arb(float(span.start[row])))
@@ -118,11 +118,11 @@ def test_unstable_orbits_are_not_proved_to_be_stable() -> None:
     orbit = find_orbit(Parameters(alpha=0.0428, zeta=0.005))
     assert isinstance(orbit, Orbit)
     values = [0.045, *orbit.values[1:]]  # between two period doublings
-    unstable = close(values, orbit.word, list(orbit.z))
+    unstable = close(values, orbit.itinerary, list(orbit.z))
     assert isinstance(unstable, Orbit)
-    assert unstable.word.multiple == 1
+    assert unstable.itinerary.period_number == 1
     exact = {**EXACT, "zeta": "0.005"}
-    shooting = shooting_of(unstable.word, unstable.values, ("alpha", "gamma"), exact)
+    shooting = shooting_of(unstable.itinerary, unstable.values, ("alpha", "gamma"), exact)
     patch = Patch(shooting, guess_of(shooting, unstable), (1e-6, 1e-6))
     patch.admissible(patch.enclose())
     with pytest.raises(Unproved, match="stability"):
@@ -133,9 +133,9 @@ def test_a_guard_that_is_negative_somewhere_is_found_in_no_part() -> None:
     """The zero of the equations beyond a border is rejected, however small the patch."""
     orbit = find_orbit(Parameters(alpha=0.36))
     assert isinstance(orbit, Orbit)
-    beyond = close([0.37, *orbit.values[1:]], orbit.word, list(orbit.z))
+    beyond = close([0.37, *orbit.values[1:]], orbit.itinerary, list(orbit.z))
     assert isinstance(beyond, Orbit)
-    shooting = shooting_of(beyond.word, beyond.values, ("alpha", "gamma"), EXACT)
+    shooting = shooting_of(beyond.itinerary, beyond.values, ("alpha", "gamma"), EXACT)
     patch = Patch(shooting, guess_of(shooting, beyond), (1e-6, 1e-6))
     with pytest.raises(Unproved, match="guards"):
         patch.admissible(patch.enclose())
@@ -185,12 +185,12 @@ def test_a_patch_across_a_border_is_halved_where_its_corners_differ(
 def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
     small = Cell(9, 300, 6, 40)
     alpha, gamma = small.middle
-    word = attempt(small, REST).word
+    itinerary = attempt(small, REST).itinerary
     orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma))
     assert isinstance(orbit, Orbit)
-    assert word == str(orbit.word)
+    assert itinerary == str(orbit.itinerary)
     large = attempt(Cell(0, 0, 0, 0), REST)
-    assert large.word is None
+    assert large.itinerary is None
     assert large.along
     assert {*large.along} <= {0, 1}
 
@@ -202,9 +202,9 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     first, second = (cell for _, cell, _ in sorted(fresh.open)[:2])
     low, high = second.halved((1,))
     records = (
-        {"cell": first, "seconds": 1.0, "work": 0.5, "word": "F5 F2"},
+        {"cell": first, "seconds": 1.0, "work": 0.5, "itinerary": "F5 F2"},
         {"cell": second, "seconds": 2.0, "work": 0.5, "along": [1]},
-        {"cell": low, "seconds": 3.0, "work": 0.25, "word": "F2"},
+        {"cell": low, "seconds": 3.0, "work": 0.25, "itinerary": "F2"},
     )
     path.write_text("".join(json.dumps(one) + "\n" for one in ({"code": code()}, *records)))
     # A kill in the middle of a line costs its patch.
@@ -230,9 +230,15 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
         ['{"certificates": []}'],
         ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0}'],
         ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "along": [2]}'],
-        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "word": ""}'],
-        ['{"code": "CODE"}', '{"cell": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "word": "F2"}'],
-        ['{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "word": "F2"}'],
+        [
+            '{"code": "CODE"}',
+            '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": ""}',
+        ],
+        [
+            '{"code": "CODE"}',
+            '{"cell": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}',
+        ],
+        ['{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}'],
     ],
 )
 def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -> None:

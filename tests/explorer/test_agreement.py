@@ -59,7 +59,7 @@ def _compare(count):
     for (p, s, t), there in zip(systems, json.loads(done.stdout), strict=True):
         here = simulate(p, s, t, PERIODS, backend="c")
         assert there["stop"] == 0
-        assert [tuple(map(int, one)) for one in there["word"]] == [
+        assert [tuple(map(int, one)) for one in there["itinerary"]] == [
             (one.field, int(one.source[1:] or 0), int(one.target[1:] or 0)) for one in here.segments
         ]
         final = here.final[1]

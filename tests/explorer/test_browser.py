@@ -23,7 +23,7 @@ def _quantity(tab, name):
     return [float(part.replace("−", "-")) for part in re.split(r",| \+ ", text)]
 
 
-def _word(tab):
+def _itinerary(tab):
     return tuple(tab.locator("#itinerary b").all_inner_texts())
 
 
@@ -45,7 +45,7 @@ def _settled(tab, change):
 def _same_motion(tab, parameters):
     motion = simulate(parameters, periods=400).steady()
     orbit = find_orbit(parameters)
-    assert _word(tab) == motion.word
+    assert _itinerary(tab) == motion.itinerary
     assert tab.locator("#map").inner_text().replace("_", "") == re.sub(
         r"[_{}]", "", motion.global_map
     )
@@ -82,7 +82,7 @@ def test_a_device_is_that_of_the_package(open_page):
     device = PhysicalParameters(M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=4.5,
                                 Omega=8, mu=0.2)  # fmt: skip
     motion = simulate(device.dimensionless(), periods=400).steady()
-    assert _word(tab) == motion.word
+    assert _itinerary(tab) == motion.itinerary
     speed = device.velocity(motion.progression / device.dimensionless().period)
     assert _quantity(tab, "speed") == pytest.approx([1000 * speed], rel=1e-5)
 
@@ -134,7 +134,7 @@ def test_a_chart_is_cancelled_and_chosen_from_by_keys(open_page):
     chart.press("Enter")
     _until(tab, "location.hash.includes('gamma')")
     tab.wait_for_selector("#itinerary b")
-    assert _word(tab) == tuple(said[3].split())
+    assert _itinerary(tab) == tuple(said[3].split())
 
 
 def test_all_is_in_the_address(open_page):
@@ -159,7 +159,7 @@ def test_what_is_copied_runs(open_page):
     python = tab.inner_text("#share-python")
     names: dict[str, object] = {}
     exec(python, names)
-    assert names["motion"].word == _word(tab)
+    assert names["motion"].itinerary == _itinerary(tab)
     assert tomllib.loads(tab.inner_text("#share-file"))["alpha"] == 1.2
     command = tab.inner_text("#share-command").strip()
     assert command == "capsule-sym run --alpha 1.2 --state 0.5 0 0 --periods 200"

@@ -12,7 +12,7 @@ from capsule_sym._orbits.continuation.continuation import follow
 from capsule_sym._orbits.shooting.search import find_orbit
 from capsule_sym._sweeps import read_plan
 
-from .test_browser import _quantity, _settled, _until, _word
+from .test_browser import _itinerary, _quantity, _settled, _until
 
 pytestmark = pytest.mark.long
 
@@ -27,7 +27,7 @@ def _finished(tab, view):
 
 
 def _digits(motion):
-    return "".join(field[1] for field in motion.word)
+    return "".join(field[1] for field in motion.itinerary)
 
 
 def _rows(tab, name, path):
@@ -109,7 +109,7 @@ def test_keys_choose_among_motions_that_coexist(open_page):
         said.add(re.search(r": ([F\d ]+)\.", text)[1])
     assert len(said) > 1
     _settled(tab, lambda: diagram.press("Enter"))
-    assert " ".join(_word(tab)) == re.search(r": ([F\d ]+)\.", text)[1]
+    assert " ".join(_itinerary(tab)) == re.search(r": ([F\d ]+)\.", text)[1]
 
 
 def test_what_is_clicked_in_a_chart_is_shown(open_page, tmp_path):
@@ -131,7 +131,7 @@ def test_what_is_clicked_in_a_chart_is_shown(open_page, tmp_path):
         middle = tuple(round(-2 + 4 * (k + 0.5) / 16, 6) for k in (i, j))
         start = tuple(float(tab.input_value(f"#field-{name}")) for name in ("x_r", "v_r"))
         assert start == middle
-        assert "".join(one[1] for one in _word(tab)) == cells[middle]
+        assert "".join(one[1] for one in _itinerary(tab)) == cells[middle]
 
 
 def test_folds_are_those_of_the_package(open_page):

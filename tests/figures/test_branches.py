@@ -27,7 +27,7 @@ PRINTED = (0.0074, 0.3687, 0.5245, 0.939, 1.443, 1.6148, 1.661, 1.7126)
 def point(value: float, stable: bool, states: list[list[float]], velocity: float) -> dict[str, Any]:
     return {
         "value": value,
-        "word": ["F2"],
+        "itinerary": ["F2"],
         "stable": stable,
         "stroboscopic": states,
         "average_velocity": velocity,
@@ -141,7 +141,7 @@ def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
     assert sorted(columns) == pytest.approx([0.7, 0.95, 1.55])
     assert list(columns.values()) == pytest.approx([1.0] * 3, abs=1e-12)
     assert [fields[left] for left in sorted(fields)] == [
-        set(run.steady().word) for run in (runs[2], runs[0], runs[1])
+        set(run.steady().itinerary) for run in (runs[2], runs[0], runs[1])
     ]
     colours = {c.get_label(): to_hex(c.get_facecolor()[0]) for c in axes.collections}
     assert colours["F4"] == to_hex(SAFE[3])
@@ -211,10 +211,10 @@ def test_fig8_draws_below_at_and_above_in_three_styles(settled) -> None:
     axes = around(CROSSINGS, groups).axes
     assert len(axes) == 4
     for row, group in zip((axes[0:2], axes[2:4]), groups, strict=True):
-        words = [len(cycle(run)) for run in group]
+        itineraries = [len(cycle(run)) for run in group]
         for view in row:
             arcs = [line for line in view.lines if line.get_label().startswith("F")]
-            assert len(arcs) == sum(words)
+            assert len(arcs) == sum(itineraries)
             styles = [line._unscaled_dash_pattern for line in arcs]
             assert [len({str(style) for style in styles})] == [3]
     box, close = axes[0], axes[1]

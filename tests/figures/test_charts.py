@@ -1,4 +1,4 @@
-"""The chart of words: regions by area, names inside them, exact curves and points on top."""
+"""The chart of itineraries: regions by area, names inside them, exact curves and points on top."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
 @pytest.fixture
 def results() -> xr.Dataset:
     """Two large regions left and right, a corner that is too small for a name, one cell unknown."""
-    word = np.full((40, 20), 22)
-    word[:15] = 11
-    word[-1, -1] = 33
-    word[20, 10] = -1
+    itinerary = np.full((40, 20), 22)
+    itinerary[:15] = 11
+    itinerary[-1, -1] = 33
+    itinerary[20, 10] = -1
     flags = {"flag_values": list(CODES), "flag_meanings": " ".join(CODES.values())}
     return xr.Dataset(
-        {"word": (("alpha", "gamma"), word, flags)},
+        {"itinerary": (("alpha", "gamma"), itinerary, flags)},
         coords={"alpha": np.linspace(0, 2, 40), "gamma": np.linspace(1, 3, 20)},
     )
 
@@ -37,8 +37,8 @@ CURVE: dict[str, Any] = {
 
 
 def test_words_are_numbered_by_area(results: xr.Dataset) -> None:
-    numbers, words = regions(results)
-    assert words == ["5412", "52", "2"]
+    numbers, itineraries = regions(results)
+    assert itineraries == ["5412", "52", "2"]
     assert set(numbers[:15].flat) == {1}
     assert numbers[-1, -1] == 2
     assert numbers[20, 10] == -1
@@ -73,16 +73,16 @@ def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
 def test_a_chart_is_computed_once_and_meets_its_curves(store: Store, monkeypatch) -> None:
     first, second = Range("alpha", 0.2, 0.8, 24), Range("gamma", 2.5, 3.5, 8)
     with store.chart(Parameters(), first, second) as results:
-        numbers, words = regions(results)
+        numbers, itineraries = regions(results)
     monkeypatch.setattr("capsule_sym._sweeps.refine", lambda *_, **__: pytest.fail("again"))
     with store.chart(Parameters(), first, second) as again:
         assert np.array_equal(regions(again)[0], numbers)
-    assert {"52", "5452", "5412"} <= set(words)
+    assert {"52", "5452", "5412"} <= set(itineraries)
     curves = store.curves(Parameters(), first, second)
     (adding,) = [one for one in curves if one["type"] == "adding-sliding"]
     alphas = np.linspace(first.low, first.high, first.cells)
     for row, gamma in enumerate(np.linspace(second.low, second.high, second.cells)):
         edge = np.interp(gamma, *np.array([(p["gamma"], p["alpha"]) for p in adding["points"]]).T)
-        stuck = numbers[:, row] == words.index("52")
+        stuck = numbers[:, row] == itineraries.index("52")
         assert np.all(alphas[stuck] < edge + 1e-9)
         assert np.all(stuck[alphas < edge - 1e-9])

@@ -57,7 +57,7 @@ def test_nothing_is_kept_where_nothing_can_be_written(tmp_path: Path) -> None:
     store = Store(count_items, tmp_path / "file" / "cache")
     assert [store.get("sum", 1, lambda n=n: n) for n in (1, 2)] == [1, 2]
     ranges = data.Range("alpha", 0.5, 0.7, 2), data.Range("gamma", 3.0, 3.3, 2)
-    assert store.chart(Parameters(), *ranges)["word"].shape == (2, 2)
+    assert store.chart(Parameters(), *ranges)["itinerary"].shape == (2, 2)
 
 
 def test_another_version_computes_again(counting: Store, monkeypatch) -> None:
@@ -90,7 +90,7 @@ def test_motions_are_settled_once_and_are_steady_again(counting: Store) -> None:
     assert count_items.seen == 2
     for motion, again, parameters in zip(first, second, wanted, strict=True):
         assert motion.parameters == parameters
-        assert motion.steady().word == again.steady().word
+        assert motion.steady().itinerary == again.steady().itinerary
         assert motion.final == again.final
         assert motion.final[0].period == 4
 
@@ -106,7 +106,7 @@ def test_orbits_come_back_from_the_record(branch) -> None:
     orbit = orbit_of(json.loads(json.dumps(one)))
     assert orbit.residual < 1e-12
     assert orbit.average_velocity == pytest.approx(one["average_velocity"], rel=1e-12)
-    assert list(orbit.word.names) == one["orbit"]["word"]
+    assert list(orbit.itinerary.names) == one["orbit"]["itinerary"]
     begin, end = cycle(orbit)[0], cycle(orbit)[-1]
     assert begin.x_r[0] == pytest.approx(end.x_r[-1], abs=1e-12)
 

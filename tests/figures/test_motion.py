@@ -53,11 +53,11 @@ def test_portrait_draws_each_segment_in_its_colour(settled, colours, palette) ->
     steady = run.steady()
     assert steady is not None
     drawn = curves(axes)
-    word = [to_hex(palette[segment.field - 1]) for segment in steady.segments]
+    itinerary = [to_hex(palette[segment.field - 1]) for segment in steady.segments]
     # A period begins at phase 0, inside a segment: that one is drawn in two pieces.
     colour = [one for one, _, _ in drawn]
     assert colour[0] == colour[-1]
-    assert colour[:-1] in [word[i:] + word[:i] for i in range(len(word))]
+    assert colour[:-1] in [itinerary[i:] + itinerary[:i] for i in range(len(itinerary))]
     for segment in steady.segments:
         ends = [(x[0], y[0]) for _, x, y in drawn]
         distance = np.hypot(*(np.array(ends) - segment.start_state[:2]).T)
@@ -118,8 +118,8 @@ def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
             field = palette.get(to_hex(line.get_color()))
             if field and line.get_xdata()[-1] < 0.999:
                 ends.setdefault((field, line.get_xdata()[-1]), []).append(line.get_ydata()[-1])
-    word = {field for field, _ in ends}
-    assert word == {4, 1, 2, 3, 6, 5}
+    itinerary = {field for field, _ in ends}
+    assert itinerary == {4, 1, 2, 3, 6, 5}
     for (field, _), (gap_end, velocity_end, force_end) in ends.items():
         stick = field in (2, 5)
         distances = [abs(gap_end), abs(abs(force_end) - 1) if stick else abs(velocity_end)]

@@ -24,7 +24,7 @@ FIELD_OF = {(CONTACT[field], DRIFT[field]): field for field in DRIFT}
 
 
 @dataclass(frozen=True)
-class Leg:
+class Segment:
     """One segment of a run: field index, start and end time, and the state at the end.
 
     Times are absolute and dimensionless; the state is (x_r, v_r, v_c, x_c). The numbers are of
@@ -41,17 +41,17 @@ class Leg:
 class Run:
     """A judged trajectory: its segments in order and the state (x_r, v_r, v_c, x_c) at its end."""
 
-    legs: tuple[Leg, ...]
+    segments: tuple[Segment, ...]
 
     @property
     def fields(self) -> str:
         """Field indices of the segments in order, such as `"252"`."""
-        return "".join(str(leg.field) for leg in self.legs)
+        return "".join(str(segment.field) for segment in self.segments)
 
     @property
     def final(self) -> tuple[Any, ...]:
         """State (x_r, v_r, v_c, x_c) at the end of the last segment."""
-        return self.legs[-1].state
+        return self.segments[-1].state
 
 
 def first_field(parameters: Parameters, state: Sequence[Any]) -> int:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from capsule_sym._parameters import Parameters
-from tests.judges import CONTACT, DRIFT, Leg, Run, first_field, next_field
+from tests.judges import CONTACT, DRIFT, Run, Segment, first_field, next_field
 
 RTOL, ATOL = 1e-13, 1e-14
 
@@ -42,7 +42,7 @@ def run(
     z = np.array([*state, 0.0])
     tau, end = phase, phase + periods * 2 * pi / parameters.omega
     field = first_field(parameters, state)
-    legs: list[Leg] = []
+    segments: list[Segment] = []
     while tau < end:
         solution = solve_ivp(
             partial(derivative, parameters, field),
@@ -72,9 +72,9 @@ def run(
                 z[2] = 0.0
         else:
             z = solution.y[:, -1]
-        legs.append(Leg(field, start, tau, tuple(map(float, z))))
+        segments.append(Segment(field, start, tau, tuple(map(float, z))))
         field = following
-    return Run(tuple(legs))
+    return Run(tuple(segments))
 
 
 def derivative(

@@ -13,7 +13,7 @@ import heyoka as hy  # type: ignore[import-untyped]
 import numpy as np
 
 from capsule_sym._parameters import Parameters
-from tests.judges import CONTACT, DRIFT, Leg, Run, first_field, next_field
+from tests.judges import CONTACT, DRIFT, Run, Segment, first_field, next_field
 
 EXTENDED = np.finfo(np.longdouble).nmant == 63
 FLOAT: Any = np.longdouble if EXTENDED else np.float64
@@ -40,7 +40,7 @@ def run(
     tau = FLOAT(phase)
     end = tau + periods * 2 * _PI / FLOAT(parameters.omega)
     field = first_field(parameters, state)
-    legs: list[Leg] = []
+    segments: list[Segment] = []
     while tau < end:
         integrator = _integrator(field)
         integrator.pars[:] = [
@@ -67,9 +67,9 @@ def run(
                 z[2] = DRIFT[following] * _NUDGE
         else:
             raise ArithmeticError(f"field {field} at tau = {tau!r}: {outcome}")
-        legs.append(Leg(field, start, tau, tuple(z)))
+        segments.append(Segment(field, start, tau, tuple(z)))
         field = following
-    return Run(tuple(legs))
+    return Run(tuple(segments))
 
 
 @cache

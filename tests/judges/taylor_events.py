@@ -15,7 +15,7 @@ from typing import Any
 from mpmath import mp, mpf
 
 from capsule_sym._parameters import Parameters
-from tests.judges import CONTACT, DRIFT, Leg, Run
+from tests.judges import CONTACT, DRIFT, Run, Segment
 
 DATA = Path(__file__).parent / "data"
 ALPHAS = ("0.3", "0.45", "0.7", "1.2", "1.5", "1.64", "1.69", "1.9")
@@ -53,14 +53,14 @@ def run(
         here = (*map(mpf, state), mpf(0))
         tau = mpf(phase)
         end = tau + periods * 2 * mp.pi / mpf(parameters.omega)
-        legs: list[Leg] = []
+        segments: list[Segment] = []
         while tau < end:
             here = _snap(parameters, here, zero)
             field = _next_field(parameters, here, tau, zero)
             start = tau
             tau, here = _leg(parameters, field, here, start, end, zero)
-            legs.append(Leg(field, start, tau, here))
-        return Run(tuple(legs))
+            segments.append(Segment(field, start, tau, here))
+        return Run(tuple(segments))
 
 
 def _snap(parameters: Parameters, state: Sequence[Any], zero: Any) -> tuple[Any, ...]:

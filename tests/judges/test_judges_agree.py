@@ -103,15 +103,17 @@ def all_fields() -> tuple[Parameters, Run]:
 
 
 def _segment_gaps(case: Parameters, run: Run) -> dict[int, float]:
-    """Largest difference by field between the run and the one-segment judge, leg by leg."""
+    """Largest difference by field between the run and the one-segment judge, segment by segment."""
     gaps = dict.fromkeys(DRIFT, 0.0)
     start: tuple[Any, ...] = (0, 0, 0, 0)
     with mp.workdps(60):
-        for leg in run.legs:
-            end = taylor.integrate(case, leg.field, start, leg.start, leg.end - leg.start)
-            found = max(abs(a - b) for a, b in zip(end, leg.state, strict=True))
-            gaps[leg.field] = max(gaps[leg.field], float(found))
-            start = leg.state
+        for segment in run.segments:
+            end = taylor.integrate(
+                case, segment.field, start, segment.start, segment.end - segment.start
+            )
+            found = max(abs(a - b) for a, b in zip(end, segment.state, strict=True))
+            gaps[segment.field] = max(gaps[segment.field], float(found))
+            start = segment.state
     return gaps
 
 

@@ -22,7 +22,7 @@ def test_what_has_died_away_is_rest(backend: str, delta: float, field: str) -> N
     assert len([s for s in run.segments if s.start.period >= 10]) > 5  # it switches on
     motion = run.steady()
     assert motion is not None
-    assert (motion.word, motion.period_multiple, motion.progression) == ((field,), 1, 0)
+    assert (motion.itinerary, motion.period_number, motion.progression) == ((field,), 1, 0)
     assert motion.global_map == f"Id_{{Σ{field[1]},{field},Σ{field[1]}}}"
     (segment,) = motion.segments
     assert segment.start_state == segment.end_state == (0, 0, 0)
@@ -52,7 +52,7 @@ def test_a_force_that_can_still_move_the_capsule_is_not_rest() -> None:
     run = simulate(weak, (0.0, 2e-3, 0.0), phase=0.0, periods=1, max_segments=2000)
     assert len({s.field for s in run.segments}) > 2  # it slips
     motion = simulate(weak, (0.0, 0.9e-3, 0.0), periods=20).steady(1e-2)
-    assert motion is None or motion.word != ("F5",)
+    assert motion is None or motion.itinerary != ("F5",)
 
 
 @pytest.mark.parametrize("zeta", [0.3, 1.0])

@@ -51,13 +51,21 @@ def test_reprs_fit_a_line() -> None:
     run = simulate(Parameters(), periods=400)
     orbit = find_orbit(Parameters())
     assert isinstance(orbit, Orbit)
-    near = close(Parameters(alpha=0.94), orbit.word, list(orbit.z))
+    near = close(Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
     assert isinstance(near, Orbit)
     branch = follow(near, "alpha", 0.943, points=2)
     ends = (Ending.REACHED, ""), (Ending.REACHED, "")
     curve = Curve("grazing", ("alpha", "gamma"), (), (), ends)
-    none = NoOrbit(Reason.SINGULAR, "", orbit.word, orbit.values, 1.0)
-    parts = [run, run.segments[0], run.segments[-1], run.steady(), orbit, orbit.word, orbit.shot]
+    none = NoOrbit(Reason.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
+    parts = [
+        run,
+        run.segments[0],
+        run.segments[-1],
+        run.steady(),
+        orbit,
+        orbit.itinerary,
+        orbit.shot,
+    ]
     parts += [orbit.shot.spans[0], branch, branch.points[0], branch.bifurcations[0], none]
     parts += [curve]
     for part in parts:

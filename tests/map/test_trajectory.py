@@ -159,9 +159,9 @@ def test_a_state_after_many_turns_of_fast_forcing_is_at_the_right_phase() -> Non
         one = simulate(case, (0.0, 0.0, 0.0), phase, 60)
         other = dop853.run(case, (0.0, 0.0, 0.0), phase, 2)
         assert "".join(str(s.field) for s in one.segments).startswith(other.fields[:-1])
-        for segment, leg in zip(one.segments, other.legs[:-1], strict=False):
+        for segment, theirs in zip(one.segments, other.segments[:-1], strict=False):
             end = segment.end.period * case.period + segment.end.phase
-            assert end == pytest.approx(leg.end, abs=1e-10)
+            assert end == pytest.approx(theirs.end, abs=1e-10)
 
 
 def test_a_switch_at_a_whole_period_does_not_lose_it() -> None:
@@ -172,8 +172,8 @@ def test_a_switch_at_a_whole_period_does_not_lose_it() -> None:
     run = simulate(case, (0.02, 0.0, 0.0), periods=2)
     judged = dop853.run(case, (0.02, 0.0, 0.0), periods=2)
     assert "".join(str(segment.field) for segment in run.segments) == judged.fields
-    for segment, leg in zip(run.segments, judged.legs, strict=True):
-        assert segment.end.period * case.period + segment.end.phase == pytest.approx(leg.end)
+    for segment, theirs in zip(run.segments, judged.segments, strict=True):
+        assert segment.end.period * case.period + segment.end.phase == pytest.approx(theirs.end)
     assert run.final[1] == pytest.approx(judged.final[:3], abs=1e-10)
 
 
@@ -181,23 +181,23 @@ def test_a_steady_motion_of_one_period() -> None:
     run = simulate(Parameters(alpha=0.7), periods=60)
     motion = run.steady()
     assert motion is not None
-    assert motion.word == ("F5", "F4", "F1", "F2")
+    assert motion.itinerary == ("F5", "F4", "F1", "F2")
     assert motion.global_map == ("P_{Σ5,F2,Σ2} ∘ P_{Σ2,F1,Σ8} ∘ P_{Σ8,F4,Σ4} ∘ P_{Σ4,F5,Σ5}")
-    assert motion.period_multiple == 1
+    assert motion.period_number == 1
     check_steady(run, motion)
 
 
 def check_steady(run: Trajectory, motion: Any) -> None:
     """The motion repeats by an independent integrator, and advances as it says."""
-    multiple, period = motion.period_multiple, run.parameters.period
+    period_number, period = motion.period_number, run.parameters.period
     count = len(run.stroboscopic) - 1
-    ends = run.position([(count - multiple) * period, count * period])
-    assert multiple * motion.progression == pytest.approx(ends[1] - ends[0], abs=1e-8)
+    ends = run.position([(count - period_number) * period, count * period])
+    assert period_number * motion.progression == pytest.approx(ends[1] - ends[0], abs=1e-8)
     _, state = run.final
-    again = dop853.run(run.parameters, [float(a) for a in state], 0.0, multiple)
+    again = dop853.run(run.parameters, [float(a) for a in state], 0.0, period_number)
     assert again.final[:3] == pytest.approx(state, abs=1e-8)
-    assert again.final[3] == pytest.approx(multiple * motion.progression, abs=1e-8)
-    for shorter in range(1, multiple):
+    assert again.final[3] == pytest.approx(period_number * motion.progression, abs=1e-8)
+    for shorter in range(1, period_number):
         between = dop853.run(run.parameters, [float(a) for a in state], 0.0, shorter)
         assert max(abs(a - b) for a, b in zip(between.final, state, strict=False)) > 1e-3
     cycle = [*motion.segments, motion.segments[0]]
@@ -209,7 +209,7 @@ def test_a_steady_motion_of_two_periods(case: Parameters) -> None:
     run = simulate(case, periods=120)
     motion = run.steady()
     assert motion is not None
-    assert motion.period_multiple == 2
+    assert motion.period_number == 2
     check_steady(run, motion)
 
 
@@ -217,7 +217,7 @@ def test_rest_is_a_steady_motion_without_switches() -> None:
     motion = simulate(Parameters(alpha=0.005), periods=100).steady()
     assert motion is not None
     assert motion.global_map == "Id_{Σ2,F2,Σ2}"
-    assert (motion.word, motion.period_multiple, motion.progression) == (("F2",), 1, 0)
+    assert (motion.itinerary, motion.period_number, motion.progression) == (("F2",), 1, 0)
 
 
 def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> None:
@@ -230,7 +230,7 @@ def test_slow_alternating_convergence_is_not_taken_for_a_doubled_period() -> Non
     assert run.steady(tolerance=2 * twice) is None
     later = simulate(Parameters(alpha=0.3), periods=500).steady(tolerance=1e-4)
     assert later is not None
-    assert later.period_multiple == 1
+    assert later.period_number == 1
 
 
 @pytest.mark.parametrize("phase", [0.0, 3.0])

@@ -33,7 +33,7 @@ PANELS += (1.443, 1.5, 1.6148, 1.64, 1.661, 1.69, 1.7126, 1.9)
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
 
-def word(run: Trajectory) -> list[tuple[int, str, str, str]]:
+def itinerary(run: Trajectory) -> list[tuple[int, str, str, str]]:
     return [(s.field, s.source, s.target, s.outcome.value) for s in run.segments]
 
 
@@ -64,7 +64,7 @@ def test_the_case_study_agrees_segment_by_segment(alpha: float, gamma: float) ->
     parameters = Parameters(alpha=alpha, gamma=gamma)
     fast = simulate(parameters, periods=15, backend="c")
     reference = simulate(parameters, periods=15, backend="numpy")
-    assert word(fast) == word(reference)
+    assert itinerary(fast) == itinerary(reference)
     np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=0, atol=2e-13)
     np.testing.assert_allclose(fast.stroboscopic, reference.stroboscopic, rtol=0, atol=2e-13)
 
@@ -169,7 +169,7 @@ def test_random_motions_agree_segment_by_segment(
     )
     # Where the two settle different switches by 50 digits, rounding decided which.
     assume(fast.statistics.escalations == reference.statistics.escalations)
-    assert word(fast) == word(reference)
+    assert itinerary(fast) == itinerary(reference)
     np.testing.assert_allclose(numbers(fast), numbers(reference), rtol=1e-9, atol=1e-10)
 
 
@@ -230,7 +230,7 @@ def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
     assert core.Map(parameter_rows(parameters)[0]).run(record, 1)[0] == core.OPEN
     fast = simulate(parameters, state, periods=1, backend="c")
     reference = simulate(parameters, state, periods=1, backend="numpy")
-    assert word(fast) == word(reference)
+    assert itinerary(fast) == itinerary(reference)
     assert fast.statistics.escalations == reference.statistics.escalations > 0
     finals = final_states(parameter_rows(parameters), state, periods=1)
     np.testing.assert_allclose(finals.states[0], fast.final[1], atol=1e-13)

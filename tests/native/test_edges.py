@@ -142,7 +142,9 @@ def edges() -> Edges:
             continue
         s = drawn.start
         run = simulate(s.parameters, s.state, s.phase, s.periods, backend="numpy", max_segments=1)
-        switches = [(leg.field, int(leg.target[1:])) for leg in run.segments if leg.target]
+        switches = [
+            (segment.field, int(segment.target[1:])) for segment in run.segments if segment.target
+        ]
         if run.segments and run.segments[0].outcome in SURE:
             found.append((s, switches[0] if switches else (0, 0)))
     return found

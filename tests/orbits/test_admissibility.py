@@ -1,4 +1,4 @@
-"""Inequalities of a word: they say whether the map follows it."""
+"""Inequalities of an itinerary: they say whether the map follows it."""
 
 import pytest
 
@@ -20,18 +20,18 @@ from tests.orbits.branches import settled
 
 def held(orbit: Orbit) -> list[Inequality]:
     with backend(orbit.backend) as numbers:
-        return inequalities(numbers, orbit.word, orbit.shot)
+        return inequalities(numbers, orbit.itinerary, orbit.shot)
 
 
 def test_the_landing_is_the_distance_to_the_edge_of_stick() -> None:
     orbit = settled(alpha=1.2)  # F5 F4 F1 F2 F3 F2
     landings = [one for one in held(orbit) if one.kind == LANDING]
-    assert [orbit.word.fields[one.leg] for one in landings] == [1, 3]
+    assert [orbit.itinerary.fields[one.segment] for one in landings] == [1, 3]
     for one in landings:
-        x_r, v_r, v_c = orbit.motion.segments[one.leg].end_state
+        x_r, v_r, v_c = orbit.motion.segments[one.segment].end_state
         assert v_c == 0
         force = x_r + 2 * 0.05 * v_r
-        edge = -1.0 if orbit.word.fields[one.leg] == 1 else 1.0
+        edge = -1.0 if orbit.itinerary.fields[one.segment] == 1 else 1.0
         assert one.value == pytest.approx(abs(force - edge), abs=1e-12)
 
 
@@ -39,7 +39,7 @@ def test_the_landing_is_the_distance_to_the_edge_of_stick() -> None:
 def test_the_map_follows_a_word_just_where_its_inequalities_hold(alpha: float) -> None:
     # At 0.9409980 the force in F2 reaches the edge of stick.
     start = settled(alpha=0.9)
-    orbit = close(Parameters(alpha=alpha), start.word, start.z)
+    orbit = close(Parameters(alpha=alpha), start.itinerary, start.z)
     assert isinstance(orbit, Orbit)
     least = tightest(orbit)
     assert (least.kind, least.guard) == (MINIMUM, Guard.LOWER)
@@ -48,16 +48,16 @@ def test_the_map_follows_a_word_just_where_its_inequalities_hold(alpha: float) -
 
 def test_legs_and_guards_are_named_from_where_the_paper_begins() -> None:
     orbit = settled(alpha=0.9)
-    turned = close(orbit.parameters, orbit.word.rotated(2), _turned(orbit, 2))
+    turned = close(orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2))
     assert isinstance(turned, Orbit)
-    names = {one.named(turned.word) for one in held(turned)}
-    assert names == {one.named(orbit.word) for one in held(orbit)}
-    assert "minimum of lower in leg 4, F2" in names
+    names = {one.named(turned.itinerary) for one in held(turned)}
+    assert names == {one.named(orbit.itinerary) for one in held(orbit)}
+    assert "minimum of lower in segment 4, F2" in names
 
 
-def _turned(orbit: Orbit, leg: int) -> list[float]:
-    span = orbit.shot.spans[leg]
-    return [*span.start, span.angle, *orbit.z[4 + leg :], *orbit.z[4 : 4 + leg]]
+def _turned(orbit: Orbit, segment: int) -> list[float]:
+    span = orbit.shot.spans[segment]
+    return [*span.start, span.angle, *orbit.z[4 + segment :], *orbit.z[4 : 4 + segment]]
 
 
 def test_a_run_from_inside_stays_on_the_orbit() -> None:
@@ -65,4 +65,4 @@ def test_a_run_from_inside_stays_on_the_orbit() -> None:
     x_r, v_r, v_c = (float(value) for value in orbit.motion.segments[0].start_state)
     phase = float(orbit.motion.segments[0].start.phase)
     run = simulate(orbit.parameters, (x_r, v_r, v_c), phase, 3)
-    assert tuple(s.field for s in run.segments[:6]) == orbit.word.fields
+    assert tuple(s.field for s in run.segments[:6]) == orbit.itinerary.fields

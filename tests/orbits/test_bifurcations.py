@@ -1,4 +1,4 @@
-"""Bifurcations: 50 digits confirm them, theory names them, and word changes are undone."""
+"""Bifurcations: 50 digits confirm them, theory names them, and itinerary changes are undone."""
 
 import numpy as np
 import pytest
@@ -18,8 +18,8 @@ from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.admissibility import DURATION, inequalities
 from capsule_sym._orbits.shooting.changes import exchanged, inserted, shortened
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shoot
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._orbits.shooting.word import Word, contact, drift
 from capsule_sym._parameters import Parameters
 from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
 from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
@@ -44,32 +44,32 @@ def test_fifty_digits_give_the_value_within_its_uncertainty(gamma: float, index:
 @pytest.mark.long
 @pytest.mark.parametrize(("gamma", "index"), EVERY)
 def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> None:
-    # An orbit of a word without the leg, or with the other one, exists on both sides. All its
-    # inequalities hold 1e-20 on one side, and one fails 1e-20 on the other.
+    # An orbit of an itinerary without the segment, or with the other one, exists on both sides. All
+    # its inequalities hold 1e-20 on one side, and one fails 1e-20 on the other.
     one = upwards(gamma).bifurcations[index]
     exact = refined(one)
     with backend("mpmath") as numbers:
-        other = exchanged(exact.word, exact.z, one.leg)
+        other = exchanged(exact.itinerary, exact.z, one.segment)
         if other is None:
-            other, _ = shortened(numbers, exact.word, exact.z, exact.shot, one.leg)
-        ahead = 1 if _same(other.word, one.word_after) else -1
+            other, _ = shortened(numbers, exact.itinerary, exact.z, exact.shot, one.segment)
+        ahead = 1 if _same(other.itinerary, one.itinerary_after) else -1
         for side in (-1, 1):
             values = list(exact.values)
             values[0] += side * numbers.number(10) ** -20
-            orbit = close(values, other.word, list(other.z), backend="mpmath")
+            orbit = close(values, other.itinerary, list(other.z), backend="mpmath")
             assert isinstance(orbit, Orbit)
-            least = min(i.value for i in inequalities(numbers, orbit.word, orbit.shot))
+            least = min(i.value for i in inequalities(numbers, orbit.itinerary, orbit.shot))
             assert (least > 0) == (side == ahead)
 
 
-def _same(word: Word, other: Word) -> bool:
-    return word.rotated(word.first) == other.rotated(other.first)
+def _same(itinerary: Itinerary, other: Itinerary) -> bool:
+    return itinerary.rotated(itinerary.first) == other.rotated(other.first)
 
 
 @pytest.mark.parametrize(("gamma", "index"), HALF)
 def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
     one = upwards(gamma).bifurcations[index]
-    x_r, v_r, v_c = (float(v) for v in one.orbit.shot.spans[one.leg].start)
+    x_r, v_r, v_c = (float(v) for v in one.orbit.shot.spans[one.segment].start)
     parameters = one.orbit.parameters
     line = one.line.split("^")[0]
     force3 = x_r + 2 * parameters.zeta * v_r
@@ -112,48 +112,52 @@ def test_the_surfaces_are_those_whose_closures_hold_the_line() -> None:
 def test_a_leg_that_comes_in_can_be_taken_out(gamma: float, index: int) -> None:
     one = upwards(gamma).bifurcations[index]
     with backend("numpy") as numbers:
-        word, z, shot = one.orbit.word, one.orbit.z, one.orbit.shot
-        other = exchanged(word, z, one.leg)
+        itinerary, z, shot = one.orbit.itinerary, one.orbit.z, one.orbit.shot
+        other = exchanged(itinerary, z, one.segment)
         if other is not None:
-            assert exchanged(other.word, z, one.leg).word == word
-            again = shoot(numbers, one.orbit.values, other.word, z)
+            assert exchanged(other.itinerary, z, one.segment).itinerary == itinerary
+            again = shoot(numbers, one.orbit.values, other.itinerary, z)
             assert max(abs(again.residual)) < 1e-12
             return
-        shorter, inequality = shortened(numbers, word, z, shot, one.leg)
-        short = shoot(numbers, one.orbit.values, shorter.word, shorter.z)
+        shorter, inequality = shortened(numbers, itinerary, z, shot, one.segment)
+        short = shoot(numbers, one.orbit.values, shorter.itinerary, shorter.z)
         assert max(abs(short.residual)) < 1e-12
-        found = inequalities(numbers, shorter.word, short)
+        found = inequalities(numbers, shorter.itinerary, short)
         kind, guard = inequality.kind, inequality.guard
         assert min(abs(i.value) for i in found if (i.kind, i.guard) == (kind, guard)) < 1e-12
-        longer, _ = inserted(numbers, shorter.word, shorter.z, short, inequality)
-        assert _same(longer.word, word)
+        longer, _ = inserted(numbers, shorter.itinerary, shorter.z, short, inequality)
+        assert _same(longer.itinerary, itinerary)
 
 
 def test_legs_keep_their_places_through_a_change() -> None:
     orbit = settled(alpha=1.5)  # F5 F4 F1 F2 F3 F6
-    word = orbit.word
+    itinerary = orbit.itinerary
     with backend("numpy") as numbers:
-        for leg in range(len(word)):
+        for segment in range(len(itinerary)):
             try:
-                change, _ = shortened(numbers, word, orbit.z, orbit.shot, leg)
+                change, _ = shortened(numbers, itinerary, orbit.z, orbit.shot, segment)
             except ValueError:
                 continue
-            assert change.kept[leg] is None
+            assert change.kept[segment] is None
             for before, after in enumerate(change.kept):
                 if after is not None:
-                    assert change.word.fields[after] == word.fields[before]
+                    assert change.itinerary.fields[after] == itinerary.fields[before]
                     assert change.z[4 + after] == orbit.z[4 + before]
 
 
 def test_events_that_are_none_have_no_name() -> None:
     orbit = settled(alpha=1.5)
-    shot, word = orbit.shot, orbit.word
+    shot, itinerary = orbit.shot, orbit.itinerary
     # F4 between F5 and F1 changes contact and drift, F2 between F1 and F3 reverses.
-    assert place(word, shot, 3).type == events.CROSSING
-    for leg in range(len(word)):
-        before, during, after = word.fields[leg - 1], word.fields[leg], word.fields[(leg + 1) % 6]
+    assert place(itinerary, shot, 3).type == events.CROSSING
+    for segment in range(len(itinerary)):
+        before, during, after = (
+            itinerary.fields[segment - 1],
+            itinerary.fields[segment],
+            itinerary.fields[(segment + 1) % 6],
+        )
         if contact(before) == contact(after) != contact(during) and drift(before) != drift(after):
-            assert place(word, shot, leg) is None
+            assert place(itinerary, shot, segment) is None
 
 
 def test_newton_that_finds_nothing_says_so() -> None:
@@ -161,11 +165,13 @@ def test_newton_that_finds_nothing_says_so() -> None:
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
         free = (ParameterPath("alpha"),)
-        assert locate(numbers, orbit.values, free, orbit.word, orbit.z, (1,)) is None
+        assert locate(numbers, orbit.values, free, orbit.itinerary, orbit.z, (1,)) is None
     one = upwards(3.3).bifurcations[0]
-    with pytest.raises(ValueError, match="no leg"):
-        refined(hysteretic().bifurcations[[b.leg for b in hysteretic().bifurcations].index(None)])
-    assert one.failed == "minimum of gap in leg 1, F2"
+    with pytest.raises(ValueError, match="no segment"):
+        refined(
+            hysteretic().bifurcations[[b.segment for b in hysteretic().bifurcations].index(None)]
+        )
+    assert one.failed == "minimum of gap in segment 1, F2"
     assert DURATION in upwards(3.3).bifurcations[2].failed
 
 
@@ -198,7 +204,7 @@ def test_the_test_functions_vanish_with_the_multipliers(monkeypatch, seed: int) 
 
 
 def test_smooth_bifurcations_have_their_multiplier() -> None:
-    found = [one for one in hysteretic().bifurcations if one.leg is None]
+    found = [one for one in hysteretic().bifurcations if one.segment is None]
     assert [one.type for one in found].count(FOLD) == 2
     assert [one.type for one in found].count(PERIOD_DOUBLING) == 2
     for one in found:
@@ -221,7 +227,7 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
         def test(value):
             values = [numbers.number(v) for v in one.orbit.values]
             values[column] = value
-            orbit = close(values, one.orbit.word, list(one.orbit.z), backend="mpmath")
+            orbit = close(values, one.orbit.itinerary, list(one.orbit.z), backend="mpmath")
             m = bifurcations.monodromy(orbit) + np.eye(3, dtype=int)
             return (
                 m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])

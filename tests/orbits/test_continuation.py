@@ -1,4 +1,4 @@
-"""Branches: from end to end with every change of word, through folds, and typed endings."""
+"""Branches: from end to end with every change of itinerary, through folds, and typed endings."""
 
 import numpy as np
 import pytest
@@ -19,9 +19,9 @@ from capsule_sym._orbits.continuation.events import (
 from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.shooting.admissibility import realised
 from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, close
 from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.word import Word
 from capsule_sym._parameters import Parameters
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
@@ -32,7 +32,7 @@ FIRST_FIVE = [
     (ADDING, "L2^(2)", "F5 F4 F1 F2", "F5 F4 F1 F2 F3 F2"),
     (CORNER, "L6", "F5 F4 F1 F2 F3 F2", "F5 F4 F1 F2 F3 F6"),
 ]
-# The words of both cases are those on which the map settles from rest, run by run.
+# The itineraries of both cases are those on which the map settles from rest, run by run.
 LAST_THREE = {
     3.3: [
         (SWITCHING, "L2^(3)", "F5 F4 F1 F2 F3 F6", "F5 F4 F1 F3 F2 F3 F6"),
@@ -47,13 +47,13 @@ LAST_THREE = {
 }
 
 
-def text(word: Word) -> str:
-    return str(word.rotated(word.first))
+def text(itinerary: Itinerary) -> str:
+    return str(itinerary.rotated(itinerary.first))
 
 
 def events(branch: Branch) -> list[tuple[str, str, str, str]]:
     return [
-        (one.type, one.line, text(one.word_before), text(one.word_after))
+        (one.type, one.line, text(one.itinerary_before), text(one.itinerary_after))
         for one in branch.bifurcations
     ]
 
@@ -83,18 +83,18 @@ def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
 def test_the_map_settles_on_the_words_on_either_side(gamma: float) -> None:
     # Started beside the orbit, at 1e-6 from each value, the map is asked alone.
     for one in upwards(gamma).bifurcations:
-        span = one.orbit.shot.spans[one.orbit.word.first]
+        span = one.orbit.shot.spans[one.orbit.itinerary.first]
         state = [float(value) for value in span.start]
-        for side, word in ((-1e-6, one.word_before), (1e-6, one.word_after)):
+        for side, itinerary in ((-1e-6, one.itinerary_before), (1e-6, one.itinerary_after)):
             parameters = Parameters(alpha=one.value + side, gamma=gamma)
             phase = float(span.angle) / parameters.omega % parameters.period
             run = simulate(parameters, state, phase, 400)
-            if len(word) == 1:
+            if len(itinerary) == 1:
                 assert run.segments[-1].outcome is Outcome.NEVER
                 continue
             motion = run.steady(1e-8)
             assert motion is not None
-            assert motion.word == word.rotated(word.first).names, (one.type, side)
+            assert motion.itinerary == itinerary.rotated(itinerary.first).names, (one.type, side)
 
 
 @pytest.mark.long
@@ -110,7 +110,10 @@ def test_bisection_on_the_simulated_word_ends_at_the_same_values(gamma: float) -
             else:
                 motion = run.steady(1e-8)
                 assert motion is not None
-                below = motion.word == one.word_before.rotated(one.word_before.first).names
+                below = (
+                    motion.itinerary
+                    == one.itinerary_before.rotated(one.itinerary_before.first).names
+                )
             low, high = (middle, high) if below else (low, middle)
         assert abs(one.value - (low + high) / 2) < 2e-9
 
@@ -138,12 +141,12 @@ def test_a_branch_goes_on_through_folds_where_it_is_unstable() -> None:
 
 def test_nothing_is_found_on_the_other_side_of_a_fold() -> None:
     fold = next(one for one in hysteretic().bifurcations if one.type == FOLD)
-    same = [p for p in hysteretic().points if p.orbit.word == fold.orbit.word]
+    same = [p for p in hysteretic().points if p.orbit.itinerary == fold.orbit.itinerary]
     guess = min(same, key=lambda point: abs(point.value - fold.value)).orbit.z
     found = []
     for side in (-1e-7, 1e-7):
         parameters = fold.orbit.parameters.replace(omega=fold.value + side)
-        orbit = close(parameters, fold.orbit.word, guess)
+        orbit = close(parameters, fold.orbit.itinerary, guess)
         found.append(isinstance(orbit, Orbit) and max(abs(orbit.z - fold.orbit.z)) < 0.05)
     assert found == [True, False]
 
@@ -153,13 +156,13 @@ def test_a_period_doubling_is_where_the_period_of_the_map_doubles() -> None:
     doublings = [one for one in branch.bifurcations if one.type == PERIOD_DOUBLING]
     assert len(doublings) == 2
     for one, (below, above) in zip(doublings, ((1, 2), (2, 1)), strict=True):
-        for side, multiple in ((-2e-3, below), (2e-3, above)):
+        for side, period_number in ((-2e-3, below), (2e-3, above)):
             parameters = one.orbit.parameters.replace(omega=one.value + side)
             start = [float(v) * (1 + 1e-4) for v in one.orbit.z[:3]]
             phase = float(one.orbit.z[3]) / parameters.omega % parameters.period
             motion = simulate(parameters, start, phase, 2500).steady(1e-8)
             assert motion is not None
-            assert motion.period_multiple == multiple
+            assert motion.period_number == period_number
 
 
 def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> None:
@@ -167,7 +170,7 @@ def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> N
     branch = follow(orbit, "omega", 0.7, points=40)
     assert branch.ending is Ending.TURNED_BACK
     assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
-    assert text(branch.points[-1].orbit.word) != text(orbit.word)
+    assert text(branch.points[-1].orbit.itinerary) != text(orbit.itinerary)
 
 
 def test_other_parameters_serve_as_well() -> None:
@@ -177,14 +180,14 @@ def test_other_parameters_serve_as_well() -> None:
         end = branch.points[-1].orbit
         again = find_orbit(end.parameters)
         assert isinstance(again, Orbit)
-        assert text(again.word) == text(end.word)
+        assert text(again.itinerary) == text(end.itinerary)
         assert again.progression == pytest.approx(end.progression, abs=1e-10)
 
 
 @pytest.mark.parametrize(
     ("parameters", "name", "to", "types"),
     [
-        # Before the corner the reversal fails, of a leg that is gone beyond the corner.
+        # Before the corner the reversal fails, of a segment that is gone beyond the corner.
         (
             {"alpha": 1.8355913, "omega": 1.4953428, "zeta": 0.2, "beta": 10.0},
             "gamma",
@@ -212,15 +215,15 @@ def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
     (end,) = branch.bifurcations
     assert branch.ending is Ending.PERIOD_HALVED
     assert "the two halves of F5 F2 F5 F2 become one at alpha = 0.0429036183971" in branch.detail
-    assert (end.type, end.word_after, end.status) == (PERIOD_DOUBLING, None, "converged")
-    assert end.orbit.word == Word.parse("F5 F2")
+    assert (end.type, end.itinerary_after, end.status) == (PERIOD_DOUBLING, None, "converged")
+    assert end.orbit.itinerary == Itinerary.parse("F5 F2")
     once = follow(settled(alpha=0.04, zeta=0.005), "alpha", 0.044, points=5)
     (there,) = (one for one in once.bifurcations if one.type == PERIOD_DOUBLING)
     assert abs(end.value - there.value) <= end.uncertainty + there.uncertainty < 1e-12
-    for side, multiple in ((-3e-4, 1), (3e-4, 2)):
+    for side, period_number in ((-3e-4, 1), (3e-4, 2)):
         motion = simulate(Parameters(alpha=end.value + side, zeta=0.005), periods=4000).steady()
         assert motion is not None
-        assert motion.period_multiple == multiple
+        assert motion.period_number == period_number
 
 
 def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch) -> None:
@@ -243,17 +246,17 @@ def test_two_events_that_symmetry_brings_about_at_once_are_passed_in_omega() -> 
     damper = 2j * orbit.parameters.zeta * one.value
     force = orbit.parameters.alpha * abs(1 + damper) / abs(1 - one.value**2 + damper)
     assert force == pytest.approx(1.0, abs=1e-13)
-    assert (str(one.word_before), str(one.word_after)) == ("F2", "F2 F1 F2 F3")
+    assert (str(one.itinerary_before), str(one.itinerary_after)) == ("F2", "F2 F1 F2 F3")
 
 
 def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
     start = settled(alpha=0.9)
-    virtual = close(Parameters(alpha=0.95), start.word, start.z)
+    virtual = close(Parameters(alpha=0.95), start.itinerary, start.z)
     assert isinstance(virtual, Orbit)
     branch = follow(virtual, "alpha", 1.0)
     assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
     assert branch.points == ()
-    assert "minimum of lower in leg 4, F2 fails at alpha = 0.95" in branch.detail
+    assert "minimum of lower in segment 4, F2 fails at alpha = 0.95" in branch.detail
 
 
 def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> None:
@@ -261,7 +264,7 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
     branch = follow(settled(alpha=0.9), "alpha", 1.0)
     assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
     assert "the map does not follow" in branch.detail
-    assert branch.bifurcations[-1].word_after is None
+    assert branch.bifurcations[-1].itinerary_after is None
 
 
 def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
@@ -311,7 +314,7 @@ def test_two_hundred_points_take_few_closed_forms(
 
     monkeypatch.setattr(ClosedForms, "run", counted)
     branch = follow(start, "alpha", HIGH, points=160)
-    # Five legs, and four evaluations a point: Newton's method needs no more from a good guess.
+    # Five segments, and four evaluations a point: Newton's method needs no more from a good guess.
     assert 0 < count < 5 * 4 * 250
     assert len(branch.points) >= 200
     assert len(branch.bifurcations) == 8

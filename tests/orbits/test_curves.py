@@ -34,7 +34,7 @@ def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
         assert point.line == one.line
     for point in curve.points:
         assert point.orbit.residual < 1e-12
-        assert point.orbit.z[4 + point.leg] == 0
+        assert point.orbit.z[4 + point.segment] == 0
         assert point.admissibility.value > 0
 
 
@@ -69,7 +69,7 @@ def test_smooth_bifurcations_have_curves_as_well(kind: str, multiplier: int) -> 
     assert len(curve.points) >= 3
     for point in curve.points:
         assert min(abs(value - multiplier) for value in moduli(point.orbit)) < 1e-8
-        assert point.leg is None
+        assert point.segment is None
     # A branch at the other end of the curve has the same bifurcation.
     end = max(curve.points, key=lambda point: point.values[1])
     branch = follow(settled(alpha=end.values[1], beta=10.0), "omega", 1.2, points=40)

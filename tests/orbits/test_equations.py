@@ -15,7 +15,7 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting import closed
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Shot, shoot, solve
-from capsule_sym._orbits.shooting.word import Leg, Word
+from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
 
 STEP = mpf("1e-20")
 # Every field and guard, with roots divided out once and twice.
@@ -23,24 +23,24 @@ WORDS = ("52", "5452", "541236", "541256", "4136", "2123", "2")
 VALUES = tuple(Parameters(alpha=1.3, delta=0.1).to_dict().values())
 
 
-def unknowns(word: Word) -> list[float]:
+def unknowns(itinerary: Itinerary) -> list[float]:
     """A point with nothing special about it: no equation holds there."""
-    durations = [0.3 + 0.17 * ((5 * i) % 7) for i in range(len(word))]
+    durations = [0.3 + 0.17 * ((5 * i) % 7) for i in range(len(itinerary))]
     return [0.13, 0.7, 0.21, 1.1, *durations]
 
 
-def derivative_error(word: Word, z: list[Any]) -> Any:
+def derivative_error(itinerary: Itinerary, z: list[Any]) -> Any:
     """Difference between the derivatives and a central difference, along a random direction.
 
     The direction has a part along every unknown and every parameter.
     """
     values = [mpf(value) for value in VALUES]
-    random = Random(str(word))
+    random = Random(str(itinerary))
     along = np.array([mpf(random.uniform(0.5, 1)) for _ in range(len(z) + 7)])
-    shot = shoot_exactly(word, z, values)
+    shot = shoot_exactly(itinerary, z, values)
     columns = np.vstack([np.concatenate([shot.by_z, shot.by_p], axis=1), shot.advance_by])
     ends = [
-        everything(shoot_exactly(word, list(at[: len(z)]), list(at[len(z) :])))
+        everything(shoot_exactly(itinerary, list(at[: len(z)]), list(at[len(z) :])))
         for at in (np.array([*z, *values]) + side * STEP * along for side in (1, -1))
     ]
     return max(abs((ends[0] - ends[1]) / (2 * STEP) - columns @ along))
@@ -50,27 +50,31 @@ def everything(shot: Shot) -> Any:
     return np.array([*shot.residual, shot.advance])
 
 
-def shoot_exactly(word: Word, z: list[Any], values: list[Any]) -> Shot:
+def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> Shot:
     with backend("mpmath") as numbers:
         number = numbers.number
-        return shoot(numbers, [number(v) for v in values], word, np.array([number(v) for v in z]))
+        return shoot(
+            numbers, [number(v) for v in values], itinerary, np.array([number(v) for v in z])
+        )
 
 
 @pytest.mark.parametrize("text", WORDS)
 def test_derivatives_are_the_slopes_of_the_residual(text: str) -> None:
-    word = Word.parse(text)
+    itinerary = Itinerary.parse(text)
     with mp.workdps(60):
-        assert derivative_error(word, unknowns(word)) < mpf("1e-30")
+        assert derivative_error(itinerary, unknowns(itinerary)) < mpf("1e-30")
 
 
-@pytest.mark.parametrize(("text", "leg"), [("5452", 1), ("5452", 3), ("541236", 3), ("4136", 2)])
-def test_derivatives_hold_for_short_and_for_negative_durations(text: str, leg: int) -> None:
-    word = Word.parse(text)
+@pytest.mark.parametrize(
+    ("text", "segment"), [("5452", 1), ("5452", 3), ("541236", 3), ("4136", 2)]
+)
+def test_derivatives_hold_for_short_and_for_negative_durations(text: str, segment: int) -> None:
+    itinerary = Itinerary.parse(text)
     for duration in (0.01, -0.01):
-        z = unknowns(word)
-        z[4 + leg] = duration
+        z = unknowns(itinerary)
+        z[4 + segment] = duration
         with mp.workdps(60):
-            assert derivative_error(word, z) < mpf("1e-28")
+            assert derivative_error(itinerary, z) < mpf("1e-28")
 
 
 def test_a_wrong_derivative_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -83,43 +87,45 @@ def test_a_wrong_derivative_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
         return values, matrix
 
     monkeypatch.setattr(closed.ClosedForms, "run", wrong)
-    word = Word.parse("52")
+    itinerary = Itinerary.parse("52")
     with mp.workdps(60):
-        assert derivative_error(word, unknowns(word)) > mpf("1e-6")
+        assert derivative_error(itinerary, unknowns(itinerary)) > mpf("1e-6")
 
 
 def test_gap_over_the_duration_tends_to_the_velocity() -> None:
-    word = Word.parse("52")
+    itinerary = Itinerary.parse("52")
     z = np.array([VALUES[2], 0.4, 0.0, 1.0, 0.0, 5.0])
     with backend("numpy") as numbers:
-        shot = shoot(numbers, VALUES, word, z)
+        shot = shoot(numbers, VALUES, itinerary, z)
     assert shot.residual[0] == pytest.approx(0.4, rel=1e-15)
 
 
 def test_slip_velocity_over_the_duration_squared_tends_to_half_the_rate_of_the_force() -> None:
     """v_c = P' h^2 / (2 gamma) + ... where a slip begins."""
     alpha, _, delta, zeta, beta, gamma, f_b = VALUES
-    word, x_r, theta = Word.parse("4525"), 0.2, 0.6
+    itinerary, x_r, theta = Itinerary.parse("4525"), 0.2, 0.6
     v_r = (f_b - x_r - beta * (x_r - delta)) / (2 * zeta)  # the force is at its bound
     acceleration = alpha * np.cos(theta) - f_b  # of F5 and of F4 there: Eq. (10), (11)
     rate = (1 + beta) * v_r + 2 * zeta * acceleration
     with backend("numpy") as numbers:
-        shot = shoot(numbers, VALUES, word, np.array([x_r, v_r, 0.0, theta, 0.0, 1.0, 1.0, 1.0]))
-    assert word.zeros(0) == 2
+        shot = shoot(
+            numbers, VALUES, itinerary, np.array([x_r, v_r, 0.0, theta, 0.0, 1.0, 1.0, 1.0])
+        )
+    assert itinerary.zeros(0) == 2
     assert shot.residual[0] == pytest.approx(rate / (2 * gamma), rel=1e-13)
 
 
 @pytest.mark.parametrize("duration", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3, -1e-9, -1e-5, -1e-3])
 @pytest.mark.parametrize(("text", "gradient"), [("52", 1e-9), ("4136", 1e-9), ("4525", 3e-7)])
 def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -> None:
-    """The first leg begins where its guard vanishes; near there the gradient is extrapolated."""
+    """The first segment begins where its guard vanishes; the gradient there is extrapolated."""
     _, _, delta, zeta, beta, _, f_b = VALUES
-    word, x_r = Word.parse(text), delta if text == "52" else 0.2
+    itinerary, x_r = Itinerary.parse(text), delta if text == "52" else 0.2
     v_r = (f_b - x_r - beta * (x_r - delta)) / (2 * zeta)
-    z = np.array([x_r, v_r, 0.0, 0.6, duration, *unknowns(word)[5:]])
+    z = np.array([x_r, v_r, 0.0, 0.6, duration, *unknowns(itinerary)[5:]])
     with backend("numpy") as numbers:
-        shot = shoot(numbers, VALUES, word, z)
-    exact = shoot_exactly(word, list(z), [mpf(v) for v in VALUES])
+        shot = shoot(numbers, VALUES, itinerary, z)
+    exact = shoot_exactly(itinerary, list(z), [mpf(v) for v in VALUES])
     scale = 1 + max(abs(exact.residual))
     with mp.workdps(60):
         assert max(abs(shot.residual - exact.residual)) < 1e-14 * scale
@@ -128,11 +134,11 @@ def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -
 
 @pytest.mark.parametrize("text", WORDS)
 def test_core_and_kernels_give_the_same(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    word = Word.parse(text)
+    itinerary = Itinerary.parse(text)
     with backend("numpy") as numbers:
-        compiled = shoot(numbers, VALUES, word, np.array(unknowns(word)))
+        compiled = shoot(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
         monkeypatch.setattr(closed, "core", None)
-        plain = shoot(numbers, VALUES, word, np.array(unknowns(word)))
+        plain = shoot(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
     for name in ("residual", "by_z", "by_p", "advance_by"):
         one, two = getattr(compiled, name), getattr(plain, name)
         assert np.max(abs(one - two)) < 1e-12 * max(1.0, np.max(abs(two)))
@@ -147,22 +153,22 @@ def test_singular_systems_are_refused_in_both_number_systems() -> None:
 
 
 def test_word_knows_its_guards() -> None:
-    word = Word.parse("F5 F4,F1 F2 F3 F6")
+    itinerary = Itinerary.parse("F5 F4,F1 F2 F3 F6")
     guards = (Guard.UPPER, Guard.GAP, Guard.DRIFT, Guard.LOWER, Guard.GAP, Guard.DRIFT)
-    assert word.legs == tuple(map(Leg, (5, 4, 1, 2, 3, 6), guards))
-    assert str(word) == "F5 F4 F1 F2 F3 F6"
-    assert Word.parse("236541").first == 3
-    assert Word.parse("236541").rotated(3).fields == (5, 4, 1, 2, 3, 6)
-    assert [word.zeros(i) for i in range(6)] == [0, 0, 0, 0, 0, 0]
-    assert [Word.parse("5452").zeros(i) for i in range(4)] == [0, 2, 0, 1]
-    assert [Word.parse("4136").zeros(i) for i in range(4)] == [0, 0, 0, 0]
-    assert [Word.parse("5252", 2).zeros(i) for i in range(4)] == [1, 1, 1, 1]
+    assert itinerary.segments == tuple(map(ItinerarySegment, (5, 4, 1, 2, 3, 6), guards))
+    assert str(itinerary) == "F5 F4 F1 F2 F3 F6"
+    assert Itinerary.parse("236541").first == 3
+    assert Itinerary.parse("236541").rotated(3).fields == (5, 4, 1, 2, 3, 6)
+    assert [itinerary.zeros(i) for i in range(6)] == [0, 0, 0, 0, 0, 0]
+    assert [Itinerary.parse("5452").zeros(i) for i in range(4)] == [0, 2, 0, 1]
+    assert [Itinerary.parse("4136").zeros(i) for i in range(4)] == [0, 0, 0, 0]
+    assert [Itinerary.parse("5252", 2).zeros(i) for i in range(4)] == [1, 1, 1, 1]
 
 
 @pytest.mark.parametrize("text", ["", "57", "5 x", "1", "51", "5421"])
 def test_impossible_words_are_refused(text: str) -> None:
-    with pytest.raises(InvalidInput, match=r"word = "):
-        Word.parse(text)
+    with pytest.raises(InvalidInput, match=r"itinerary = "):
+        Itinerary.parse(text)
 
 
 def test_parameters_are_in_the_order_of_the_dataclass() -> None:

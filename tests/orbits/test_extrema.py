@@ -1,4 +1,4 @@
-"""All extrema inside a leg: against theory, dense samples and 50 digits."""
+"""All extrema inside a segment: against theory, dense samples and 50 digits."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting import extrema
 from capsule_sym._orbits.shooting.equations import Span, shoot
 from capsule_sym._orbits.shooting.extrema import Quantity, Turn, minima, turns
-from capsule_sym._orbits.shooting.word import Word
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 
 WORDS = {1: "14", 2: "21", 3: "36", 4: "41", 5: "54", 6: "63"}
 Values = tuple[float, ...]  # alpha, omega, delta, zeta, beta, gamma, f_b
@@ -32,12 +32,12 @@ SYSTEMS: dict[str, Backend] = {
 }
 
 
-def leg(values: Values, field: int, start: list[float], h: float, name: str = "numpy") -> Span:
-    """A leg of duration h from x_r, v_r, v_c and forcing angle, the first one of a word."""
+def segment(values: Values, field: int, start: list[float], h: float, name: str = "numpy") -> Span:
+    """A segment of duration h from x_r, v_r, v_c and forcing angle, the first of an itinerary."""
     numbers = SYSTEMS[name]
     z = np.array([numbers.number(value) for value in (*start, h, 1.0)])
     exact = [numbers.number(value) for value in values]
-    return shoot(numbers, exact, Word.parse(WORDS[field]), z).spans[0]
+    return shoot(numbers, exact, Itinerary.parse(WORDS[field]), z).spans[0]
 
 
 def random_leg(seed: int, name: str = "numpy") -> Span:
@@ -53,7 +53,7 @@ def random_leg(seed: int, name: str = "numpy") -> Span:
     )
     start = [random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), 0.7]
     duration = random.uniform(0.05, 12)
-    return leg(tuple(values.to_dict().values()), field, start, duration, name)
+    return segment(tuple(values.to_dict().values()), field, start, duration, name)
 
 
 def found(span: Span, quantity: Quantity, name: str = "numpy") -> list[Turn]:
@@ -139,7 +139,7 @@ def test_guards_are_least_where_their_quantities_turn() -> None:
 def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
     """x_r = 0.3 cos t without damping and drive: maxima and minima in turn."""
     values = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 1.0)
-    span = leg(values, 2, [0.3 * math.cos(1), -0.3 * math.sin(1), 0.0, 0.0], 40.0)
+    span = segment(values, 2, [0.3 * math.cos(1), -0.3 * math.sin(1), 0.0, 0.0], 40.0)
     every = found(span, Quantity.GAP)
     assert [turn.kind for turn in every] == [(-1) ** n for n in range(13)]
     expected = [math.pi * n - 1 for n in range(1, 14)]
@@ -150,7 +150,7 @@ def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
 def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyPatch) -> None:
     # The velocity -sin(t + pi - 2.999) vanishes just where an expansion about 0 ends.
     values, begin = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 2.0), math.pi - 2.999
-    span = leg(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
+    span = segment(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
     assert [turn.time for turn in found(span, Quantity.GAP)] == pytest.approx([2.999], abs=1e-14)
     honest = extrema.expand
 
@@ -177,7 +177,7 @@ def test_a_pair_of_extrema_that_sampling_would_miss() -> None:
 
     for above, kinds in ((1e-9, [1, -1]), (-1e-9, [])):
         V = float(brentq(lambda V, above=above: top(V) - above, 0.2, 0.5, xtol=1e-15))
-        span = leg((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [0.0, V, 0.0, 0.0], 3.1)
+        span = segment((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [0.0, V, 0.0, 0.0], 3.1)
         for quantity in (Quantity.GAP, Quantity.FORCE):
             every = [turn for turn in found(span, quantity) if turn.time > 2]
             assert [turn.kind for turn in every] == kinds, V
@@ -186,7 +186,7 @@ def test_a_pair_of_extrema_that_sampling_would_miss() -> None:
 @pytest.mark.parametrize(("name", "error"), [("numpy", 1e-5), ("mpmath", 1e-18)])
 def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: float) -> None:
     """x_r = (9 cos h - cos 3 h)/8 has the velocity -3/2 sin^3 h."""
-    span = leg((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [1.0, 0.0, 0.0, 0.0], 8.0, name)
+    span = segment((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [1.0, 0.0, 0.0, 0.0], 8.0, name)
     for quantity in (Quantity.GAP, Quantity.FORCE):
         every = found(span, quantity, name)
         assert [turn.kind for turn in every] == [1, -1]
@@ -196,11 +196,11 @@ def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: f
 
 
 def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
-    """Where a slip begins, v_c and v_c' vanish: the start is none of the leg's own extrema."""
+    """Where a slip begins, v_c and v_c' vanish: the start is none of the segment's own extrema."""
     values, x_r = tuple(Parameters(alpha=1.3).to_dict().values()), 0.35
     for missed in (0.0, 1e-13, -1e-13):  # by the solution of an orbit's equations
         v_r = (1.0 + missed - x_r - 1.5 * (x_r - 0.02)) / 0.1
-        span = leg(values, 4, [x_r, v_r, 0.0, 0.2], 2.0)
+        span = segment(values, 4, [x_r, v_r, 0.0, 0.2], 2.0)
         with backend("numpy") as numbers:
             every = list(turns(numbers, span, Quantity.SPEED, {Guard.DRIFT: 2}))
         assert [turn.kind for turn in every] == [-1]
@@ -252,7 +252,7 @@ def test_slow_forcing_is_passed_in_few_steps(
     """At omega = 1e-7 the rate is at rounding's mercy for 1e5 of the segment's own times."""
     made, omega = counting(monkeypatch), 1e-7
     values = (0.1, omega, 0.5, zeta, 0.0, 1.0, 100.0)
-    span = leg(values, 2, [0.1, 0.0, 0.0, 0.0], 2.5 * math.pi / omega, name)
+    span = segment(values, 2, [0.1, 0.0, 0.0, 0.0], 2.5 * math.pi / omega, name)
     with mp.workdps(60):
         # x_r goes as cos(omega h - late), P = x_r + 2 zeta v_r as cos(omega h - late + early).
         exact = mpf(omega)
@@ -269,7 +269,7 @@ def test_slow_forcing_is_passed_in_few_steps(
 def test_hidden_extrema_of_slow_forcing_are_not_made_up() -> None:
     """Drifting, overdamped, from far off: one dies away, and then the forcing's own are left."""
     omega = 1e-5
-    span = leg(
+    span = segment(
         (0.1, omega, 0.5, 5.0, 1.5, 1.0, 0.3), 4, [0.7, 0.0, 1.0, 0.0], 2.5 * math.pi / omega
     )
     late = [turn for turn in found(span, Quantity.FORCE) if turn.time * omega > 0.1]

@@ -10,12 +10,13 @@ from mpmath import mp, mpf
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
 from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.word import Word
 from tests.orbits.branches import settled
 
-# One motion of each kind between the bifurcations of the case study; the words are the paper's.
+# One motion of each kind between the bifurcations of the case study; the itineraries are the
+# paper's.
 WORDS = {
     0.005: "F2",
     0.3: "F5 F2",
@@ -30,7 +31,7 @@ WORDS = {
 @pytest.mark.parametrize("alpha", WORDS)
 def test_orbit_closes_with_the_printed_word(alpha: float) -> None:
     orbit = settled(alpha=alpha)
-    assert str(orbit.word) == WORDS[alpha]
+    assert str(orbit.itinerary) == WORDS[alpha]
     assert orbit.residual <= 1e-14
     assert sum(orbit.durations) == pytest.approx(orbit.parameters.period, rel=1e-15)
 
@@ -69,13 +70,13 @@ def simulate_exactly(orbit: Orbit) -> tuple[str, tuple[mpf, ...]]:
     phase = float(orbit.z[3]) / orbit.parameters.omega
     run = simulate(orbit.parameters, start, phase, 2, backend="mpmath")
     again = [s for s in run.segments if s.start.period == 1]
-    return "mpmath", next(s.start_state for s in again if s.field == orbit.word.fields[0])
+    return "mpmath", next(s.start_state for s in again if s.field == orbit.itinerary.fields[0])
 
 
 def test_stick_without_impact_is_the_forced_response() -> None:
     """x_r = alpha cos(omega tau - phi) / |1 - omega^2 + 2 i zeta omega|, capsule at rest."""
     parameters = Parameters(alpha=0.005)
-    orbit = close(parameters, Word.parse("2"))
+    orbit = close(parameters, Itinerary.parse("2"))
     assert isinstance(orbit, Orbit)
     response = parameters.alpha / complex(
         1 - parameters.omega**2, 2 * parameters.zeta * parameters.omega
@@ -87,7 +88,7 @@ def test_stick_without_impact_is_the_forced_response() -> None:
 
 
 def test_equilibrium_is_at_rest() -> None:
-    orbit = close(Parameters(alpha=0.0), Word.parse("2"))
+    orbit = close(Parameters(alpha=0.0), Itinerary.parse("2"))
     assert isinstance(orbit, Orbit)
     assert not np.any(orbit.z[:4])
 
@@ -101,7 +102,7 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
         ends = []
         for step in (mpf("1e-18"), -mpf("1e-18")):
             values = [value + step * part for value, part in zip(orbit.values, along, strict=True)]
-            moved = close(values, orbit.word, list(orbit.z), backend="mpmath")
+            moved = close(values, orbit.itinerary, list(orbit.z), backend="mpmath")
             assert isinstance(moved, Orbit)
             ends.append(moved.z)
         slope = (ends[0] - ends[1]) / mpf("2e-18")
@@ -109,23 +110,23 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
 
 
 def test_undamped_resonance_is_singular() -> None:
-    found = close(Parameters(alpha=0.1, zeta=0.0, omega=1.0), Word.parse("2"))
+    found = close(Parameters(alpha=0.1, zeta=0.0, omega=1.0), Itinerary.parse("2"))
     assert isinstance(found, NoOrbit)
     assert found.reason is Reason.SINGULAR
 
 
 def test_word_without_orbit_does_not_converge() -> None:
     """Below the grazing no motion touches the second spring and leaves it again."""
-    found = close(Parameters(alpha=0.003), Word.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0])
+    found = close(Parameters(alpha=0.003), Itinerary.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0])
     assert isinstance(found, NoOrbit) or min(found.durations) < 0
 
 
 def test_guess_that_overflows_is_typed() -> None:
-    word = Word.parse("52")
-    found = close(Parameters(), word, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
+    itinerary = Itinerary.parse("52")
+    found = close(Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
     assert isinstance(found, NoOrbit)
     assert found.reason is Reason.NOT_FINITE
-    assert found.word is word
+    assert found.itinerary is itinerary
     assert found.detail
 
 
@@ -137,13 +138,13 @@ def test_motion_that_does_not_settle_is_typed() -> None:
 @pytest.mark.parametrize("guess", [None, [0.0] * 5, [0.0] * 7])
 def test_guess_of_the_wrong_size_is_refused(guess: list[float] | None) -> None:
     with pytest.raises(InvalidInput, match="guess"):
-        close(Parameters(), Word.parse("52"), guess)
+        close(Parameters(), Itinerary.parse("52"), guess)
 
 
 def test_guess_may_be_rough() -> None:
     """Ten per cent off in every unknown, Newton's method comes to the same orbit."""
     orbit = settled(alpha=0.7)
-    again = close(orbit.parameters, orbit.word, [1.1 * value for value in orbit.z])
+    again = close(orbit.parameters, orbit.itinerary, [1.1 * value for value in orbit.z])
     assert isinstance(again, Orbit)
     assert max(abs(again.z[:3] - orbit.z[:3])) < 1e-13
     turns = (again.z[3] - orbit.z[3]) / (2 * math.pi)

@@ -84,7 +84,7 @@ def test_the_derivative_of_a_formula_is_exact(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "ties", "words"),
+    ("name", "ties", "itineraries"),
     [
         ("omega", {"alpha": "omega**omega"}, r"numbers, omega, \+ - \* / \*\* and parentheses"),
         ("omega", {"alpha": "__import__('os')"}, "numbers, omega"),
@@ -99,9 +99,9 @@ def test_the_derivative_of_a_formula_is_exact(text: str) -> None:
         ("omega", {"alpha": "0.324*(1 + 0*(1.3 - omega)**0.5)"}, "arithmetic of omega"),
     ],
 )
-def test_a_path_that_is_none_is_refused(name: str, ties: dict[str, str], words: str) -> None:
+def test_a_path_that_is_none_is_refused(name: str, ties: dict[str, str], itineraries: str) -> None:
     orbit = settled(alpha=0.324, omega=0.6)
-    with pytest.raises(InvalidInput, match=words):
+    with pytest.raises(InvalidInput, match=itineraries):
         follow(orbit, name, 2.0, ties=ties)
 
 

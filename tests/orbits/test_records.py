@@ -47,7 +47,7 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
     # One digit off, it is none.
     z = orbit.z + 1e-6
     with backend("numpy") as numbers:
-        shot = shoot(numbers, orbit.values, orbit.word, z)
+        shot = shoot(numbers, orbit.values, orbit.itinerary, z)
     off = orbit_record(replace(orbit, z=z, shot=shot))
     assert not solved(off)
     assert off["residual"] == float(max(abs(shot.residual))) > 1e-8
@@ -55,7 +55,7 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:
     orbit = settled(alpha=1.2)
-    found = close((0.1, *orbit.values[1:]), orbit.word, list(orbit.z))
+    found = close((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
     assert isinstance(found, NoOrbit)
     record = failure_record(found)
     assert not solved(record)
@@ -78,7 +78,7 @@ def astray(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
             return orbit
         z = orbit.z + np.eye(len(orbit.z))[0] * 1e-5
         with backend("numpy") as numbers:
-            shot = shoot(numbers, orbit.values, orbit.word, z)
+            shot = shoot(numbers, orbit.values, orbit.itinerary, z)
         return replace(orbit, z=z, shot=shot)
 
     return root(name, off)

@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._map.batch import final_states, parameter_rows
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason
 from capsule_sym._orbits.shooting.search import find_orbit, random_search, realise
 from capsule_sym._orbits.shooting.stability import multipliers
-from capsule_sym._orbits.shooting.word import Word
 
-# Three capsules with more than one attractor, and the period multiples of these.
+# Three capsules with more than one attractor, and the period period_numbers of these.
 MULTISTABLE = {
     "rest beside drift": (
         Parameters(alpha=1.2, omega=1.5, delta=2.0, beta=50.0, gamma=5.0),
@@ -34,9 +34,9 @@ REACH = 3.0  # the grid covers (-REACH, REACH) in x_r and in v_r, with the capsu
 def stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
     """States of an orbit at phase 0, one for each of its excitation periods."""
     start, phase = list(orbit.z[:3]), orbit.z[3] / orbit.parameters.omega
-    multiple = orbit.word.multiple
-    run = simulate(orbit.parameters, start, phase % orbit.parameters.period, multiple)
-    return np.array(run.stroboscopic[-multiple:], dtype=float)
+    period_number = orbit.itinerary.period_number
+    run = simulate(orbit.parameters, start, phase % orbit.parameters.period, period_number)
+    return np.array(run.stroboscopic[-period_number:], dtype=float)
 
 
 def attractors_missed(parameters: Parameters, orbits: list[Orbit], size: int) -> list[int]:
@@ -63,18 +63,18 @@ def stable(orbits: tuple[Orbit, ...]) -> list[Orbit]:
 @pytest.mark.long
 @pytest.mark.parametrize("name", MULTISTABLE)
 def test_every_attractor_of_a_fine_grid_is_found(name: str) -> None:
-    parameters, multiples = MULTISTABLE[name]
+    parameters, period_numbers = MULTISTABLE[name]
     found = stable(random_search(parameters, 30))
-    assert [orbit.word.multiple for orbit in found] == multiples
+    assert [orbit.itinerary.period_number for orbit in found] == period_numbers
     *counts, missed = attractors_missed(parameters, found, 100)
     assert missed == 0
     assert min(counts) > 100
 
 
 def test_every_attractor_of_a_coarse_grid_is_found() -> None:
-    parameters, multiples = MULTISTABLE["rest beside drift"]
+    parameters, period_numbers = MULTISTABLE["rest beside drift"]
     found = stable(random_search(parameters, 12))
-    assert [orbit.word.multiple for orbit in found] == multiples
+    assert [orbit.itinerary.period_number for orbit in found] == period_numbers
     assert attractors_missed(parameters, found, 12)[-1] == 0
     # With one attractor withheld the grid tells.
     assert attractors_missed(parameters, found[:1], 12)[-1] > 10
@@ -95,15 +95,15 @@ def test_the_unstable_orbit_between_two_attractors_is_found() -> None:
 
 def test_orbits_are_found_once_and_the_same_every_time() -> None:
     parameters, _ = MULTISTABLE["rest beside drift"]
-    one, two = (random_search(parameters, 6, multiples=(1, 2, 4), seed=3) for _ in range(2))
+    one, two = (random_search(parameters, 6, period_numbers=(1, 2, 4), seed=3) for _ in range(2))
     assert [orbit.z.tolist() for orbit in one] == [orbit.z.tolist() for orbit in two]
-    assert [str(orbit.word) for orbit in one].count("F2") == 1
+    assert [str(orbit.itinerary) for orbit in one].count("F2") == 1
     assert all(orbit.residual <= 1e-13 for orbit in one)
 
 
 def test_progress_is_reported() -> None:
     told: list[tuple[int, int]] = []
-    random_search(Parameters(), 3, multiples=(1,), report=lambda *state: told.append(state))
+    random_search(Parameters(), 3, period_numbers=(1,), report=lambda *state: told.append(state))
     assert [done for done, _ in told] == [1, 2, 3]
 
 
@@ -117,7 +117,9 @@ def test_two_motions_are_found_from_their_own_starts() -> None:
 
 def test_motion_of_three_periods_is_found_as_one() -> None:
     parameters, _ = MULTISTABLE["one period beside three"]
-    found = {find_orbit(parameters, (x, 0.0, 0.0)).word.multiple for x in (-1.0, 0.0, 1.0, 2.0)}
+    found = {
+        find_orbit(parameters, (x, 0.0, 0.0)).itinerary.period_number for x in (-1.0, 0.0, 1.0, 2.0)
+    }
     assert found == {1, 3}
 
 
@@ -132,17 +134,17 @@ def test_word_beyond_its_bifurcation_is_typed_with_the_inequality_that_fails() -
     """Above alpha = 0.3688 the force on the sticking capsule exceeds its bound."""
     below = find_orbit(Parameters(alpha=0.36))
     assert isinstance(below, Orbit)
-    assert str(below.word) == "F5 F2"
-    assert isinstance(realise(Parameters(alpha=0.362), below.word, list(below.z)), Orbit)
-    beyond = realise(Parameters(alpha=0.4), below.word, list(below.z))
+    assert str(below.itinerary) == "F5 F2"
+    assert isinstance(realise(Parameters(alpha=0.362), below.itinerary, list(below.z)), Orbit)
+    beyond = realise(Parameters(alpha=0.4), below.itinerary, list(below.z))
     assert isinstance(beyond, NoOrbit)
     assert beyond.reason is Reason.NOT_REALISED
-    assert "minimum of upper in leg 1, F5 is -" in beyond.detail
+    assert "minimum of upper in segment 1, F5 is -" in beyond.detail
     assert beyond.residual < 1e-13
 
 
 def test_stick_beyond_the_grazing_is_typed() -> None:
     """The forced response reaches the second spring where its amplitude is the gap."""
-    beyond = realise(Parameters(alpha=0.0075), Word.parse("2"))
+    beyond = realise(Parameters(alpha=0.0075), Itinerary.parse("2"))
     assert isinstance(beyond, NoOrbit)
     assert "minimum of gap" in beyond.detail

@@ -65,7 +65,7 @@ def differences(run: Trajectory, motion: SteadyMotion) -> NDArray[np.float64]:
         for side in (1, -1):
             state = end.copy()
             state[i] += side * STEP
-            later = simulate(run.parameters, state.tolist(), periods=motion.period_multiple)
+            later = simulate(run.parameters, state.tolist(), periods=motion.period_number)
             ends.append(np.array(later.final[1], dtype=float))
         columns.append((ends[0] - ends[1])[:size] / (2 * STEP))
     return np.array(columns).T
@@ -80,8 +80,8 @@ def check(parameters: Parameters) -> bool:
     orbit = find_orbit(parameters, periods=PERIODS)
     assert isinstance(orbit, Orbit), (parameters, orbit)
     assert realised(orbit)
-    assert orbit.word.rotated(orbit.word.first).names == motion.word, parameters
-    assert orbit.word.multiple == motion.period_multiple, parameters
+    assert orbit.itinerary.rotated(orbit.itinerary.first).names == motion.itinerary, parameters
+    assert orbit.itinerary.period_number == motion.period_number, parameters
     assert float(orbit.progression) == pytest.approx(motion.progression, abs=1e-7), parameters
     matrix, values = differences(run, motion), multipliers(orbit)
     # Sum and product, and not the multipliers themselves, which may be double.

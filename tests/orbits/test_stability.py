@@ -90,13 +90,13 @@ def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> Non
 def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     """The durations are eliminated from the equations by their own guards."""
     orbit = settled(alpha=alpha)
-    shot, n = orbit.shot, len(orbit.word)
+    shot, n = orbit.shot, len(orbit.itinerary)
     # A deviation of the start moves every switch so that its guard still vanishes ...
     by_start, by_h = shot.by_z[:n, :3], shot.by_z[:n, 4:]
     h_by = -np.linalg.solve(by_h, by_start)
     end_by = shot.spans[-1].end_by
     end = end_by[:, :3] + end_by[:, 4 : n + 4] @ h_by
-    # ... and the end is reached at another time: the next leg makes up for it.
+    # ... and the end is reached at another time: the next segment makes up for it.
     first = shot.spans[0]
     speed = field(first.c, first.start, math.cos(first.angle))
     expected = end - np.outer(speed, h_by.sum(axis=0))

@@ -40,7 +40,7 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     assert doubling.value == pytest.approx(0.04290361839719182, abs=1e-13)
     kept, doubled = continue_from(light(), "PD1", 0.045, points=10)
     assert (kept.origin, doubled.origin) == ("PD1.1", "PD1.2")
-    assert kept.points[-1].orbit.word.multiple == 1
+    assert kept.points[-1].orbit.itinerary.period_number == 1
     assert abs(kept.points[-1].multipliers[0]) > 1
     # The map alone settles on the doubled orbit, from rest.
     assert same(doubled.points[-1].orbit, settled(alpha=0.045, zeta=0.005))
@@ -50,9 +50,9 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
     assert len(ratios) > 1
     assert max(ratios) < 1.05 * min(ratios)
     # On the side where nothing doubled settles only the branch itself goes on.
-    assert [one.points[-1].orbit.word.multiple for one in continue_from(light(), "PD1", 0.04)] == [
-        1
-    ]
+    assert [
+        one.points[-1].orbit.itinerary.period_number for one in continue_from(light(), "PD1", 0.04)
+    ] == [1]
 
 
 def test_a_doubled_branch_says_where_it_arrives() -> None:
@@ -66,7 +66,7 @@ def test_a_doubled_branch_says_where_it_arrives() -> None:
     # Half way the map settles on a motion of two periods that the branch passes through.
     omega = (first.at("PD1").value + known.value) / 2
     orbit = settled(alpha=1.2, beta=10.0, omega=omega)
-    assert orbit.word.multiple == 2
+    assert orbit.itinerary.period_number == 2
     (_, there) = continue_from(first, "PD1", omega, points=10)
     assert same(there.points[-1].orbit, orbit)
 
@@ -84,18 +84,18 @@ def test_a_fold_is_left_on_both_sides_of_it() -> None:
 def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
     branch = upwards(3.3)
     for one in branch.bifurcations:
-        for side, word in ((-1e-3, one.word_before), (1e-3, one.word_after)):
+        for side, itinerary in ((-1e-3, one.itinerary_before), (1e-3, one.itinerary_after)):
             (found,) = continue_from(branch, one.label, one.value + side, points=1)
             assert found.ending is Ending.REACHED
-            assert str(found.points[0].orbit.word) == str(word), (one.label, side)
+            assert str(found.points[0].orbit.itinerary) == str(itinerary), (one.label, side)
 
 
 def test_a_symmetric_motion_is_gone_on_from_in_pairs() -> None:
     branch = follow(settled(alpha=0.3, delta=1.2), "alpha", 0.5, points=5)
-    for label, side, word in (("AS1", 0.01, "F2 F1 F2 F3"), ("AS1", -0.01, "F2")):
+    for label, side, itinerary in (("AS1", 0.01, "F2 F1 F2 F3"), ("AS1", -0.01, "F2")):
         to = branch.at(label).value + side
         (found,) = continue_from(branch, label, to, points=1)
-        assert str(found.points[-1].orbit.word) == word
+        assert str(found.points[-1].orbit.itinerary) == itinerary
     (found,) = continue_from(branch, "GR1", 0.3, points=2)
     assert [one.label for one in found.bifurcations] == ["AS1"]
     known = branch.at("AS1")
@@ -149,7 +149,7 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
         continue_from(doubled, known.label, to, points=2),
         strict=True,
     ):
-        assert one.points[-1].orbit.word.multiple == 2
+        assert one.points[-1].orbit.itinerary.period_number == 2
         assert one.points[-1].orbit.z == pytest.approx(other.points[-1].orbit.z, abs=1e-10)
     with pytest.raises(InvalidInput, match=r"PD1/EP2"):
         continue_from(path, "PD7", to)
@@ -200,7 +200,7 @@ def wrong_points(file: Path) -> Iterator[dict[str, Any]]:
     (one, *_) = json.loads(file.read_text())["bifurcations"]
     yield one | {"segment": 99}
     for changes in (
-        {"period_multiple": 10**9},
+        {"period_number": 10**9},
         {"state": [math.nan, 0.0, 0.0]},
         {"parameters": one["orbit"]["parameters"] | {"alpha": 10**400}},
     ):
@@ -209,7 +209,7 @@ def wrong_points(file: Path) -> Iterator[dict[str, Any]]:
 
 def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp_path) -> None:
     other = tmp_path / "other.json"
-    for text, words in (
+    for text, itineraries in (
         (damaged(file, format=1), "format = 1: must be 2"),
         ("{}", "a branch.json that"),
         ("[1", "JSON that"),
@@ -217,7 +217,7 @@ def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp
         *((damaged(file, bifurcations=[one]), "a whole branch.json") for one in wrong_points(file)),
     ):
         other.write_text(text)
-        with pytest.raises(InvalidInput, match=words):
+        with pytest.raises(InvalidInput, match=itineraries):
             continue_from(other, "PD1", 0.1)
     with pytest.raises(InvalidInput, match="readable"):
         continue_from(tmp_path / "none.json", "PD1", 0.1)

@@ -17,9 +17,9 @@ from capsule_sym._orbits.continuation.curves import trace
 from capsule_sym._orbits.continuation.events import ADDING, CORNER, CROSSING, GRAZING
 from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.shooting.equations import shoot
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.stability import monodromy, multipliers
 from capsule_sym._orbits.shooting.symmetry import halved, mirrored, whole
-from capsule_sym._orbits.shooting.word import Word
 from capsule_sym._parameters import Parameters
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
@@ -46,8 +46,8 @@ def plain(fields: tuple[int, ...]) -> tuple[int, ...]:
 
 def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
     stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
-    assert len(stick.word) == 1
-    assert sliding.word.cyclic.fields == (2, 1, 2, 3)
+    assert len(stick.itinerary) == 1
+    assert sliding.itinerary.cyclic.fields == (2, 1, 2, 3)
     assert mirrored(stick)
     assert mirrored(sliding)
     # The second spring is on one side only; without stiffness it is on none.
@@ -65,17 +65,17 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
     assert [one.symmetry for one in found] == ["kept", "broken", "", "", ""]
     expected = first_slip(found[0].orbit.parameters.omega, found[0].orbit.parameters.zeta)
     assert abs(found[0].value - expected) < 8 * 2**-53 + found[0].uncertainty
-    # Started beside the orbit the certified map alone settles on the words on either side.
+    # Started beside the orbit the certified map alone settles on the itineraries on either side.
     for one in found:
-        words = [one.word_before, one.word_after][:: 1 if end > begin else -1]
+        itineraries = [one.itinerary_before, one.itinerary_after][:: 1 if end > begin else -1]
         span = one.orbit.shot.spans[0]
-        for side, word in zip((-1e-6, 1e-6), words, strict=True):
+        for side, itinerary in zip((-1e-6, 1e-6), itineraries, strict=True):
             parameters = Parameters(alpha=one.value + side, delta=1.2)
             phase = float(span.angle) / parameters.omega % parameters.period
             run = simulate(parameters, [float(v) for v in span.start], phase, 200)
             motion = run.steady(1e-9)
             assert motion is not None
-            assert motion.word == word.cyclic.names, (one.type, side)
+            assert motion.itinerary == itinerary.cyclic.names, (one.type, side)
 
 
 def test_what_never_sticks_is_reached_and_left() -> None:
@@ -84,8 +84,8 @@ def test_what_never_sticks_is_reached_and_left() -> None:
         assert branch.ending is Ending.REACHED
         assert [one.type for one in branch.bifurcations] == [CROSSING]
     one, other = up.bifurcations[0], down.bifurcations[0]
-    assert (str(one.word_before), str(one.word_after)) == ("F2 F1 F2 F3", "F1 F3")
-    assert (str(other.word_before), str(other.word_after)) == ("F1 F3", "F2 F1 F2 F3")
+    assert (str(one.itinerary_before), str(one.itinerary_after)) == ("F2 F1 F2 F3", "F1 F3")
+    assert (str(other.itinerary_before), str(other.itinerary_after)) == ("F1 F3", "F2 F1 F2 F3")
     assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty < 1e-12
     assert one.value == pytest.approx(never_sticking(), abs=1e-12)
 
@@ -133,9 +133,9 @@ def test_a_spring_without_stiffness_does_not_matter() -> None:
     for one, other in zip(branch.bifurcations, far.bifurcations, strict=True):
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty
     for point in branch.points[::10]:
-        motion = settled(alpha=point.value, beta=0.0).word.cyclic.fields
-        words = [plain(motion[i:] + motion[:i]) for i in range(len(motion))]
-        assert point.orbit.word.fields in words
+        motion = settled(alpha=point.value, beta=0.0).itinerary.cyclic.fields
+        itineraries = [plain(motion[i:] + motion[:i]) for i in range(len(motion))]
+        assert point.orbit.itinerary.fields in itineraries
 
 
 def test_a_curve_of_pairs_is_the_closed_form() -> None:
@@ -169,7 +169,7 @@ def test_half_a_motion_has_the_equations_of_the_whole() -> None:
         half = halved(orbit)
         assert half is not None
         again = whole(half)
-        assert str(half.word) == str(again.word) == str(orbit.word)
+        assert str(half.itinerary) == str(again.itinerary) == str(orbit.itinerary)
         assert again.residual < 1e-13
         assert again.z == pytest.approx(orbit.z, abs=1e-12)
         assert np.sort(abs(multipliers(half))) == pytest.approx(np.sort(abs(multipliers(orbit))))
@@ -178,19 +178,21 @@ def test_half_a_motion_has_the_equations_of_the_whole() -> None:
             for k in range(len(half.z)):
                 step = np.zeros(len(half.z))
                 step[k] = 1e-6
-                ends = [shoot(numbers, half.values, half.word, half.z + s * step) for s in (1, -1)]
+                ends = [
+                    shoot(numbers, half.values, half.itinerary, half.z + s * step) for s in (1, -1)
+                ]
                 slope = (ends[0].residual - ends[1].residual) / 2e-6
                 assert half.shot.by_z[:, k] == pytest.approx(slope, abs=1e-7)
     assert halved(settled(alpha=0.6)) is None
 
 
 def test_a_half_word_ends_in_the_image_of_its_first_field() -> None:
-    word = Word.of((1, 2), mirrored=True)
-    assert word.whole == Word.of((1, 2, 3, 2))
-    assert word.rotated(1).whole == Word.of((2, 3, 2, 1))
-    assert [word.neighbour(i) for i in (-1, 0, 1, 2)] == [2, 1, 2, 3]
-    assert Word.of((1,), mirrored=True).whole == Word.of((1, 3))
-    assert Word.of((2,), mirrored=True).whole == Word.of((2,))
+    itinerary = Itinerary.of((1, 2), mirrored=True)
+    assert itinerary.whole == Itinerary.of((1, 2, 3, 2))
+    assert itinerary.rotated(1).whole == Itinerary.of((2, 3, 2, 1))
+    assert [itinerary.neighbour(i) for i in (-1, 0, 1, 2)] == [2, 1, 2, 3]
+    assert Itinerary.of((1,), mirrored=True).whole == Itinerary.of((1, 3))
+    assert Itinerary.of((2,), mirrored=True).whole == Itinerary.of((2,))
 
 
 def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:

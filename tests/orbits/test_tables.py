@@ -29,7 +29,7 @@ def branch(orbit: Orbit) -> Branch:
 
 def test_an_orbit_is_a_row_a_segment(orbit: Orbit) -> None:
     frame, dataset = orbit.to_dataframe(), orbit.to_xarray()
-    assert tuple(frame["field"]) == orbit.motion.word
+    assert tuple(frame["field"]) == orbit.motion.itinerary
     np.testing.assert_array_equal(frame["duration"], [float(h) for h in orbit.durations])
     assert dataset.attrs["progression"] == float(orbit.progression)
     assert dataset.attrs["status"] == "converged"
@@ -40,7 +40,7 @@ def test_a_branch_is_a_row_a_point(branch: Branch) -> None:
     assert len(frame) == dataset.sizes["point"] == len(branch.points) > 1
     for (_, row), point in zip(frame.iterrows(), branch.points, strict=True):
         assert row["alpha"] == point.value == point.orbit.parameters.alpha
-        assert row["itinerary"] == str(point.orbit.word)
+        assert row["itinerary"] == str(point.orbit.itinerary)
         assert (row["x_r"], row["v_r"], row["v_c"]) == tuple(map(float, point.orbit.z[:3]))
         largest = float(np.abs(multipliers(point.orbit)).max())
         assert row["largest_multiplier"] == pytest.approx(largest, rel=1e-6)

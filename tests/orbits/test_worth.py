@@ -14,9 +14,9 @@ from scipy.integrate import quad
 from capsule_sym import Parameters
 from capsule_sym._orbits.metrics import worth as module
 from capsule_sym._orbits.metrics.worth import Worth, worth
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, close
 from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.word import Word
 from capsule_sym._symbolic.model import model
 from capsule_sym._symbolic.model import symbols as s
 from tests.orbits.branches import settled
@@ -55,7 +55,7 @@ def test_balance_shows_a_quadrature_that_is_too_coarse(monkeypatch: pytest.Monke
 def test_balance_holds_over_several_periods_of_excitation() -> None:
     parameters = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
     orbits = [find_orbit(parameters, (x, 0.0, 0.0)) for x in (-1.0, 0.0, 1.0, 2.0)]
-    found = next(o for o in orbits if isinstance(o, Orbit) and o.word.multiple == 3)
+    found = next(o for o in orbits if isinstance(o, Orbit) and o.itinerary.period_number == 3)
     assert abs(worth(found).imbalance) < 1e-14 * worth(found).work.value
 
 
@@ -106,7 +106,7 @@ def test_peaks_are_those_of_dense_samples(alpha: float) -> None:
 def test_figures_of_stick_are_those_of_the_oscillator(omega: float) -> None:
     """At resonance too: v_r = omega A sin, P = A (cos, 2 zeta omega sin)."""
     p = Parameters(alpha=0.001, omega=omega)
-    orbit = close(p, Word.parse("2"))
+    orbit = close(p, Itinerary.parse("2"))
     assert isinstance(orbit, Orbit)
     found, amplitude = worth(orbit), p.alpha / math.hypot(1 - omega**2, 2 * p.zeta * omega)
     loss = p.zeta * (omega * amplitude) ** 2 * p.period
@@ -129,7 +129,7 @@ def test_gradients_are_the_slopes_along_the_branch(alpha: float) -> None:
         step, ends = mpf("1e-15"), []
         for side in (1, -1):
             values = [mpf(v) + side * step * d for v, d in zip(orbit.values, along, strict=True)]
-            moved = close(values, orbit.word, list(orbit.z), backend="mpmath")
+            moved = close(values, orbit.itinerary, list(orbit.z), backend="mpmath")
             assert isinstance(moved, Orbit)
             ends.append(worth(moved))
         assert all(abs(end.imbalance) < mpf("1e-55") for end in ends)

@@ -15,7 +15,7 @@ def chart(rows: int = 12, columns: int = 10, **settings: Any) -> Sweep:
     """A small chart over alpha and gamma, in chunks that leave a remainder on both axes."""
     settings = {
         "periods": 40,
-        "compute": ("word", "progression", "final"),
+        "compute": ("itinerary", "progression", "final"),
         "chunk": (min(5, rows), min(4, columns)),
         **settings,
     }

@@ -11,7 +11,7 @@ from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._sweeps import Axis, Sweep, basin, open_results
 from capsule_sym._sweeps.basin import NONE, identify, run_basin
 from capsule_sym._sweeps.closing import NotClosed, closed
-from capsule_sym._sweeps.words import code
+from capsule_sym._sweeps.itineraries import code
 
 # Two motions coexist here, of one and of two excitation periods.
 TWO = Parameters(1.139284451807824, 1.2060847203112472, 0.01003369298122625, 0.05188929819462264,
@@ -21,7 +21,7 @@ AXES = (Axis.linear("x_r", -2.0, 2.0, 9), Axis.linear("v_r", -2.0, 2.0, 8))
 
 def test_every_cell_has_the_attractor_that_its_run_stays_on(tmp_path: Path) -> None:
     _, found = run_basin(Sweep(AXES, TWO), tmp_path / "store")
-    assert {attractor.multiple for attractor in found.attractors} == {1, 2}
+    assert {attractor.period_number for attractor in found.attractors} == {1, 2}
     assert [a.share for a in found.attractors] == sorted(a.share for a in found.attractors)[::-1]
     assert sum(attractor.cells for attractor in found.attractors) == 72
     for number, attractor in enumerate(found.attractors):
@@ -29,7 +29,7 @@ def test_every_cell_has_the_attractor_that_its_run_stays_on(tmp_path: Path) -> N
         assert attractor.multiplier < 1
         # The map itself, started on the orbit, comes back to it.
         for state in attractor.states:
-            run = simulate(TWO, tuple(state.tolist()), periods=attractor.multiple)
+            run = simulate(TWO, tuple(state.tolist()), periods=attractor.period_number)
             np.testing.assert_allclose(run.final[1], state, rtol=0, atol=1e-12)
         rows, columns = np.nonzero(found.numbers == number)
         assert len(rows) == attractor.cells
@@ -41,8 +41,8 @@ def test_every_cell_has_the_attractor_that_its_run_stays_on(tmp_path: Path) -> N
     with open_results(tmp_path / "store") as results:
         np.testing.assert_array_equal(results["attractor"], found.numbers)
         assert results["attractor"].dims == ("x_r", "v_r")
-        assert [a["word"] for a in results["attractor"].attrs["attractors"]] == [
-            attractor.word for attractor in found.attractors
+        assert [a["itinerary"] for a in results["attractor"].attrs["attractors"]] == [
+            attractor.itinerary for attractor in found.attractors
         ]
 
 
@@ -53,25 +53,25 @@ def test_a_finished_basin_can_be_run_again(tmp_path: Path) -> None:
     np.testing.assert_array_equal(first.numbers, second.numbers)
 
 
-def results_of(ends: list[list[float]], word: int) -> xr.Dataset:
+def results_of(ends: list[list[float]], itinerary: int) -> xr.Dataset:
     count = len(ends)
     return xr.Dataset(
         {
             "outcome": ("x_r", np.ones(count, np.int8)),
-            "word": ("x_r", np.full(count, word)),
-            "multiple": ("x_r", np.ones(count, np.int16)),
+            "itinerary": ("x_r", np.full(count, itinerary)),
+            "period_number": ("x_r", np.ones(count, np.int16)),
             "final": (("x_r", "component"), np.array(ends)),
         }
     )
 
 
 class FakeOrbits:
-    """Orbits of one word on a line: Newton's method leads to the nearest of some places."""
+    """Orbits of one itinerary on a line: Newton's method leads to the nearest of some places."""
 
     def __init__(self, places: list[float], fails: tuple[float, ...] = ()) -> None:
         self.places, self.fails, self.asked = places, fails, 0
 
-    def __call__(self, parameters: Any, end: Any, multiple: int, word: int) -> float:
+    def __call__(self, parameters: Any, end: Any, period_number: int, itinerary: int) -> float:
         self.asked += 1
         if end[0] in self.fails:
             raise NotClosed("no orbit")
@@ -119,14 +119,16 @@ def test_ends_that_close_no_orbit_have_no_attractor(on_a_line: Any) -> None:
 def test_cells_without_a_periodic_motion_have_no_attractor(on_a_line: Any) -> None:
     on_a_line(FakeOrbits([0.0]))
     results = results_of([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]], 5)
-    results["multiple"][1] = 0
+    results["period_number"][1] = 0
     assert identify(TWO, results).numbers.tolist() == [0, NONE]
 
 
 def test_an_orbit_of_another_word_is_not_taken() -> None:
     motion = simulate(Parameters(), periods=300).final[1]
-    assert closed(Parameters(), motion, 1, code("F5 F4 F1 F2")).word.multiple == 1
-    with pytest.raises(NotClosed, match="the orbit's word is F5 F4 F1 F2, its period multiple 1"):
+    assert closed(Parameters(), motion, 1, code("F5 F4 F1 F2")).itinerary.period_number == 1
+    with pytest.raises(
+        NotClosed, match="the orbit's itinerary is F5 F4 F1 F2, its period number 1"
+    ):
         closed(Parameters(), motion, 1, code("F5 F2"))
 
 

@@ -9,8 +9,8 @@ from capsule_sym._map import SteadyMotion
 from capsule_sym._native import core
 from capsule_sym._sweeps import Axis, Sweep, cells
 from capsule_sym._sweeps.cells import compute
+from capsule_sym._sweeps.itineraries import code
 from capsule_sym._sweeps.quantities import CellOutcome
-from capsule_sym._sweeps.words import code
 from tests.sweeps import chart
 
 RANGES = {
@@ -34,10 +34,10 @@ def test_words_multiples_and_progressions_are_those_of_the_reference_map() -> No
         (Axis.sobol(RANGES, 8, seed=5),),
         periods=33,
         tolerance=1e-8,
-        compute=("word", "progression"),
+        compute=("itinerary", "progression"),
     )
     block = compute(sweep)
-    texts = {number: text for text, (number, _) in block.words.items()}
+    texts = {number: text for text, (number, _) in block.itineraries.items()}
     periodic = 0
     for i, row in enumerate(sweep.columns()[0]):
         motion, last = reference(sweep, row)
@@ -45,12 +45,12 @@ def test_words_multiples_and_progressions_are_those_of_the_reference_map() -> No
         assert (outcome is CellOutcome.NEVER_SWITCHES) == (last is Outcome.NEVER)
         if motion is None:
             assert outcome is not CellOutcome.CONVERGED
-            assert block.columns["multiple"][i] == 0
+            assert block.columns["period_number"][i] == 0
             continue
         periodic += 1
         assert outcome is not CellOutcome.NOT_PERIODIC
-        assert texts[block.columns["word"][i]] == " ".join(motion.word)
-        assert block.columns["multiple"][i] == motion.period_multiple
+        assert texts[block.columns["itinerary"][i]] == " ".join(motion.itinerary)
+        assert block.columns["period_number"][i] == motion.period_number
         assert block.columns["progression"][i] == pytest.approx(motion.progression, abs=1e-7)
     assert periodic >= 5
 
@@ -60,37 +60,39 @@ def test_longer_multiples_are_found() -> None:
     parameters = Parameters(1.139284, 1.206085, 0.010034, 0.051889, 19.46037, 1.784594)
     starts = [(x_r, v_r) for x_r in (-1.5, 0.0, 1.5) for v_r in (-1.5, 0.6)]
     values = np.array(starts)
-    sweep = Sweep((Axis("start", ("x_r", "v_r"), values),), parameters, compute=("word",))
-    multiples = compute(sweep).columns["multiple"].tolist()
+    sweep = Sweep((Axis("start", ("x_r", "v_r"), values),), parameters, compute=("itinerary",))
+    period_numbers = compute(sweep).columns["period_number"].tolist()
     expected = []
     for x_r, v_r in starts:
         motion = simulate(parameters, (x_r, v_r, 0.0), periods=300).steady()
-        expected.append(motion.period_multiple if motion else 0)
-    assert multiples == expected
-    assert 2 in multiples
+        expected.append(motion.period_number if motion else 0)
+    assert period_numbers == expected
+    assert 2 in period_numbers
 
 
 def test_rest_for_ever_is_an_outcome_of_its_own() -> None:
     # At alpha = 0.005 the forced response alone is below the gap: the proof of rest holds.
-    block = compute(Sweep((Axis.of("alpha", [0.0, 0.005, 0.7]),), compute=("word",)))
+    block = compute(Sweep((Axis.of("alpha", [0.0, 0.005, 0.7]),), compute=("itinerary",)))
     names = [CellOutcome(outcome).name for outcome in block.columns["outcome"]]
     assert names == ["NEVER_SWITCHES", "NEVER_SWITCHES", "CONVERGED"]
-    assert block.words["F2"] == (code("F2"), 2)
+    assert block.itineraries["F2"] == (code("F2"), 2)
 
 
 def test_undamped_rest_never_switches_although_it_is_not_periodic() -> None:
     # x_r = 0.1 cos h beside a period of 2 pi/0.77: no multiple up to 16 closes it.
     parameters = Parameters(alpha=0.0, omega=0.77, delta=0.5, zeta=0.0)
-    sweep = Sweep((Axis.of("x_r", [0.1]),), parameters, periods=40, compute=("word",))
+    sweep = Sweep((Axis.of("x_r", [0.1]),), parameters, periods=40, compute=("itinerary",))
     block = compute(sweep)
     assert block.columns["outcome"].tolist() == [CellOutcome.NEVER_SWITCHES]
-    assert block.columns["multiple"].tolist() == [0]
+    assert block.columns["period_number"].tolist() == [0]
 
 
 def test_what_double_precision_leaves_open_is_settled_and_said() -> None:
     # x_r = -0.5 cos h touches the gap 0.5 exactly, once a period.
     parameters = Parameters(alpha=0.0, omega=1.0, delta=0.5, zeta=0.0)
-    sweep = Sweep((Axis.of("x_r", [-0.5, -0.4]),), parameters, periods=2, compute=("word", "final"))
+    sweep = Sweep(
+        (Axis.of("x_r", [-0.5, -0.4]),), parameters, periods=2, compute=("itinerary", "final")
+    )
     block = compute(sweep)
     assert block.columns["outcome"].tolist() == [CellOutcome.SETTLED, CellOutcome.CONVERGED]
     np.testing.assert_allclose(
@@ -102,7 +104,7 @@ def test_what_double_precision_leaves_open_is_settled_and_said() -> None:
 def test_a_cell_that_fails_leaves_its_neighbours_alone(
     monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
-    sweep = chart(3, 3, compute=("word", "final"), chunk=(3, 3))
+    sweep = chart(3, 3, compute=("itinerary", "final"), chunk=(3, 3))
     whole = compute(sweep)
     slow = cells._Cells.slow
 
@@ -117,7 +119,7 @@ def test_a_cell_that_fails_leaves_its_neighbours_alone(
     assert block.columns["outcome"][4] == CellOutcome.FAILED
     assert block.reasons == {"4": f"{type(error).__name__}: {error}"}
     others = np.arange(9) != 4
-    for name in ("outcome", "word", "multiple"):
+    for name in ("outcome", "itinerary", "period_number"):
         np.testing.assert_array_equal(block.columns[name][others], whole.columns[name][others])
 
 
@@ -127,11 +129,11 @@ def test_the_slow_way_gives_what_the_core_gives(monkeypatch: pytest.MonkeyPatch)
     fast = compute(sweep)
     monkeypatch.setattr(cells, "core", None)
     slow = compute(sweep)
-    for name in ("outcome", "word", "multiple"):
+    for name in ("outcome", "itinerary", "period_number"):
         np.testing.assert_array_equal(fast.columns[name], slow.columns[name])
     for name in ("progression", "final"):
         np.testing.assert_allclose(fast.columns[name], slow.columns[name], rtol=0, atol=1e-7)
-    assert fast.words == slow.words
+    assert fast.itineraries == slow.itineraries
 
 
 def test_only_what_is_asked_for_is_there() -> None:

@@ -15,7 +15,7 @@ from capsule_sym._sweeps import open_results
 
 FILE = """
 periods = 40
-compute = ["word", "progression"]
+compute = ["itinerary", "progression"]
 [axes]
 alpha = { from = 0.01, to = 2.0, count = 9 }
 gamma = { from = 1.0, to = 5.0, count = 9, spacing = "log" }
@@ -51,14 +51,14 @@ def test_a_sweep_is_run_and_told(
     assert [axis["name"] for axis in record["axes"]] == ["alpha", "gamma"]
     assert record["provenance"]["versions"]["capsule-sym"]
     with open_results(store) as results:
-        assert sum(record["words"].values()) == int((results["multiple"] > 0).sum())
+        assert sum(record["itineraries"].values()) == int((results["period_number"] > 0).sum())
     assert "done              81" in said(capsys, ["sweep-info", store])
 
 
 def test_help_shows_a_file_line_by_line(capsys: pytest.CaptureFixture[str]) -> None:
     lines = [line.strip() for line in said(capsys, ["sweep", "--help"]).splitlines()]
     assert "omega = 0.8" in lines
-    assert 'compute = ["word", "progression"]' in lines
+    assert 'compute = ["itinerary", "progression"]' in lines
 
 
 def test_json_is_one_object_with_the_speed(
@@ -85,7 +85,11 @@ def test_a_basin_tells_its_attractors(tmp_path: Path, capsys: pytest.CaptureFixt
     arguments = [*BASIN, "--alpha", "1.2", "--store", str(tmp_path / "store")]
     record = json.loads(said(capsys, [*arguments, "--json"]))
     (only,) = record["attractors"]
-    assert (only["word"], only["multiple"], only["share"]) == ("F5 F4 F1 F2 F3 F2", 1, 1.0)
+    assert (only["itinerary"], only["period_number"], only["share"]) == (
+        "F5 F4 F1 F2 F3 F2",
+        1,
+        1.0,
+    )
     # The progression that the README prints for this motion.
     assert only["progression"] == pytest.approx(1.339272935, abs=1e-9)
     assert "attractor 0" in said(capsys, [*arguments, "--resume"])
@@ -101,7 +105,7 @@ def test_a_check_tells_what_is_damaged(
     said(capsys, ["sweep", file, "--store", str(store)])
     assert "damaged           0" in said(capsys, ["sweep-info", str(store), "--check"])
     (store / "results.zarr" / "alpha" / "c" / "0").unlink()
-    (store / "results.zarr" / "word" / "c" / "0" / "0").write_bytes(b"x")
+    (store / "results.zarr" / "itinerary" / "c" / "0" / "0").write_bytes(b"x")
     with pytest.raises(SystemExit) as exit_:
         main(["sweep-info", str(store), "--check"])
     text = capsys.readouterr().out

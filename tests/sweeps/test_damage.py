@@ -19,7 +19,7 @@ from capsule_sym._sweeps.files import sealed
 from capsule_sym._sweeps.info import damaged_parts, info_record
 from tests.sweeps import chart, contents
 
-SMALL = chart(4, 3, periods=5, compute=("word",), chunk=(2, 3))
+SMALL = chart(4, 3, periods=5, compute=("itinerary",), chunk=(2, 3))
 STARTS = (Axis.of("x_r", [-0.5, 0.5]), Axis.of("v_r", [0.0, 1.0, 2.0]))
 
 Run = Callable[..., Any]
@@ -159,7 +159,7 @@ def test_stores_of_all_kinds_mend_whatever_file_is_damaged(
 
 
 def folders(whole: Path) -> Iterator[str]:
-    for name in ("results.zarr", "results.zarr/alpha", "results.zarr/word/c", "chunks"):
+    for name in ("results.zarr", "results.zarr/alpha", "results.zarr/itinerary/c", "chunks"):
         assert (whole / name).is_dir()
         yield name
 
@@ -196,7 +196,7 @@ def test_what_is_no_longer_the_result_is_not_opened(
     stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
     whole = stores("sweep")
-    names = ("alpha/c/0", "alpha/zarr.json", "word/zarr.json", "zarr.json")
+    names = ("alpha/c/0", "alpha/zarr.json", "itinerary/zarr.json", "zarr.json")
     for i, name in enumerate(names):
         for damage in (delete, truncate, flip):
             path = tmp_path / f"{i} {damage.__name__}"
@@ -281,7 +281,7 @@ def test_a_run_killed_at_its_end_is_not_taken_for_damaged(
 def test_a_sweep_does_not_go_on_with_a_basin(stores: Callable[[str], Path], tmp_path: Path) -> None:
     path = tmp_path / "store"
     shutil.copytree(stores("basin"), path)
-    compute = ("word", "progression", "final")
+    compute = ("itinerary", "progression", "final")
     sweep = Sweep(STARTS, Parameters(alpha=1.2), periods=100, chunk=(1, 3), compute=compute)
     with pytest.raises(InvalidInput, match="kind = 'sweep': must be 'basin'"):
         run(sweep, path, resume=True)

@@ -51,7 +51,7 @@ def setting(**changes: Any) -> dict[str, Any]:
 BAD: list[Any] = [
     # Names that are a result's, or a quantity's that the axis does not have.
     *({"axes": {name: SOBOL}} for name in sorted(TAKEN)),
-    *({"axes": {name: [0.5]}} for name in ("component", "multiplier", "word", "outcome")),
+    *({"axes": {name: [0.5]}} for name in ("component", "multiplier", "itinerary", "outcome")),
     {"axes": {"beta": SOBOL}},
     {"axes": {"alpha": {**SOBOL, "sobol": {"beta": [0, 1]}}}},
     {"axes": {"": SOBOL}},
@@ -153,7 +153,8 @@ BAD: list[Any] = [
     *(setting(periods=value) for value in (0, -1, 2.5, "300", True, None, [300], HUGE, ENDLESS)),
     *(setting(tolerance=value) for value in (0, 1, -1e-9, "1e-9", True, None, math.nan, [], HUGE)),
     *(setting(compute=value) for value in (
-        [], {}, "", "spin", "words", ["spin"], [3], [["word"]], None, True, 3, {"word": True}, DEEP,
+        [], {}, "", "spin", "itineraries", ["spin"], [3], [["itinerary"]], None, True, 3,
+        {"itinerary": True}, DEEP,
     )),
     *(setting(chunk=value) for value in (
         [0], [3], [-1], [1.0], ["1"], [True], [[1]], [1, 1], 2, "2", None, {}, {"alpha": 1}, [HUGE],
@@ -281,11 +282,23 @@ atoms = st.one_of(
     st.floats(),
     st.floats(0.0, 2.0),
     st.text(max_size=3),
-    st.sampled_from(["log", "word", "alpha", "1", "0.5"]),
+    st.sampled_from(["log", "itinerary", "alpha", "1", "0.5"]),
     st.dates(),
 )
 names = st.sampled_from(
-    ["alpha", "omega", "phase", "x_r", "sample", "word", "from", "to", "count", "seed", "sobol"]
+    [
+        "alpha",
+        "omega",
+        "phase",
+        "x_r",
+        "sample",
+        "itinerary",
+        "from",
+        "to",
+        "count",
+        "seed",
+        "sobol",
+    ]
 )
 values = st.recursive(
     atoms,

@@ -23,8 +23,8 @@ def disk(part: Sweep, watch: object = None) -> Block:
     inside = ((rows[:, 0] - x) / a) ** 2 + ((rows[:, 5] - y) / b) ** 2 < 1
     columns = {
         "outcome": np.full(part.size, CellOutcome.CONVERGED, np.int8),
-        "word": np.where(inside, 7, 11),
-        "multiple": np.ones(part.size, np.int16),
+        "itinerary": np.where(inside, 7, 11),
+        "period_number": np.ones(part.size, np.int16),
     }
     kept = {"F5 F2": (7, int(inside.sum())), "F2": (11, int((~inside).sum()))}
     return Block(columns, {t: v for t, v in kept.items() if v[1]}, {}, cells.KERNELS, cells.CORE)
@@ -39,8 +39,8 @@ def test_a_smooth_boundary_costs_its_length_not_the_area(
     sweep = Sweep(axes)
     found = refine(sweep, tmp_path / "chart", stride=8)
     with open_results(tmp_path / "chart") as results:
-        expected = disk(sweep).columns["word"].reshape(sweep.shape)
-        np.testing.assert_array_equal(results["word"], expected)
+        expected = disk(sweep).columns["itinerary"].reshape(sweep.shape)
+        np.testing.assert_array_equal(results["itinerary"], expected)
         computed = results["computed"].values
         assert found.fraction == computed.mean() == results.attrs["fraction_computed"]
         # Every point beside one of the other kind was computed, not inferred.
@@ -49,19 +49,19 @@ def test_a_smooth_boundary_costs_its_length_not_the_area(
             here = np.take(computed, range(count - 1), axis=axis)
             there = np.take(computed, range(1, count), axis=axis)
             assert (here & there)[edge].all()
-        assert results["word"].attrs["flag_meanings"] == "F5_F2 F2"
+        assert results["itinerary"].attrs["flag_meanings"] == "F5_F2 F2"
     assert found.fraction < 0.2
     assert sum(r.computed for r in found.rounds) == computed.sum()
 
 
 @pytest.mark.parametrize("shape", [(30, 21), (17, 2)])
 def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path) -> None:
-    sweep = chart(*shape, periods=60, compute=("word",), chunk=())
+    sweep = chart(*shape, periods=60, compute=("itinerary",), chunk=())
     refine(sweep, tmp_path / "refined", stride=4)
     run(sweep, tmp_path / "full")
     with open_results(tmp_path / "refined") as refined, open_results(tmp_path / "full") as full:
         same = np.ones(shape, bool)
-        for name in ("outcome", "word", "multiple"):
+        for name in ("outcome", "itinerary", "period_number"):
             same &= refined[name].values == full[name].values
         # Exact wherever computed; a spot smaller than the stride may be passed over elsewhere.
         assert same[refined["computed"].values].all()

@@ -55,9 +55,9 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
             assert results[name].attrs["long_name"]
         np.testing.assert_array_equal(results["gamma"], SWEEP.axes[1].values[:, 0])
         one = results.sel(alpha=2.0, gamma=5.0)
-        meanings = results["word"].attrs["flag_meanings"].split()
-        texts = dict(zip(results["word"].attrs["flag_values"], meanings, strict=True))
-        assert texts[int(one["word"])].split("_")[0] in {"F4", "F5"}
+        meanings = results["itinerary"].attrs["flag_meanings"].split()
+        texts = dict(zip(results["itinerary"].attrs["flag_values"], meanings, strict=True))
+        assert texts[int(one["itinerary"])].split("_")[0] in {"F4", "F5"}
         assert results.attrs["omega"] == 0.8
         assert results.attrs["command"] == "capsule-sym sweep"
         assert results.attrs["kernels"] == cells_module.KERNELS
@@ -152,7 +152,7 @@ def damages() -> Iterator[Any]:
     for name in ("results.zarr/outcome/c/1/2", "chunks/000000/000000004.json"):
         for damage in (truncate, flip, empty, None):
             yield pytest.param(name, damage)
-    for name in ("final/c/0/0/0", "word/c/2/1", "progression/c/1/0"):
+    for name in ("final/c/0/0/0", "itinerary/c/2/1", "progression/c/1/0"):
         yield pytest.param(f"results.zarr/{name}", flip)
 
 
@@ -347,7 +347,7 @@ def test_the_record_of_a_chunk_holds_its_words_and_reasons(
     run(SWEEP, tmp_path / "store", executor=Counting())
     record = json.loads((tmp_path / "store/chunks/000000/000000000.json").read_text())
     assert record["reasons"] == {"3": "no luck"}
-    assert sum(cells for _, cells in record["words"].values()) <= 20
+    assert sum(cells for _, cells in record["itineraries"].values()) <= 20
 
 
 @pytest.mark.long

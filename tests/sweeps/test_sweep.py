@@ -58,7 +58,11 @@ def test_chunks_shrink_with_the_work_of_a_cell() -> None:
     axes = (Axis.linear("alpha", 0.1, 2.0, 512), Axis.linear("gamma", 1.0, 5.0, 512))
     sizes = [
         math.prod(Sweep(axes, periods=periods, compute=compute).chunk)
-        for periods, compute in ((300, ("word",)), (30_000, ("word",)), (300, ("multipliers",)))
+        for periods, compute in (
+            (300, ("itinerary",)),
+            (30_000, ("itinerary",)),
+            (300, ("multipliers",)),
+        )
     ]
     assert sizes[0] > sizes[1] > 10
     assert sizes[0] > sizes[2] > 10
@@ -68,7 +72,7 @@ def test_chunks_shrink_with_the_work_of_a_cell() -> None:
 FILE = """
 periods = 50
 tolerance = 1e-8
-compute = ["final", "word"]
+compute = ["final", "itinerary"]
 chunk = [2, 1, 8]
 [parameters]
 omega = 0.9
@@ -93,7 +97,7 @@ def test_a_file_gives_the_sweep_that_it_describes(tmp_path: Path) -> None:
         phase=0.5,
         periods=50,
         tolerance=1e-8,
-        compute=("word", "final"),
+        compute=("itinerary", "final"),
         chunk=(2, 1, 8),
     )
     assert load_sweep(path).record() == expected.record()
@@ -118,8 +122,8 @@ def test_a_file_gives_the_sweep_that_it_describes(tmp_path: Path) -> None:
         ("periods = 50", "periods = 0", "periods = 0"),
         ("periods = 50", "periods = 'x'", "periods = 'x'"),
         ("1e-8", "2", "tolerance = 2"),
-        ('["final", "word"]', "[]", "compute = []"),
-        ('["final", "word"]', '["spin"]', "compute = 'spin'"),
+        ('["final", "itinerary"]', "[]", "compute = []"),
+        ('["final", "itinerary"]', '["spin"]', "compute = 'spin'"),
         ("[2, 1, 8]", "[2, 1]", "chunk = [2, 1]"),
         ("[2, 1, 8]", "[2, 1, 9]", "chunk = [2, 1, 9]"),
         ("[axes]", "[axes", "a TOML file"),

@@ -42,7 +42,7 @@ def bits():
 
 
 def turn(at: Point) -> tuple[System, Matrix, list[Step], object]:
-    """The map of one period near the orbit at a point: system, a state on it, legs and period."""
+    """The map of one period near the orbit at a point: system, state on it, segments and period."""
     run = simulate(Parameters(**{k: float(v) for k, v in at.numbers}), periods=200)
     state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(run.stroboscopic[-2])))
     values = {name: ball(text) for name, text in at.numbers}
@@ -110,7 +110,7 @@ def test_a_motion_that_has_not_come_near_enough_proves_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With the box tried early, the motion from rest is not seen to be in it."""
-    assert tendency(dict(POINT.numbers)).word == (4, 1, 3, 6)
+    assert tendency(dict(POINT.numbers)).itinerary == (4, 1, 3, 6)
     monkeypatch.setattr(attraction, "_settled", lambda run, periods: 3)
     with pytest.raises(Unproved):
         tendency(dict(POINT.numbers))

@@ -66,10 +66,10 @@ def _runner(call: Callable[..., int]) -> Run:
                 p.alpha, p.omega, p.delta, p.zeta, p.beta, p.gamma, p.f_b
             )
             z = (ctypes.c_double * 3)(*start.state)
-            word = ctypes.create_string_buffer(room)
-            count = call(values, start, start.field, z, word, room)
+            itinerary = ctypes.create_string_buffer(room)
+            count = call(values, start, start.field, z, itinerary, room)
             state = tuple(z) if count >= 0 else None
-            results.append(Result(word.raw[: abs(count)], state))
+            results.append(Result(itinerary.raw[: abs(count)], state))
         return results
 
     return run

@@ -78,20 +78,20 @@ class _Field:
 
 def _run(solver: Any, here: _Field, start: Start) -> Result:
     p, end, clock = start.parameters, start.end, Clock(start)
-    field, z, word = start.field, np.array(start.state), bytearray()
+    field, z, itinerary = start.field, np.array(start.state), bytearray()
     while clock.now < end:
-        word.append(field)
+        itinerary.append(field)
         here.enter(p, field)
         solver.init_step(clock.now, z)
         found = solver.step(end, tstop=end)
         z = np.array(found.y, dtype=float).reshape(-1, 3)[-1]
         if found.status != _ROOT_FOUND:
-            return Result(bytes(word), tuple(z.tolist()) if found.status >= 0 else None)
+            return Result(bytes(itinerary), tuple(z.tolist()) if found.status >= 0 else None)
         try:
             clock.advance(float(np.ravel(found.t)[-1]))
         except Locked:
-            return Result(bytes(word), None)
+            return Result(bytes(itinerary), None)
         fired = int(np.flatnonzero(np.reshape(found.i_events, (-1, _GUARDS))[-1])[0])
         field = following(p, field, fired, z[0], z[1])
         z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
-    return Result(bytes(word), tuple(z.tolist()))
+    return Result(bytes(itinerary), tuple(z.tolist()))

@@ -14,7 +14,7 @@ from capsule_sym.generated.interface import Precision
 
 
 def final(starts: Sequence[Start]) -> list[Result]:
-    """Final states alone, by the C core, a call for each; words are empty."""
+    """Final states alone, by the C core, a call for each; itineraries are empty."""
     return [Result(b"", final_state(s.parameters, s.state, 0.0, s.periods)) for s in starts]
 
 
@@ -38,19 +38,19 @@ def side_by_side(starts: Sequence[Start], lanes: int) -> list[tuple[float, ...]]
 
 
 def simulated_wide(starts: Sequence[Start]) -> list[Result]:
-    """Words by the C core, every switch decided in 106 bits."""
+    """Itineraries by the C core, every switch decided in 106 bits."""
     results = []
     for start in starts:
         run = NativeRun(start.parameters, settle=True)
         run.precision = Precision.DOUBLE_DOUBLE
         found = run.go(start.state, 0.0, start.periods, MOST * start.periods)
-        word = bytes(segment.field for segment in found.segments)
-        results.append(Result(word, found.final[1]))
+        itinerary = bytes(segment.field for segment in found.segments)
+        results.append(Result(itinerary, found.final[1]))
     return results
 
 
 def sweep(starts: Sequence[Start]) -> list[Result]:
-    """Final states alone, by the C core, in one call and one thread; words are empty."""
+    """Final states alone, by the C core, in one call and one thread; itineraries are empty."""
     first = starts[0]
     rows = parameter_rows(first.parameters, alpha=[s.parameters.alpha for s in starts])
     states = np.array([s.state for s in starts])
@@ -65,9 +65,9 @@ def simulated(backend: str) -> Run:
         results = []
         for start in starts:
             found = simulate(start.parameters, start.state, 0.0, start.periods, backend=backend)
-            word = bytes(segment.field for segment in found.segments)
+            itinerary = bytes(segment.field for segment in found.segments)
             state = tuple(float(v) for v in found.final[1]) if found.success else None
-            results.append(Result(word, state))
+            results.append(Result(itinerary, state))
         return results
 
     return run

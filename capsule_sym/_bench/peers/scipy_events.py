@@ -40,9 +40,9 @@ def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
     from scipy.integrate import solve_ivp
 
     p, end, clock = start.parameters, start.end, Clock(start)
-    field, z, word = start.field, np.array(start.state), bytearray()
+    field, z, itinerary = start.field, np.array(start.state), bytearray()
     while clock.now < end:
-        word.append(field)
+        itinerary.append(field)
         solution: Any = solve_ivp(
             _rate(p, field),
             (clock.now, end),
@@ -55,15 +55,15 @@ def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
         hits = [float(e[0]) if len(e) else inf for e in solution.t_events]
         fired = int(np.argmin(hits))
         if hits[fired] == inf:
-            return Result(bytes(word), tuple(solution.y[:, -1].tolist()))
+            return Result(bytes(itinerary), tuple(solution.y[:, -1].tolist()))
         try:
             clock.advance(hits[fired])
         except Locked:
-            return Result(bytes(word), None)
+            return Result(bytes(itinerary), None)
         z = solution.y_events[fired][0].copy()
         field = following(p, field, fired, z[0], z[1])
         z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
-    return Result(bytes(word), tuple(z.tolist()))
+    return Result(bytes(itinerary), tuple(z.tolist()))
 
 
 def _rate(p: Parameters, field: int) -> Any:

@@ -101,7 +101,7 @@ class Lanes:
     def __init__(self, lanes: int, careful: bool) -> None:
         self.lanes, self.careful = lanes, careful
         self.contact, self.drift = [0] * lanes, [0] * lanes
-        self.words = [bytearray() for _ in range(lanes)]
+        self.itineraries = [bytearray() for _ in range(lanes)]
 
     def __deepcopy__(self, _memo: Any) -> Lanes:
         """Itself: heyoka copies its callbacks, which must go on sharing what they change."""
@@ -121,7 +121,7 @@ class Lanes:
         self.values[-1] = p.f_b
         for lane, start in enumerate(starts):
             field = start.field
-            self.words[lane] = bytearray([field])
+            self.itineraries[lane] = bytearray([field])
             contact, drift = CONTACT[field], DRIFT[field]
             self.contact[lane], self.drift[lane] = contact, drift
             self.values[0, lane] = start.parameters.alpha
@@ -131,9 +131,9 @@ class Lanes:
             self.state[:, lane] = start.state
 
     def results(self) -> list[Result]:
-        """Words and states of all lanes."""
+        """Itineraries and states of all lanes."""
         states = [None if self.locked else tuple(state) for state in self.state.T.tolist()]
-        return [Result(bytes(w), state) for w, state in zip(self.words, states, strict=True)]
+        return [Result(bytes(w), state) for w, state in zip(self.itineraries, states, strict=True)]
 
     def gap(self, _integrator: Any, _sign: int, lane: int = 0) -> bool:
         """The first guard: contact begins or ends."""
@@ -163,8 +163,8 @@ class Lanes:
 
     def _entered(self, lane: int) -> bool:
         """Notes the field that is entered; False stops all lanes, where switches have no end."""
-        self.words[lane].append(FIELD[self.contact[lane], self.drift[lane]])
-        self.locked = len(self.words[lane]) > self.room
+        self.itineraries[lane].append(FIELD[self.contact[lane], self.drift[lane]])
+        self.locked = len(self.itineraries[lane]) > self.room
         return not self.locked
 
 

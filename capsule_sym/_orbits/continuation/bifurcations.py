@@ -20,9 +20,9 @@ from capsule_sym._orbits.continuation.events import (
     locate,
 )
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, Status
 from capsule_sym._orbits.shooting.stability import monodromy, multipliers
-from capsule_sym._orbits.shooting.word import Word
 
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
@@ -54,13 +54,13 @@ class Bifurcation:
     `residual` is the largest entry of the equations there, that of the bifurcation among them,
     `iterations` how many steps led to it, and `status` whether it is solved; where it is
     not, the uncertainty is all of the interval. `line` and
-    `surfaces` are those that the orbit meets (empty for a smooth bifurcation), `leg` the leg of
-    `orbit` that has the duration 0 (None for a smooth one), `interval` the values between which the
-    branch stepped over it, `failed` the inequality that failed. Where `symmetry` is
-    "kept" the orbits are their own mirror images, and it happens to the leg's image half a period
-    later too; where it is "broken" those on one side are, those on the other touch the spring.
-    The multipliers are those of orbits on the branch a little before and after. `word_after` is
-    None where the branch ends. `label`, such as "PD2", names it on its branch;
+    `surfaces` are those that the orbit meets (empty for a smooth bifurcation), `segment` the
+    segment of `orbit` that has the duration 0 (None for a smooth one), `interval` the values
+    between which the branch stepped over it, `failed` the inequality that failed. Where `symmetry`
+    is "kept" the orbits are their own mirror images, and it happens to the segment's image half a
+    period later too; where it is "broken" those on one side are, those on the other touch the
+    spring. The multipliers are those of orbits on the branch a little before and after.
+    `itinerary_after` is None where the branch ends. `label`, such as "PD2", names it on its branch;
     `path` is what varies there.
     """
 
@@ -73,12 +73,12 @@ class Bifurcation:
     status: Status
     line: str
     surfaces: tuple[str, ...]
-    leg: int | None
+    segment: int | None
     symmetry: str
     interval: tuple[float, float]
     failed: str
-    word_before: Word
-    word_after: Word | None
+    itinerary_before: Itinerary
+    itinerary_after: Itinerary | None
     multipliers_before: tuple[complex, ...]
     multipliers_after: tuple[complex, ...]
     orbit: Orbit
@@ -87,18 +87,18 @@ class Bifurcation:
 
 
 def refined(one: Bifurcation) -> Located:
-    """A bifurcation at which a leg has the duration 0, in 50 digits; the other parameters exact.
+    """A bifurcation at which a segment has duration 0, in 50 digits; the other parameters exact.
 
     Raises ValueError for a smooth bifurcation, and ArithmeticError where Newton's method fails.
     """
-    if one.leg is None:
-        raise ValueError(f"a {one.type} has no leg of duration 0")
+    if one.segment is None:
+        raise ValueError(f"a {one.type} has no segment of duration 0")
     orbit = one.orbit
     with backend("mpmath") as numbers:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
         free = (one.path or ParameterPath(one.parameter),)
-        found = locate(numbers, values, free, orbit.word, z, (one.leg,))
+        found = locate(numbers, values, free, orbit.itinerary, z, (one.segment,))
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
     return found

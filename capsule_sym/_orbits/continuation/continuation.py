@@ -1,4 +1,4 @@
-"""Branches of periodic orbits in one parameter, through folds and through changes of word."""
+"""Branches of periodic orbits in one parameter, through folds and through changes of itinerary."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, 
 from capsule_sym._orbits.shooting.admissibility import Inequality, realised
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
 from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole
-from capsule_sym._orbits.shooting.word import Word
 
 _MOST_POINTS = 20_000
 
 
 @dataclass(frozen=True)
 class BranchPoint:
-    """An orbit of a branch, with the tightest of its word's inequalities."""
+    """An orbit of a branch, with the tightest of its itinerary's inequalities."""
 
     value: float
     orbit: Orbit
@@ -120,13 +120,13 @@ def follow(
 ) -> Branch:
     """The branch through an orbit, from its value of a parameter to another one.
 
-    At least `points` steps are taken, more where the branch bends or a word begins. The branch is
-    followed through folds, whether stable or not, and from word to word, until the parameter
-    leaves the range between the two values; an end before that says why. Other parameters may vary
-    with it: `ties` has for each its function, or a text such as "0.5*omega**2"; then `parameter`
-    may also be something else of which one of them is an affine function. Raises InvalidInput for
-    what is no parameter and not tied to one, a value that a parameter cannot have, equal values,
-    and an orbit whose parameters are not on the path.
+    At least `points` steps are taken, more where the branch bends or an itinerary begins. The
+    branch is followed through folds, whether stable or not, and from itinerary to itinerary, until
+    the parameter leaves the range between the two values; an end before that says why. Other
+    parameters may vary with it: `ties` has for each its function, or a text such as "0.5*omega**2";
+    then `parameter` may also be something else of which one of them is an affine function. Raises
+    InvalidInput for what is no parameter and not tied to one, a value that a parameter cannot have,
+    equal values, and an orbit whose parameters are not on the path.
     """
     axis = axis_from(orbit, parameter_path(parameter, ties), to)
     if isinstance(points, bool) or not isinstance(points, int) or points < 1:
@@ -214,7 +214,9 @@ class Run:
             return
         self._record_smooth(PERIOD_DOUBLING, found, old, new, last=True)
         at = where(found.orbit, (self.axis,))
-        raise Stop(Ending.PERIOD_HALVED, f"the two halves of {old.orbit.word} become one at {at}")
+        raise Stop(
+            Ending.PERIOD_HALVED, f"the two halves of {old.orbit.itinerary} become one at {at}"
+        )
 
     def _record_smooth(
         self, name: str, one: Root, old: State, new: State, last: bool = False
@@ -234,12 +236,12 @@ class Run:
                 status=one.status,
                 line="",
                 surfaces=(),
-                leg=None,
-                symmetry=KEPT if orbit.word.mirrored else "",
+                segment=None,
+                symmetry=KEPT if orbit.itinerary.mirrored else "",
                 interval=interval,
                 failed="",
-                word_before=old.orbit.word.whole,
-                word_after=None if last else new.orbit.word.whole,
+                itinerary_before=old.orbit.itinerary.whole,
+                itinerary_after=None if last else new.orbit.itinerary.whole,
                 multipliers_before=moduli(old.orbit),
                 multipliers_after=() if last else moduli(new.orbit),
                 orbit=whole(orbit),
@@ -257,7 +259,7 @@ class Run:
         if beside is not None:
             failure = failure_of(beside)
             beside = None if failure else self.follower.symmetric(beside)
-        what = place(located.word, located.shot, event.leg)
+        what = place(located.itinerary, located.shot, event.segment)
         at = whole(located.orbit("numpy"))
         self.bifurcations.append(
             Bifurcation(
@@ -270,12 +272,12 @@ class Run:
                 status=at.status,
                 line=what.line if what else "",
                 surfaces=what.surfaces if what else (),
-                leg=event.leg,
-                symmetry=_symmetry(old, located.word, beside),
+                segment=event.segment,
+                symmetry=_symmetry(old, located.itinerary, beside),
                 interval=(self._value(old.orbit), self._value(new.orbit)),
-                failed=event.failed.named(old.orbit.word),
-                word_before=old.orbit.word.whole,
-                word_after=beside.orbit.word.whole if beside else None,
+                failed=event.failed.named(old.orbit.itinerary),
+                itinerary_before=old.orbit.itinerary.whole,
+                itinerary_after=beside.orbit.itinerary.whole if beside else None,
                 multipliers_before=moduli(old.orbit),
                 multipliers_after=moduli(beside.orbit) if beside else (),
                 orbit=at,
@@ -283,18 +285,18 @@ class Run:
             )
         )
         if beside is None:
-            failed, spot = event.failed.named(old.orbit.word), where(at, (self.axis,))
+            failed, spot = event.failed.named(old.orbit.itinerary), where(at, (self.axis,))
             detail = f"{failed} fails at {spot}; beyond, {failure}"
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
         self._add(beside)
         return beside
 
 
-def _symmetry(old: State, word: Word, beside: State | None) -> str:
+def _symmetry(old: State, itinerary: Itinerary, beside: State | None) -> str:
     """What becomes of the mirror symmetry at an event on the way from one state to another."""
-    if word.mirrored:
+    if itinerary.mirrored:
         return KEPT
-    sides = [state.orbit.word.mirrored for state in (old, beside) if state]
+    sides = [state.orbit.itinerary.mirrored for state in (old, beside) if state]
     return BROKEN if any(sides) else ""
 
 
@@ -311,8 +313,8 @@ def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
 
 def failure_of(state: State) -> str:
     """Why a state beyond an event is no motion; empty if it is one."""
-    word = state.orbit.word
-    failed = [one.named(word) for one in state.held if one.value <= 0]
+    itinerary = state.orbit.itinerary
+    failed = [one.named(itinerary) for one in state.held if one.value <= 0]
     if failed:
-        return f"{' and '.join(failed)} fails in {word} at once"
-    return "" if realised(whole(state.orbit)) else f"the map does not follow {word}"
+        return f"{' and '.join(failed)} fails in {itinerary} at once"
+    return "" if realised(whole(state.orbit)) else f"the map does not follow {itinerary}"

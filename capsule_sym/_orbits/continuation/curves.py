@@ -21,9 +21,9 @@ from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, 
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import Orbit, Status, columns_of
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole
-from capsule_sym._orbits.shooting.word import Word, drift
 from capsule_sym._parameters import Parameters
 
 _MOST_POINTS = 5_000
@@ -35,15 +35,15 @@ _ROUNDINGS = 8
 class CurvePoint:
     """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
 
-    `leg` is the leg of duration 0, None on the curve of a smooth bifurcation. `residual` is the
-    largest entry of the equations, that of the bifurcation among them, `iterations` counts Newton's
-    steps, and `status` says whether they are solved.
+    `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. `residual` is
+    the largest entry of the equations, that of the bifurcation among them, `iterations` counts
+    Newton's steps, and `status` says whether they are solved.
     """
 
     values: tuple[float, float]
     line: str
     orbit: Orbit
-    leg: int | None
+    segment: int | None
     admissibility: Inequality
     residual: float
     iterations: int
@@ -55,7 +55,10 @@ class CurvePoint:
 
         Empty where a segment of stick or drift begins, as the derivative divides by zero there.
         """
-        regular = self.leg is None or len(set(map(drift, around(self.orbit.word, self.leg)))) == 1
+        regular = (
+            self.segment is None
+            or len(set(map(drift, around(self.orbit.itinerary, self.segment)))) == 1
+        )
         return moduli(self.orbit) if regular else ()
 
 
@@ -64,7 +67,7 @@ class CodimensionTwo:
     """A point of a curve where a second condition holds, located exactly; dimensionless.
 
     `types` and `lines` are those of the curve and of the second condition; `values` the two
-    parameters with bounds on their rounding errors. `word_after` is None where the curve ends.
+    parameters with bounds on their rounding errors. `itinerary_after` is None where the curve ends.
     """
 
     types: tuple[str, str]
@@ -75,8 +78,8 @@ class CodimensionTwo:
     iterations: int
     status: Status
     failed: str
-    word_before: Word
-    word_after: Word | None
+    itinerary_before: Itinerary
+    itinerary_after: Itinerary | None
     orbit: Orbit
 
 
@@ -128,11 +131,11 @@ def trace(
     """The curve through a bifurcation in its parameter and a second one, within two ranges.
 
     The ranges are those of the bifurcation's parameter and of the second, and hold the
-    bifurcation; no step is longer than 1/`points` of either. Where another inequality of the word
-    fails, the point is located exactly and the curve goes on in the word beyond. Raises
-    InvalidInput for a second parameter that is none or is the first, and for ranges that are not
-    ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies from
-    a bifurcation at beta = 0 of a motion that passes the spring.
+    bifurcation; no step is longer than 1/`points` of either. Where another inequality of the
+    itinerary fails, the point is located exactly and the curve goes on in the itinerary beyond.
+    Raises InvalidInput for a second parameter that is none or is the first, and for ranges that are
+    not ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies
+    from a bifurcation at beta = 0 of a motion that passes the spring.
     """
     first = bifurcation.parameter
     orbit, axes = bifurcation.orbit, []
@@ -192,11 +195,11 @@ class _Curve:
         points: int,
     ) -> None:
         critical = bifurcation.type if bifurcation.type in SMOOTH else None
-        orbit, leg = bifurcation.orbit, bifurcation.leg
+        orbit, segment = bifurcation.orbit, bifurcation.segment
         if bifurcation.symmetry == KEPT:
-            orbit, leg = halved_at(orbit, leg) or (orbit, leg)
+            orbit, segment = halved_at(orbit, segment) or (orbit, segment)
         self.orbit = orbit
-        self.follower = Follower(numbers, orbit, axes, leg, critical)
+        self.follower = Follower(numbers, orbit, axes, segment, critical)
         self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
         self.points: list[CurvePoint] = []
         self.meetings: list[CodimensionTwo] = []
@@ -223,17 +226,17 @@ class _Curve:
         return null * (self.side if null[-1] > 0 else -self.side)  # type: ignore[no-any-return]
 
     def _back(self, state: State) -> bool:
-        """Whether the curve is closed: one step away from its first point, in the same word."""
+        """Whether the curve is closed: one step from its first point, in the same itinerary."""
         begin = self.orbit
-        if state.orbit.word != begin.word or len(self.points) < 10:
+        if state.orbit.itinerary != begin.itinerary or len(self.points) < 10:
             return False
         u = self.follower.unknowns(begin.z, begin.values)
         return bool(np.linalg.norm(state.u - u) < self.largest / 2)
 
-    def _place(self, orbit: Orbit, leg: int | None) -> Place:
-        if leg is None:
+    def _place(self, orbit: Orbit, segment: int | None) -> Place:
+        if segment is None:
             return Place(self.bifurcation.type, "", ())
-        found = place(orbit.word, orbit.shot, leg)
+        found = place(orbit.itinerary, orbit.shot, segment)
         return found or Place("corner of higher codimension", "", ())
 
     def _values(self, orbit: Orbit) -> tuple[float, float]:
@@ -242,8 +245,8 @@ class _Curve:
 
     def _add(self, state: State) -> None:
         tightest = self.follower.tightest(state)
-        leg, values = self.follower.born, self._values(state.orbit)
-        line = self._place(state.orbit, leg).line
+        segment, values = self.follower.born, self._values(state.orbit)
+        line = self._place(state.orbit, segment).line
         orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
         orbit = whole(orbit)
         if self.follower.critical is not None:
@@ -251,7 +254,7 @@ class _Curve:
             residual = max(residual, test)
             status = status if test <= noise(state.orbit) else Status.NOT_CONVERGED
         self.points.append(
-            CurvePoint(values, line, orbit, leg, tightest, residual, orbit.iterations, status)
+            CurvePoint(values, line, orbit, segment, tightest, residual, orbit.iterations, status)
         )
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
@@ -280,18 +283,18 @@ class _Curve:
                 iterations=one.iterations,
                 status=one.status,
                 failed="",
-                word_before=one.orbit.word.whole,
-                word_after=one.orbit.word.whole,
+                itinerary_before=one.orbit.itinerary.whole,
+                itinerary_after=one.orbit.itinerary.whole,
                 orbit=whole(one.orbit),
             )
         )
 
     def _cross(self, old: State, event: Event) -> State:
-        """Record a point where a second leg has the duration 0, and go on in the word beyond."""
+        """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
         located = event.located
         at = located.orbit("numpy")
-        born = None if self.follower.born is None else located.legs[0]
-        here, there = self._place(at, born), self._place(at, event.leg)
+        born = None if self.follower.born is None else located.segments[0]
+        here, there = self._place(at, born), self._place(at, event.segment)
         stop, beside = None, None
         try:
             beside = self.follower.cross(event)
@@ -310,14 +313,14 @@ class _Curve:
                 residual=float(located.residual),
                 iterations=located.iterations,
                 status=at.status,
-                failed=event.failed.named(old.orbit.word),
-                word_before=old.orbit.word.whole,
-                word_after=beside.orbit.word.whole if beside else None,
+                failed=event.failed.named(old.orbit.itinerary),
+                itinerary_before=old.orbit.itinerary.whole,
+                itinerary_after=beside.orbit.itinerary.whole if beside else None,
                 orbit=whole(at),
             )
         )
         if beside is None:
-            failed = f"{event.failed.named(old.orbit.word)} fails at {where(at, self.axes)}"
+            failed = f"{event.failed.named(old.orbit.itinerary)} fails at {where(at, self.axes)}"
             raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, failed)
         self._add(beside)
         return beside

@@ -10,8 +10,8 @@ import numpy as np
 from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Root, root
 from capsule_sym._orbits.continuation.states import Axis
 from capsule_sym._orbits.shooting.equations import Vector
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._orbits.shooting.word import Word
 
 _WIDTHS = 10.0 ** np.arange(-3, 2)  # of the interval around a doubling, over that of the step
 
@@ -22,8 +22,12 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
     The root's orbit is that of half the period; its share and doubt are of the axis. None where
     the itinerary's halves have other fields, or keep their places, or where no doubling is near.
     """
-    half, word = len(old.word) // 2, old.word
-    if word.multiple % 2 or half == 0 or word.fields[:half] != word.fields[half:]:
+    half, itinerary = len(old.itinerary) // 2, old.itinerary
+    if (
+        itinerary.period_number % 2
+        or half == 0
+        or itinerary.fields[:half] != itinerary.fields[half:]
+    ):
         return None
     before, after = _difference(old), _difference(new)
     if not before @ after < 0:
@@ -35,7 +39,7 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
     guess = [*middle[:4], *durations]
     values = list(old.values)
     first, last = (axis.share(one.values) for one in (old, new))
-    once = Word(word.legs[:half], word.multiple // 2)
+    once = Itinerary(itinerary.segments[:half], itinerary.period_number // 2)
     reach = abs(new.z - old.z).max()
 
     def at(q: float) -> Orbit | None:
@@ -58,5 +62,5 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
 
 def _difference(orbit: Orbit) -> Vector:
     """How the durations of the two halves differ, (n/2,)."""
-    half = len(orbit.word) // 2
+    half = len(orbit.itinerary) // 2
     return orbit.durations[:half] - orbit.durations[half:]

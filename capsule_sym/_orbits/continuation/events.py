@@ -1,4 +1,4 @@
-"""Where a word changes: the orbit with a leg of duration 0, solved for exactly, and its name."""
+"""Where an itinerary changes: the orbit with a segment of duration 0, and the event's name."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from capsule_sym._orbits.shooting.equations import (
     shoot,
     solve,
 )
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.word import Word, contact, drift
 from capsule_sym.generated import formulas
 
 _MOST_STEPS = 20
@@ -29,16 +29,16 @@ _LARGEST_RESIDUAL = 1024  # units of rounding
 
 
 class Located(NamedTuple):
-    """An orbit on which certain legs have the duration 0, solved for, and how well.
+    """An orbit on which certain segments have the duration 0, solved for, and how well.
 
-    `values` are the seven parameters, of which as many as there are such legs were free. The
+    `values` are the seven parameters, of which as many as there are such segments were free. The
     `residual` is the largest entry of the equations'; `uncertainties` bound the errors of the free
     parameters to first order: the rounding of every equation carried through the inverse Jacobian.
     `iterations` counts the steps of Newton's method.
     """
 
-    word: Word
-    legs: tuple[int, ...]
+    itinerary: Itinerary
+    segments: tuple[int, ...]
     z: Vector
     values: tuple[Number, ...]
     shot: Shot
@@ -48,31 +48,32 @@ class Located(NamedTuple):
 
     def orbit(self, backend: str) -> Orbit:
         """The orbit, in the number system of a backend."""
-        return Orbit(self.values, self.word, self.z, self.shot, backend, self.iterations)
+        return Orbit(self.values, self.itinerary, self.z, self.shot, backend, self.iterations)
 
 
 def locate(
     numbers: Backend,
     values: Sequence[Number],
     free: tuple[ParameterPath, ...],
-    word: Word,
+    itinerary: Itinerary,
     z: Vector,
-    legs: tuple[int, ...],
+    segments: tuple[int, ...],
 ) -> Located | None:
-    """The orbit on which each of `legs` has the duration 0, by Newton's method; None if none.
+    """The orbit on which each of `segments` has the duration 0, by Newton's method; None if none.
 
     Unknowns are the other entries of z and as many parameters, those that vary on the paths `free`;
     `z` and `values` hold the guess.
     """
-    gone = [4 + leg for leg in legs]
+    gone = [4 + segment for segment in segments]
     rest = [i for i in range(len(z)) if i not in gone]
     given, z = list(values), np.array(list(z))
     z[gone] = numbers.number(0)
-    # Near a leg of duration 0 the derivative has an error of some unit^(1/3), steps shrink by that.
+    # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink by
+    # that.
     small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
     with np.errstate(all="ignore"):
         for iterations in range(1, _MOST_STEPS + 1):
-            shot = shoot(numbers, given, word, z)
+            shot = shoot(numbers, given, itinerary, z)
             at = [path.value(given) for path in free]
             matrix = _matrix(shot, rest, free, at)
             if not all(abs(value) < float("inf") for value in shot.residual):
@@ -85,7 +86,7 @@ def locate(
             for path, value, change in zip(free, at, step[len(rest) :], strict=True):
                 given = path.placed(given, value - change)
             if max(abs(step)) <= small * (1 + max(abs(z))):
-                return _solved(numbers, given, free, word, z, legs, rest, iterations)
+                return _solved(numbers, given, free, itinerary, z, segments, rest, iterations)
     return None
 
 
@@ -101,13 +102,13 @@ def _solved(
     numbers: Backend,
     given: list[Number],
     free: tuple[ParameterPath, ...],
-    word: Word,
+    itinerary: Itinerary,
     z: Vector,
-    legs: tuple[int, ...],
+    segments: tuple[int, ...],
     rest: list[int],
     iterations: int,
 ) -> Located | None:
-    shot = shoot(numbers, given, word, z)
+    shot = shoot(numbers, given, itinerary, z)
     at = [path.value(given) for path in free]
     matrix, unknowns = _matrix(shot, rest, free, at), np.array([*z[rest], *at])
     residual = max(abs(shot.residual))
@@ -120,7 +121,7 @@ def _solved(
         last[len(rest) + k, k] = last[len(rest) + k, k] + 1
     rows = solve(numbers, matrix.T, last).T
     uncertainties = tuple(abs(rows) @ (rounding + abs(shot.residual)))
-    return Located(word, legs, z, tuple(given), shot, residual, uncertainties, iterations)
+    return Located(itinerary, segments, z, tuple(given), shot, residual, uncertainties, iterations)
 
 
 class Place(NamedTuple):
@@ -153,17 +154,19 @@ _SURFACES = {
 }
 
 
-def place(word: Word, shot: Shot, leg: int) -> Place | None:
-    """What happens where a leg has the duration 0; None for what has no name.
+def place(itinerary: Itinerary, shot: Shot, segment: int) -> Place | None:
+    """What happens where a segment has the duration 0; None for what has no name.
 
     Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
     """
-    before, during, after = around(word, leg)
-    span = shot.spans[leg]
+    before, during, after = around(itinerary, segment)
+    span = shot.spans[segment]
     if contact(before) != contact(after):
         if drift(before) == drift(after):
             return None
-        line = _corner({word.legs[leg - 1].guard, word.legs[leg].guard}, span)
+        line = _corner(
+            {itinerary.segments[segment - 1].guard, itinerary.segments[segment].guard}, span
+        )
         return Place(CORNER, line, _SURFACES[line])
     if contact(during) != contact(before):
         if before != after:
@@ -187,9 +190,9 @@ def _sliding(before: int, during: int, after: int) -> str | None:
 
 
 def _edge(span: Span) -> str:
-    """The edge of stick, L1 to L4, on which a leg begins."""
+    """The edge of stick, L1 to L4, on which a segment begins."""
     force = span.closed.margin + span.c.friction
-    return f"L{(1 if force > 0 else 2) + 2 * contact(span.leg.field)}"
+    return f"L{(1 if force > 0 else 2) + 2 * contact(span.segment.field)}"
 
 
 def _part(span: Span, line: str) -> int:
@@ -202,7 +205,7 @@ def _part(span: Span, line: str) -> int:
 
 
 def _corner(guards: set[Guard | None], span: Span) -> str:
-    """The line or corner point, on P1 = 0 and P2 = delta, where a leg between two guards begins."""
+    """The line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
     if Guard.UPPER in guards:
         return "O1"
     if Guard.LOWER in guards:

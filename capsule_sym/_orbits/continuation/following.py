@@ -1,4 +1,4 @@
-"""Following a family of periodic orbits in its parameters, and from one word to the next."""
+"""Following a family of periodic orbits in its parameters, and from one itinerary to the next."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from capsule_sym._orbits.shooting.admissibility import (
 )
 from capsule_sym._orbits.shooting.changes import Change, exchanged, inserted, shortened
 from capsule_sym._orbits.shooting.equations import shoot
+from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import halved, halved_at, whole
-from capsule_sym._orbits.shooting.word import contact
 
 FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
@@ -42,17 +42,17 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
     Where beta varies the spring is stiffless at beta = 0 only.
     """
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
-    if "beta" in varies and any(map(contact, orbit.word.fields)):
+    if "beta" in varies and any(map(contact, orbit.itinerary.fields)):
         return None
     return halved(orbit)
 
 
 class Follower:
-    """Orbits of one word with free parameters, and a condition for each but one of them.
+    """Orbits of one itinerary with free parameters, and a condition for each but one of them.
 
-    The condition is that the leg `born` has the duration 0, or that the test function `critical`
-    of a smooth bifurcation vanishes. The unknowns u are z, without the duration of a leg `born`,
-    and q of each axis.
+    The condition is that the segment `born` has the duration 0, or that the test function
+    `critical` of a smooth bifurcation vanishes. The unknowns u are z, without the duration of a
+    segment `born`, and q of each axis.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Follower:
         critical: str | None = None,
     ) -> None:
         self.numbers, self.axes = numbers, axes
-        self.word, self.born, self.critical = orbit.word, born, critical
+        self.itinerary, self.born, self.critical = orbit.itinerary, born, critical
         self.values = [float(value) for value in orbit.values]
         self.unlocated: list[str] = []
 
@@ -82,8 +82,8 @@ class Follower:
             z = np.insert(z, 4 + self.born, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
             values = axis.placed(values, float(q))
-        shot = shoot(self.numbers, values, self.word, z)
-        return Orbit(tuple(values), self.word, z, shot, self.numbers.name)
+        shot = shoot(self.numbers, values, self.itinerary, z)
+        return Orbit(tuple(values), self.itinerary, z, shot, self.numbers.name)
 
     def equations(self, u: Vector) -> Evaluation:
         """The equations at u, and the orbit."""
@@ -107,7 +107,7 @@ class Follower:
         """The state at u, which a solution may be of, with its tangent in the direction `along`."""
         _, by, orbit = solution.at if solution else self.equations(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
-        held = inequalities(self.numbers, orbit.word, orbit.shot, self.born)
+        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.born)
         try:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
@@ -118,7 +118,9 @@ class Follower:
         """The inequality with the least value. Raises Stop where it fails."""
         least = min(state.held, key=lambda one: float(one.value))
         if least.value <= 0:
-            detail = f"{least.named(state.orbit.word)} fails at {where(state.orbit, self.axes)}"
+            detail = (
+                f"{least.named(state.orbit.itinerary)} fails at {where(state.orbit, self.axes)}"
+            )
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
         return least
 
@@ -159,7 +161,7 @@ class Follower:
         event = self._first(state, new, failing)
         self.unlocated = []
         if failing and (event is None or self._hides(state, new, event)):
-            self.unlocated = [one.named(self.word) for one in failing]
+            self.unlocated = [one.named(self.itinerary) for one in failing]
             return None
         smooth = self._smooth(state, new, event.share if event else 1.0)
         further = 2 * length if solution.steps <= 3 else length
@@ -181,7 +183,7 @@ class Follower:
         return corrected(self.equations, guess, normal)
 
     def _smooth(self, old: State, new: State, until: float) -> list[tuple[str, Root]]:
-        """The smooth bifurcations between two states of one word, up to a share, in order."""
+        """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
         change = new.u - old.u
         normal = change / np.linalg.norm(change)
 
@@ -207,7 +209,7 @@ class Follower:
             if one is None and share < nearest - _DOUBT:
                 return None
         together = [one for one in events if one.share - nearest < _TOGETHER]
-        # A leg that shrinks to nothing may take other inequalities with it: it is the event.
+        # A segment that shrinks to nothing may take other inequalities with it: it is the event.
         return min(together, key=lambda one: one.failed.kind != DURATION)
 
     def _hides(self, old: State, new: State, event: Event) -> bool:
@@ -220,7 +222,7 @@ class Follower:
         if solution is None:
             return True
         orbit = solution.at.made
-        held = inequalities(self.numbers, orbit.word, orbit.shot, self.born)
+        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.born)
         return any(one.value <= 0 for one in held)
 
     def _locate(self, old: State, new: State, failed: Inequality, share: float) -> Event | None:
@@ -228,22 +230,25 @@ class Follower:
         if failed.guard is Guard.GAP:
             # The second spring is on one side only: its touch has no mirror image.
             orbit, there = whole(orbit), whole(there)
-        word = orbit.word
+        itinerary = orbit.itinerary
         if failed.kind == DURATION:
-            change, leg = Change(word, orbit.z, tuple(range(len(word)))), failed.leg
+            change, segment = (
+                Change(itinerary, orbit.z, tuple(range(len(itinerary)))),
+                failed.segment,
+            )
         else:
             try:
-                change, leg = inserted(self.numbers, word, orbit.z, there.shot, failed)
+                change, segment = inserted(self.numbers, itinerary, orbit.z, there.shot, failed)
             except InvalidInput:
                 return None
-        legs: tuple[int, ...] = (leg,)
+        segments: tuple[int, ...] = (segment,)
         if self.born is not None:
             before = change.kept[self.born]
             if before is None:
                 return None
-            legs = (before, leg)
+            segments = (before, segment)
         free = tuple(axis.path for axis in self.axes)
-        located = locate(self.numbers, orbit.values, free, change.word, change.z, legs)
+        located = locate(self.numbers, orbit.values, free, change.itinerary, change.z, segments)
         if located is None:
             return None
         here = self._collapsed(old, failed, located)
@@ -255,53 +260,57 @@ class Follower:
             along = float(step @ (here - old.u) / (step @ step))
         if not -1e-6 <= along <= 1 + 1e-6:
             return None
-        return Event(failed, leg, change, located, along)
+        return Event(failed, segment, change, located, along)
 
     def _collapsed(self, old: State, failed: Inequality, located: Located) -> Vector | None:
-        """The unknowns, in the present word, of an event in the word with another leg."""
-        z, leg = located.z, 4 + failed.leg
+        """The unknowns, in the present itinerary, of an event in that with another segment."""
+        z, segment = located.z, 4 + failed.segment
         if failed.kind == LANDING:
-            z = np.delete(z, leg + 1)
+            z = np.delete(z, segment + 1)
         elif failed.kind == MINIMUM:
-            if self.word.legs[0].guard is None:
+            if self.itinerary.segments[0].guard is None:
                 return None
-            z = np.array([*z[:leg], z[leg] + z[leg + 1] + z[leg + 2], *z[leg + 3 :]])
-        return self.unknowns(z[: 4 + len(self.word)], located.values)
+            z = np.array(
+                [*z[:segment], z[segment] + z[segment + 1] + z[segment + 2], *z[segment + 3 :]]
+            )
+        return self.unknowns(z[: 4 + len(self.itinerary)], located.values)
 
     def cross(self, event: Event) -> State | None:
-        """Take over the word beyond an event: a state a little further on; None if there is none.
+        """Go on in the itinerary beyond an event: a state a little further; None if there is none.
 
-        Raises Stop where the words on the two sides do not share the condition.
+        Raises Stop where the itineraries on the two sides do not share the condition.
         """
         located, failed = event.located, event.failed
-        z, leg = located.z, event.leg
+        z, segment = located.z, event.segment
         if (
-            self.word.mirrored
-            and not located.word.mirrored
+            self.itinerary.mirrored
+            and not located.itinerary.mirrored
             and (self.born is not None or self.critical)
         ):
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "beyond, the orbit is not its own mirror image")
         self._keep(event.change)
-        self.word = located.word
+        self.itinerary = located.itinerary
         if failed.kind == DURATION:
-            other = exchanged(self.word, z, leg)
+            other = exchanged(self.itinerary, z, segment)
             if other is None:
-                change, inequality = shortened(self.numbers, self.word, z, located.shot, leg)
+                change, inequality = shortened(
+                    self.numbers, self.itinerary, z, located.shot, segment
+                )
                 self._keep(change)
-                self.word = change.word
+                self.itinerary = change.itinerary
                 u = self.unknowns(change.z, located.values)
                 both = [self.beside(u, side) for side in self.directions(u)]
                 return max(both, key=lambda one: _margin(one, inequality))
-            self.word = other.word
+            self.itinerary = other.itinerary
         u = self.unknowns(z, located.values)
-        index = 4 + leg - (self.born is not None and self.born < leg)
+        index = 4 + segment - (self.born is not None and self.born < segment)
         along = np.zeros(len(u))
         along[index] = 1.0
         return self.beside(u, along)
 
     def symmetric(self, state: State) -> State:
         """The state by the first half of its orbit, where that is its own mirror image."""
-        if self.word.mirrored or self.critical is not None:
+        if self.itinerary.mirrored or self.critical is not None:
             return state
         if self.born is None:
             half = first_half(state.orbit, self.axes)
@@ -309,7 +318,7 @@ class Follower:
             half, self.born = halved_at(state.orbit, self.born) or (None, self.born)
         if half is None:
             return state
-        self.word, count = half.word, len(self.axes)
+        self.itinerary, count = half.itinerary, len(self.axes)
         u = self.unknowns(half.z, half.values)
         along = np.array([*np.zeros(len(u) - count), *state.tangent[-count:]])
         return self.state(u, along)
@@ -319,7 +328,7 @@ class Follower:
             return
         self.born = change.kept[self.born]
         if self.born is None:
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the leg of duration 0 merges with another")
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the segment of duration 0 merges with another")
 
     def directions(self, u: Vector) -> list[Vector]:
         """The two directions of the curve of solutions at u."""
@@ -353,6 +362,10 @@ def _margin(state: State | None, inequality: Inequality) -> float:
 
 
 def _matching(held: list[Inequality], wanted: Inequality) -> Inequality | None:
-    """The inequality of the same kind, leg and guard, of several minima the nearest in time."""
-    same = [i for i in held if (i.kind, i.leg, i.guard) == (wanted.kind, wanted.leg, wanted.guard)]
+    """The inequality of the same kind, segment and guard, of several minima the nearest in time."""
+    same = [
+        i
+        for i in held
+        if (i.kind, i.segment, i.guard) == (wanted.kind, wanted.segment, wanted.guard)
+    ]
     return min(same, key=lambda i: abs(float(i.time - wanted.time)), default=None)

@@ -13,8 +13,8 @@ from capsule_sym._orbits.continuation.curves import CodimensionTwo, Curve, Curve
 from capsule_sym._orbits.metrics.worth import Figure, worth
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Status
-from capsule_sym._orbits.shooting.word import Word
 
 _FIGURES = (
     "velocity",
@@ -32,7 +32,7 @@ FORMAT = 2
 
 
 def orbit_record(orbit: Orbit) -> dict[str, Any]:
-    """An orbit: word, section point, multipliers, admissibility, figures of merit.
+    """An orbit: itinerary, section point, multipliers, admissibility, figures of merit.
 
     Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
     """
@@ -43,7 +43,7 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
         **_convergence(orbit),
         "multipliers": _complex(moduli(orbit)),
         "stable": abs(moduli(orbit)[0]) < 1,
-        "admissibility": _inequality(tightest(orbit), orbit.word),
+        "admissibility": _inequality(tightest(orbit), orbit.itinerary),
         **{name: _figure(getattr(values, name)) for name in _FIGURES},
         "imbalance": float(values.imbalance),
     }
@@ -80,12 +80,12 @@ def _branch_point(point: BranchPoint) -> dict[str, Any]:
         "average_velocity": float(point.orbit.average_velocity),
         "multipliers": _complex(multipliers),
         "stable": abs(multipliers[0]) < 1,
-        "admissibility": _inequality(point.admissibility, point.orbit.word),
+        "admissibility": _inequality(point.admissibility, point.orbit.itinerary),
     }
 
 
 def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
-    """A bifurcation, with the orbit that undergoes it; `segment` is its leg of duration 0."""
+    """A bifurcation, with the orbit that undergoes it; `segment` is its segment of duration 0."""
     return {
         "label": one.label,
         "type": one.type,
@@ -97,12 +97,12 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
         **_convergence(one),
         "interval": list(one.interval),
         "failed": one.failed or None,
-        "word_before": _names(one.word_before),
-        "word_after": _names(one.word_after) if one.word_after else None,
+        "itinerary_before": _names(one.itinerary_before),
+        "itinerary_after": _names(one.itinerary_after) if one.itinerary_after else None,
         "multipliers_before": _complex(one.multipliers_before),
         "multipliers_after": _complex(one.multipliers_after),
         "symmetry": one.symmetry or None,
-        "segment": None if one.leg is None else _number(one.orbit.word, one.leg),
+        "segment": None if one.segment is None else _number(one.orbit.itinerary, one.segment),
         "orbit": {"parameters": _parameters(one.orbit), **_place(one.orbit)},
     }
 
@@ -122,10 +122,10 @@ def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
     return {
         **dict(zip(curve.parameters, point.values, strict=True)),
         "line": point.line or None,
-        "word": _names(point.orbit.word),
+        "itinerary": _names(point.orbit.itinerary),
         **_convergence(point),
         "multipliers": _complex(point.multipliers),
-        "admissibility": _inequality(point.admissibility, point.orbit.word),
+        "admissibility": _inequality(point.admissibility, point.orbit.itinerary),
     }
 
 
@@ -137,8 +137,8 @@ def _meeting(curve: Curve, one: CodimensionTwo) -> dict[str, Any]:
         "uncertainties": list(one.uncertainties),
         **_convergence(one),
         "failed": one.failed or None,
-        "word_before": _names(one.word_before),
-        "word_after": _names(one.word_after) if one.word_after else None,
+        "itinerary_before": _names(one.itinerary_before),
+        "itinerary_after": _names(one.itinerary_after) if one.itinerary_after else None,
     }
 
 
@@ -151,14 +151,14 @@ def point_rows(branch: Branch) -> list[dict[str, Any]]:
         row = {
             "origin": branch.origin,
             branch.parameter: point.value,
-            "word": " ".join(record["word"]),
+            "itinerary": " ".join(record["itinerary"]),
         }
-        row |= {name: record[name] for name in ("period_multiple", "progression")}
+        row |= {name: record[name] for name in ("period_number", "progression")}
         row |= {"average_velocity": record["average_velocity"], "stable": record["stable"]}
         row |= _convergence(point.orbit)
         row |= {f"multiplier_{i}": abs(m) for i, m in enumerate(point.multipliers, 1)}
         row |= {
-            "tightest": point.admissibility.named(point.orbit.word),
+            "tightest": point.admissibility.named(point.orbit.itinerary),
             "by": float(point.admissibility.value),
         }
         rows.append(row | {"phase": record["phase"], "x_r": x_r, "v_r": v_r, "v_c": v_c})
@@ -176,8 +176,8 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
             "value": one.value,
             "uncertainty": one.uncertainty,
             **_convergence(one),
-            "word_before": str(one.word_before),
-            "word_after": str(one.word_after) if one.word_after else "",
+            "itinerary_before": str(one.itinerary_before),
+            "itinerary_after": str(one.itinerary_after) if one.itinerary_after else "",
             "symmetry": one.symmetry,
             "failed": one.failed,
         }
@@ -193,7 +193,7 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
             "type": curve.type,
             "line": point.line,
             **dict(zip(curve.parameters, point.values, strict=True)),
-            "word": str(point.orbit.word),
+            "itinerary": str(point.orbit.itinerary),
             **_convergence(point),
             **{
                 f"multiplier_{i}": abs(one) if one is not None else ""
@@ -218,8 +218,8 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
                 for name, error in zip(curve.parameters, one.uncertainties, strict=True)
             },
             **_convergence(one),
-            "word_before": str(one.word_before),
-            "word_after": str(one.word_after) if one.word_after else "",
+            "itinerary_before": str(one.itinerary_before),
+            "itinerary_after": str(one.itinerary_after) if one.itinerary_after else "",
         }
         for number, curve in enumerate(curves, 1)
         for one in curve.codimension_two
@@ -233,7 +233,7 @@ def failure_record(found: NoOrbit) -> dict[str, Any]:
         "status": found.reason.value,
         "converged": False,
         "detail": found.detail,
-        "word": _names(found.word) if found.word else None,
+        "itinerary": _names(found.itinerary) if found.itinerary else None,
         "residual": residual if math.isfinite(residual) else None,
         "iterations": found.iterations,
     }
@@ -249,23 +249,23 @@ def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwo) -> di
     }
 
 
-def _names(word: Word) -> list[str]:
-    """Names of the fields, begun where a steady motion's word begins."""
-    return list(word.cyclic.names)
+def _names(itinerary: Itinerary) -> list[str]:
+    """Names of the fields, begun where a steady motion's itinerary begins."""
+    return list(itinerary.cyclic.names)
 
 
-def _number(word: Word, leg: int) -> int:
-    """Number of a leg, from 1, counted from where the word is begun."""
-    return (leg - word.first) % len(word) + 1
+def _number(itinerary: Itinerary, segment: int) -> int:
+    """Number of a segment, from 1, counted from where the itinerary is begun."""
+    return (segment - itinerary.first) % len(itinerary) + 1
 
 
 def _place(orbit: Orbit) -> dict[str, Any]:
-    """Word, phase and state where its first leg begins, and the durations of its legs."""
-    first, durations = orbit.word.first, orbit.durations.tolist()
+    """Itinerary, phase and state at the start of its first segment, and durations of segments."""
+    first, durations = orbit.itinerary.first, orbit.durations.tolist()
     span, parameters = orbit.shot.spans[first], orbit.parameters
     return {
-        "word": _names(orbit.word),
-        "period_multiple": orbit.word.multiple,
+        "itinerary": _names(orbit.itinerary),
+        "period_number": orbit.itinerary.period_number,
         "phase": float(span.angle) / parameters.omega % parameters.period,
         "state": [float(value) for value in span.start],
         "durations": [float(h) for h in (*durations[first:], *durations[:first])],
@@ -276,8 +276,8 @@ def _parameters(orbit: Orbit) -> dict[str, float]:
     return orbit.parameters.to_dict()
 
 
-def _inequality(one: Inequality, word: Word) -> dict[str, Any]:
-    return {"inequality": one.named(word), "value": float(one.value)}
+def _inequality(one: Inequality, itinerary: Itinerary) -> dict[str, Any]:
+    return {"inequality": one.named(itinerary), "value": float(one.value)}
 
 
 def _figure(figure: Figure) -> dict[str, Any]:

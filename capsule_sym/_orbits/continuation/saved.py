@@ -17,8 +17,8 @@ from capsule_sym._orbits.continuation.parameter_paths import Function, Parameter
 from capsule_sym._orbits.continuation.records import FORMAT
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shoot
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, Status
-from capsule_sym._orbits.shooting.word import Word
 
 Record = Mapping[str, Any]
 _CLOSED = 1e-6  # what the equations of a written orbit are off by is less
@@ -86,10 +86,10 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         orbit = orbit_of(record)
         return BranchPoint(record["value"], orbit, tightest(orbit))
     orbit = orbit_of(record["orbit"])
-    leg = record["segment"]
-    if leg is not None and not 0 < leg <= len(orbit.word):
-        raise ValueError(f"segment {leg} of {len(orbit.word)}")
-    before, after = record["word_before"], record["word_after"]
+    segment = record["segment"]
+    if segment is not None and not 0 < segment <= len(orbit.itinerary):
+        raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
+    before, after = record["itinerary_before"], record["itinerary_after"]
     return Bifurcation(
         type=record["type"],
         parameter=path.name,
@@ -101,13 +101,13 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         status=Status(record["status"]),
         line=record["line"] or "",
         surfaces=tuple(record["surfaces"]),
-        # The orbit's legs are written from where the paper begins, as segments are counted.
-        leg=None if leg is None else leg - 1,
+        # The orbit's segments are written from where the paper begins, as segments are counted.
+        segment=None if segment is None else segment - 1,
         symmetry=record["symmetry"] or "",
         interval=tuple(record["interval"]),
         failed=record["failed"] or "",
-        word_before=_word(before, orbit.word.multiple),
-        word_after=_word(after, orbit.word.multiple) if after else None,
+        itinerary_before=_itinerary(before, orbit.itinerary.period_number),
+        itinerary_after=_itinerary(after, orbit.itinerary.period_number) if after else None,
         multipliers_before=_complex(record["multipliers_before"]),
         multipliers_after=_complex(record["multipliers_after"]),
         orbit=orbit,
@@ -116,20 +116,20 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
 
 
 def orbit_of(record: Record) -> Orbit:
-    """The orbit of a record with parameters, word, phase, state and durations."""
+    """The orbit of a record with parameters, itinerary, phase, state and durations."""
     values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
     angle = record["phase"] * values[PARAMETERS.index("omega")]
     z = np.array([*record["state"], angle, *record["durations"]])
-    word = _word(record["word"], record["period_multiple"])
+    itinerary = _itinerary(record["itinerary"], record["period_number"])
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        orbit = Orbit(values, word, z, shoot(numbers, values, word, z), "numpy")
+        orbit = Orbit(values, itinerary, z, shoot(numbers, values, itinerary, z), "numpy")
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit
 
 
-def _word(names: list[str], multiple: int) -> Word:
-    return Word.parse(" ".join(names), multiple)
+def _itinerary(names: list[str], period_number: int) -> Itinerary:
+    return Itinerary.parse(" ".join(names), period_number)
 
 
 def _complex(pairs: list[list[float]]) -> tuple[complex, ...]:

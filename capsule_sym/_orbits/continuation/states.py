@@ -30,7 +30,7 @@ class Ending(StrEnum):
     PERIOD_HALVED = "period-halved"
     #: Newton's method finds no further point, however short the step.
     NOT_CONVERGED = "not-converged"
-    #: An inequality of the word fails, and no orbit that the map follows goes on from there.
+    #: An inequality of the itinerary fails, and no orbit that the map follows goes on from there.
     NO_ADMISSIBLE_ORBIT = "no-admissible-orbit"
     #: As many points as allowed.
     TOO_MANY_POINTS = "too-many-points"
@@ -85,10 +85,10 @@ class State(NamedTuple):
 
 
 class Event(NamedTuple):
-    """A failed inequality, the orbit with a leg of duration 0 that stands for it, its share."""
+    """A failed inequality, the orbit with a segment of duration 0 that stands for it, its share."""
 
     failed: Inequality
-    leg: int
+    segment: int
     change: Change
     located: Located
     share: float
@@ -105,6 +105,6 @@ class Step(NamedTuple):
 
 
 def where(orbit: Orbit, axes: tuple[Axis, ...]) -> str:
-    """The free parameters' values and the word, for a message."""
+    """The free parameters' values and the itinerary, for a message."""
     values = (f"{axis.name} = {axis.value(orbit.values)!r}" for axis in axes)
-    return f"{', '.join(values)}, word {orbit.word}"
+    return f"{', '.join(values)}, itinerary {orbit.itinerary}"

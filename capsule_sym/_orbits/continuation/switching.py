@@ -28,10 +28,10 @@ from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality, tig
 from capsule_sym._orbits.shooting.changes import Change
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
-from capsule_sym._orbits.shooting.word import Word
 
 _DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its doubled one is sought
 
@@ -93,12 +93,12 @@ def continue_from(
 
 
 def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
-    """The point where beta = 0, of the word that holds beyond: with contact."""
+    """The point where beta = 0, of the itinerary that holds beyond: with contact."""
     orbit = None
     if isinstance(point, BranchPoint):
-        parameters, multiple = point.orbit.parameters, point.orbit.word.multiple
-        state = point.orbit.trajectory()(parameters.period * multiple)
-        orbit = orbit_at(parameters, state.tolist(), multiple)
+        parameters, period_number = point.orbit.parameters, point.orbit.itinerary.period_number
+        state = point.orbit.trajectory()(parameters.period * period_number)
+        orbit = orbit_at(parameters, state.tolist(), period_number)
     if orbit is None:
         allowed = (
             "EP1 or EP2 where beta varies: at beta = 0 events come in pairs, beyond they do not"
@@ -174,9 +174,9 @@ def _lives(state: State) -> bool:
 
 
 def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:
-    """The states on both sides of a point, of one word or two."""
-    orbit, leg = point.orbit, point.leg if isinstance(point, Bifurcation) else None
-    if leg is None:
+    """The states on both sides of a point, of one itinerary or two."""
+    orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
+    if segment is None:
         orbit = first_half(orbit, (axis,)) or orbit
         follower = Follower(numbers, orbit, (axis,))
         u = follower.unknowns(orbit.z, orbit.values)
@@ -185,16 +185,16 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
         return
     assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
-        orbit, half_leg = halved_at(orbit, leg) or (orbit, leg)
-        leg = leg if half_leg is None else half_leg
+        orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
+        segment = segment if half_segment is None else half_segment
     follower = Follower(numbers, orbit, (axis,))
     u = follower.unknowns(orbit.z, orbit.values)
     along = np.zeros(len(u))
-    along[4 + leg] = 1.0
+    along[4 + segment] = 1.0
     yield from _started(follower, u, along)
     follower = Follower(numbers, orbit, (axis,))
     try:
-        state = follower.cross(_event(orbit, leg))
+        state = follower.cross(_event(orbit, segment))
     except (InvalidInput, Stop):
         return
     if state is not None:
@@ -207,19 +207,23 @@ def _started(follower: Follower, u: Vector, along: Vector) -> Iterator[_Start]:
         yield _Start(follower, state, doubled=False)
 
 
-def _event(orbit: Orbit, leg: int) -> Event:
-    """What a follower that comes with the leg of duration 0 crosses."""
-    word, zero = orbit.word, 0 * orbit.z[0]
-    same_word = Change(word, orbit.z, tuple(range(len(word))))
-    located = Located(word, (leg,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0)
-    return Event(Inequality(DURATION, leg, None, zero, zero), leg, same_word, located, 0.0)
+def _event(orbit: Orbit, segment: int) -> Event:
+    """What a follower that comes with the segment of duration 0 crosses."""
+    itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
+    same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
+    located = Located(
+        itinerary, (segment,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0
+    )
+    return Event(
+        Inequality(DURATION, segment, None, zero, zero), segment, same_itinerary, located, 0.0
+    )
 
 
 def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
     """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
-    word = Word(2 * orbit.word.legs, 2 * orbit.word.multiple)
+    itinerary = Itinerary(2 * orbit.itinerary.segments, 2 * orbit.itinerary.period_number)
     z = np.array([*orbit.z, *orbit.durations])
-    follower = Follower(numbers, replace(orbit, word=word, z=z), (axis,))
+    follower = Follower(numbers, replace(orbit, itinerary=itinerary, z=z), (axis,))
     u = follower.unknowns(z, orbit.values)
     by = follower.equations(u).by
     # Of the doubled equations two curves of solutions meet there; along one only the parameter
@@ -237,7 +241,7 @@ def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
 
 def _apart(orbit: Orbit, least: float) -> bool:
     """Whether the two halves of an orbit differ by so much."""
-    n = len(orbit.word) // 2
+    n = len(orbit.itinerary) // 2
     begin, middle = orbit.shot.spans[0].start, orbit.shot.spans[n].start
     apart: Sequence[float] = [*(begin - middle), *(orbit.durations[:n] - orbit.durations[n:])]
     return bool(np.max(np.abs(apart)) > least)

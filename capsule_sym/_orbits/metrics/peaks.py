@@ -17,9 +17,9 @@ _H = 4  # column of the duration in the kernels' Jacobian
 
 
 class _Place(NamedTuple):
-    """A place where a force may be largest: its size, the leg, and the time since its start.
+    """A place where a force may be largest: its size, the segment, and the time since its start.
 
-    No time stands for the leg's end.
+    No time stands for the segment's end.
     """
 
     size: Number
@@ -52,7 +52,7 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
-    """Ends and extrema of all legs, for the gap of those in contact only."""
+    """Ends and extrema of all segments, for the gap of those in contact only."""
     for span in orbit.shot.spans:
         c, (x_r, v_r, _) = span.c, span.end
         gap = x_r - c.delta
@@ -67,14 +67,14 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
 
 
 def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
-    """x_r and v_r at a place, and their total derivatives (2, n + 11) at a fixed time in the leg.
+    """x_r and v_r at a place, and their total derivatives (2, n + 11) at a time in the segment.
 
-    At an extremum inside a leg the time may be held, for the force does not change with it.
+    At an extremum inside a segment the time may be held, for the force does not change with it.
     """
     span = place.span
     if place.time is None:
         return span.end[0], span.end[1], span.end_by[:2]
-    (position, v_r, *_), matrix = forms.run(span.leg.field, span.c, span.closed, place.time)
+    (position, v_r, *_), matrix = forms.run(span.segment.field, span.c, span.closed, place.time)
     rows = matrix[:2].copy()
     rows[:, _H] = 0 * rows[:, _H]
     return span.closed.x_r + position, v_r, span.total(rows)

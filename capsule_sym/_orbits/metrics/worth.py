@@ -2,7 +2,7 @@
 
 Work and damper loss are integrals of products of closed forms, entire functions of time of known
 exponential type: Gauss-Legendre quadrature on panels short beside that type has no error above
-rounding, at resonance and for short legs as well. Each is integrated on its own, so that the
+rounding, at resonance and for short segments as well. Each is integrated on its own, so that the
 energy balance, work = damper loss + friction loss, tests both. Friction loss and progression are
 closed forms.
 
@@ -33,7 +33,7 @@ _OMEGA = PARAMETERS.index("omega")
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
 _NODES, _REACH = 16, 12
 _MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # of this degree mpmath's rule has 48 nodes
-_Energy = tuple[Number, Vector]  # of a leg, and its derivatives (12,) within the leg
+_Energy = tuple[Number, Vector]  # of a segment, and its derivatives (12,) within the segment
 
 
 class Figure(NamedTuple):
@@ -70,15 +70,15 @@ def worth(orbit: Orbit) -> Worth:
     Raises numpy.linalg.LinAlgError at a fold, where the branch has no gradient.
     """
     with backend(orbit.backend) as numbers:
-        multiple, omega = orbit.word.multiple, orbit.values[_OMEGA]
+        period_number, omega = orbit.itinerary.period_number, orbit.values[_OMEGA]
         per_turn = omega / numbers.full_turn
-        progression = _along(orbit, orbit.progression, orbit.shot.advance_by / multiple)
+        progression = _along(orbit, orbit.progression, orbit.shot.advance_by / period_number)
         slope = progression.gradient * per_turn
         slope[_OMEGA] += progression.value / numbers.full_turn
         forms = ClosedForms(numbers, orbit.values)
-        legs = [_energies(forms, span) for span in orbit.shot.spans]
+        segments = [_energies(forms, span) for span in orbit.shot.spans]
         work, damper_loss, friction_loss = (
-            _energy(orbit, [leg[i] for leg in legs]) for i in range(3)
+            _energy(orbit, [segment[i] for segment in segments]) for i in range(3)
         )
         return Worth(
             velocity=Figure(progression.value * per_turn, slope),
@@ -97,16 +97,16 @@ def _along(orbit: Orbit, value: Number, by: Vector) -> Figure:
     return Figure(value, by[-7:] + by[:-7] @ orbit.by_parameter)
 
 
-def _energy(orbit: Orbit, legs: Sequence[_Energy]) -> Figure:
-    """An energy per excitation period, from those of the legs and their derivatives."""
-    multiple = orbit.word.multiple
+def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Figure:
+    """An energy per excitation period, from those of the segments and their derivatives."""
+    period_number = orbit.itinerary.period_number
     spans = orbit.shot.spans
-    by = sum(span.total(row[None])[0] for span, (_, row) in zip(spans, legs, strict=True))
-    return _along(orbit, sum(value for value, _ in legs) / multiple, by / multiple)
+    by = sum(span.total(row[None])[0] for span, (_, row) in zip(spans, segments, strict=True))
+    return _along(orbit, sum(value for value, _ in segments) / period_number, by / period_number)
 
 
 def _energies(forms: ClosedForms, span: Span) -> tuple[_Energy, _Energy, _Energy]:
-    """Drive's work, damper loss and friction loss over a leg, each with its derivatives (12,)."""
+    """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
     c, h = span.c, span.h
     fractions, weights = _panels(forms.numbers, 2 * float(c.rate) * abs(float(h)))
     v_r, v_c, cosine, sine, v_r_by, v_c_by = _sample(forms, span, fractions)
@@ -128,7 +128,7 @@ def _energies(forms: ClosedForms, span: Span) -> tuple[_Energy, _Energy, _Energy
 
 
 def _integral(values: Vector, by: Matrix, weights: Vector, h: Number) -> _Energy:
-    """An integral over a leg and its derivatives, from values at fractions of the duration."""
+    """An integral over a segment and its derivatives, from values at fractions of the duration."""
     mean = values @ weights
     row = h * (by @ weights)
     row[_H] += mean
@@ -143,7 +143,7 @@ def _sample(
     The derivative by the duration is at a fixed fraction of it.
     """
     c, times = span.c, fractions * span.h
-    runs = [forms.run(span.leg.field, c, span.closed, time) for time in times]
+    runs = [forms.run(span.segment.field, c, span.closed, time) for time in times]
     v_r = np.array([values[1] for values, _ in runs])
     v_c = span.closed.v_c + np.array([values[2] for values, _ in runs]) if c.drift else 0 * v_r
     rows = np.stack([matrix[1:3] for _, matrix in runs], axis=-1)

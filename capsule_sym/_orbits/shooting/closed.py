@@ -1,4 +1,4 @@
-"""The closed form of one leg with its Jacobian: by the C core where there is one, or by kernels."""
+"""The closed form of a segment with its Jacobian: by the C core, or by kernels."""
 
 from __future__ import annotations
 

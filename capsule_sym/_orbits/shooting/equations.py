@@ -1,14 +1,14 @@
-"""The equations of a periodic orbit of a given word, with their exact derivatives.
+"""The equations of a periodic orbit of a given itinerary, with their exact derivatives.
 
 The unknowns are z = (x_r, v_r, v_c, theta, h_1, ..., h_n): state and forcing angle where the first
-leg begins, and the duration of every leg. The n + 4 equations are: each leg's guard vanishes at its
-end; state and forcing angle are those of the start again, the position x_c apart (modulo drift). Of
-a motion that is its own mirror image only the first half is solved for: it ends in the image of its
-start, so that what happens twice by symmetry happens once in the equations.
+segment begins, and the duration of every segment. The n + 4 equations are: each segment's guard
+vanishes at its end; state and forcing angle are those of the start again, the position x_c apart
+(modulo drift). Of a motion that is its own mirror image only the first half is solved for: it ends
+in the image of its start, so that what happens twice by symmetry happens once in the equations.
 
-Where a guard vanishes at the leg's start already, that root is divided out: the equations then
-stay regular as the leg shrinks to nothing, and go on beyond, to durations below zero. A motion
-whose leg has the duration 0 is the bifurcation at which that leg is born.
+Where a guard vanishes at the segment's start already, that root is divided out: the equations then
+stay regular as the segment shrinks to nothing, and go on beyond, to durations below zero. A motion
+whose segment has the duration 0 is the bifurcation at which that segment is born.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.word import Leg, Word
+from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
 from capsule_sym.generated import formulas
 
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
@@ -37,15 +37,15 @@ Matrix = NDArray[Any]
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """One leg as run through: closed form, ends, and derivatives with respect to (z, parameters).
+    """A segment's flow: closed form, ends, and derivatives with respect to (z, parameters).
 
     States are (x_r, v_r, v_c); `angle` is the forcing angle at the start, not reduced; `moved` has
-    the increments of x_r, v_c and x_c. `matrix` is the leg's own Jacobian, rows x_r, v_r, v_c and
-    the advance of x_c, columns JACOBIAN_COLUMNS of the kernels; `start_by`, `end_by` (3, n + 11)
-    and `angle_by` (n + 11,) are total derivatives, in which the leg's duration is `column`.
+    the increments of x_r, v_c and x_c. `matrix` is the segment's own Jacobian, rows x_r, v_r, v_c
+    and the advance of x_c, columns JACOBIAN_COLUMNS of the kernels; `start_by`, `end_by` (3, n +
+    11) and `angle_by` (n + 11,) are total derivatives, in which the segment's duration is `column`.
     """
 
-    leg: Leg
+    segment: ItinerarySegment
     c: Any
     closed: Any
     angle: Number
@@ -60,10 +60,10 @@ class Span:
     column: int
 
     def __repr__(self) -> str:
-        return f"<Span in F{self.leg.field} for {float(self.h):.6g}>"
+        return f"<Span in F{self.segment.field} for {float(self.h):.6g}>"
 
     def total(self, rows: Matrix) -> Matrix:
-        """Total derivatives (many, n + 11) of what has these derivatives within the leg.
+        """Total derivatives (many, n + 11) of what has these derivatives within the segment.
 
         `rows` (many, 12) has the columns of the kernels' Jacobian: by start, duration, parameters.
         """
@@ -72,7 +72,7 @@ class Span:
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """The equations of an orbit at some unknowns: residual, derivatives, and the legs.
+    """The equations of an orbit at some unknowns: residual, derivatives, and the segments.
 
     `residual` (n + 4,), `by_z` (n + 4, n + 4) and `by_p` (n + 4, 7); `advance` is the change of x_c
     over the orbit and `advance_by` (n + 11,) its gradient with respect to (z, parameters).
@@ -87,12 +87,12 @@ class Shot:
 
     def __repr__(self) -> str:
         largest = float(max(abs(self.residual)))
-        return f"<Shot of {len(self.spans)} legs: largest residual {largest:.1e}>"
+        return f"<Shot of {len(self.spans)} segments: largest residual {largest:.1e}>"
 
 
-def shoot(numbers: Backend, values: Sequence[Number], word: Word, z: Vector) -> Shot:
-    """The equations of a word at unknowns z, for parameter values in the order of PARAMETERS."""
-    n, size = len(word), len(word) + 11
+def shoot(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector) -> Shot:
+    """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS."""
+    n, size = len(itinerary), len(itinerary) + 11
     zero = numbers.number(0)
     forms, omega = ClosedForms(numbers, values), values[_OMEGA]
     # Plain numbers: NumPy's own make the scalar path several times slower.
@@ -104,9 +104,9 @@ def shoot(numbers: Backend, values: Sequence[Number], word: Word, z: Vector) -> 
     residual, by = _zeros(numbers, n + 4), _zeros(numbers, n + 4, size)
     advance, advance_by, elapsed = zero, _zeros(numbers, size), zero
     spans = []
-    for i, (leg, h) in enumerate(zip(word.legs, durations, strict=True)):
-        span = _run(forms, leg, state, state_by, angle, angle_by, h, 4 + i)
-        residual[i], by[i] = _guard(forms, span, word.zeros(i), 4 + i)
+    for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
+        span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i)
+        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i)
         advance = advance + span.moved[2]
         advance_by = advance_by + span.total(span.matrix[3:])[0]
         spans.append(span)
@@ -115,13 +115,13 @@ def shoot(numbers: Backend, values: Sequence[Number], word: Word, z: Vector) -> 
         angle_by = angle_by.copy()
         angle_by[4 + i] = angle_by[4 + i] + omega
         angle_by[n + 4 + _OMEGA] = elapsed
-    sign, turn = (-1, numbers.full_turn / 2) if word.mirrored else (1, numbers.full_turn)
+    sign, turn = (-1, numbers.full_turn / 2) if itinerary.mirrored else (1, numbers.full_turn)
     for row in range(3):
         residual[n + row] = state[row] - sign * z[row]
         by[n + row] = state_by[row]
         by[n + row, row] = by[n + row, row] - sign
-    _pin(word, values, z, residual, by)
-    residual[n + 3] = omega * elapsed - word.multiple * turn
+    _pin(itinerary, values, z, residual, by)
+    residual[n + 3] = omega * elapsed - itinerary.period_number * turn
     by[n + 3] = angle_by
     by[n + 3, 3] = zero
     return Shot(residual, by[:, : n + 4], by[:, n + 4 :], tuple(spans), advance, advance_by)
@@ -152,7 +152,7 @@ def _zeros(numbers: Backend, *shape: int) -> NDArray[Any]:
 
 def _run(
     forms: ClosedForms,
-    leg: Leg,
+    segment: ItinerarySegment,
     state: Vector,
     state_by: Matrix,
     angle: Number,
@@ -160,21 +160,21 @@ def _run(
     h: Number,
     column: int,
 ) -> Span:
-    """A leg of duration h from a start that is known with its derivatives."""
-    numbers, c = forms.numbers, forms.constants(leg.field)
+    """A segment of duration h from a start that is known with its derivatives."""
+    numbers, c = forms.numbers, forms.constants(segment.field)
     x_r, v_r, v_c = state.tolist()
     gap = x_r - c.delta
     margin = formulas.margin_at(c, x_r, gap, v_r)
     closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *numbers.cos_sin(angle))
     # A duration of 0 would leave nothing to divide by; within rounding the limit is the same.
     duration = h if abs(h) > numbers.unit else numbers.unit
-    (position, velocity, change, advance), matrix = forms.run(leg.field, c, closed, duration)
+    (position, velocity, change, advance), matrix = forms.run(segment.field, c, closed, duration)
     change = change if c.drift else -v_c
     end = np.array([x_r + position, velocity, v_c + change])
     moved = np.array([position, change, advance])
     end_by = _total(matrix[:3], state_by, angle_by, column)
     return Span(
-        leg=leg,
+        segment=segment,
         c=c,
         closed=closed,
         angle=angle,
@@ -191,7 +191,7 @@ def _run(
 
 
 def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Matrix:
-    """Total derivatives of what depends on a leg's start, duration and the parameters."""
+    """Total derivatives of what depends on a segment's start, duration and the parameters."""
     result = rows[:, :3] @ state_by + rows[:, 3:4] * angle_by
     result[:, column] = result[:, column] + rows[:, 4]
     result[:, -7:] = result[:, -7:] + rows[:, 5:]
@@ -199,8 +199,8 @@ def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Mat
 
 
 def _guard(forms: ClosedForms, span: Span, zeros: int, column: int) -> tuple[Number, Vector]:
-    """A leg's guard at its end over its duration's power `zeros`, and the gradient."""
-    if span.leg.guard is None:
+    """A segment's guard at its end over its duration's power `zeros`, and the gradient."""
+    if span.segment.guard is None:
         return span.angle, span.angle_by
     if zeros == 0:
         return _value(span)
@@ -212,7 +212,7 @@ def _guard(forms: ClosedForms, span: Span, zeros: int, column: int) -> tuple[Num
     # error of `least` squared, from durations where they do not.
     start = span.start, span.start_by, span.angle, span.angle_by
     near, far = (
-        _divided_by(_run(forms, span.leg, *start, factor * least, column), zeros, column)
+        _divided_by(_run(forms, span.segment, *start, factor * least, column), zeros, column)
         for factor in (1, 2)
     )
     return value, near + (far - near) * (span.h / least - 1)
@@ -227,8 +227,8 @@ def _divided_by(span: Span, zeros: int, column: int) -> Vector:
 
 
 def _increment(span: Span, zeros: int) -> Number:
-    """What a guard has gained over a leg at whose start it and `zeros` - 1 derivatives vanish."""
-    if span.leg.guard is Guard.GAP:
+    """What a guard gains over a segment at whose start it and `zeros` - 1 derivatives vanish."""
+    if span.segment.guard is Guard.GAP:
         return span.moved[0]
     if zeros == 1:
         return span.moved[1]
@@ -237,7 +237,7 @@ def _increment(span: Span, zeros: int) -> Number:
 
 def _increment_by(span: Span, zeros: int, column: int) -> Vector:
     """Gradient of the increment."""
-    row = 0 if span.leg.guard is Guard.GAP else 2
+    row = 0 if span.segment.guard is Guard.GAP else 2
     gradient = span.end_by[row] - span.start_by[row]
     if zeros == 1:
         return gradient  # type: ignore[no-any-return]
@@ -251,15 +251,15 @@ def _increment_by(span: Span, zeros: int, column: int) -> Vector:
 
 
 def _value(span: Span) -> tuple[Number, Vector]:
-    """A guard at the end of a leg, and its gradient."""
+    """A guard at the end of a segment, and its gradient."""
     c, (x_r, v_r, v_c), by = span.c, span.end, span.end_by
-    if span.leg.guard is Guard.GAP:
+    if span.segment.guard is Guard.GAP:
         gradient = by[0].copy()
         gradient[-7 + _DELTA] = gradient[-7 + _DELTA] - 1
         return x_r - c.delta, gradient
-    if span.leg.guard is Guard.DRIFT:
+    if span.segment.guard is Guard.DRIFT:
         return v_c, by[2]
-    side = 1 if span.leg.guard is Guard.UPPER else -1
+    side = 1 if span.segment.guard is Guard.UPPER else -1
     gradient = force_by(c, x_r, v_r, by)
     gradient[-7 + _F_B] = gradient[-7 + _F_B] - side
     return formulas.force(c, x_r, x_r - c.delta, v_r) - side * c.f_b, gradient
@@ -274,13 +274,15 @@ def force_by(c: Any, x_r: Number, v_r: Number, by: Matrix) -> Vector:
     return gradient  # type: ignore[no-any-return]
 
 
-def _pin(word: Word, values: Sequence[Number], z: Vector, residual: Vector, by: Matrix) -> None:
+def _pin(
+    itinerary: Itinerary, values: Sequence[Number], z: Vector, residual: Vector, by: Matrix
+) -> None:
     """Hold the start to the last guard's surface, in place of that component's closure.
 
-    The last leg's guard has its end there. Were the start not held, legs whose guards begin at 0
-    one after the other all round would fix their differences only.
+    The last segment's guard has its end there. Were the start not held, segments whose guards begin
+    at 0 one after the other all round would fix their differences only.
     """
-    n, guard = len(word), word.legs[-1].guard
+    n, guard = len(itinerary), itinerary.segments[-1].guard
     if guard is Guard.GAP:
         residual[n] = z[0] - values[_DELTA]
         by[n] = by[n] * 0

@@ -1,4 +1,4 @@
-"""Every interior extremum of gap, force and speed along a leg, by proof: roots of their rates."""
+"""Every interior extremum of gap, force and speed in a segment, by proof: roots of their rates."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Turn(NamedTuple):
 
 
 class Minimum(NamedTuple):
-    """An interior minimum of a guard: duration after the leg's start, and the guard there."""
+    """An interior minimum of a guard: duration after the segment's start, and the guard there."""
 
     guard: Guard
     time: Number
@@ -46,10 +46,10 @@ class Minimum(NamedTuple):
 
 
 def minima(numbers: Backend, span: Span, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
-    """The minima of all watched guards inside a leg, guard by guard in time.
+    """The minima of all watched guards inside a segment, guard by guard in time.
 
-    `zeros` tells which guards vanish at the leg's start, and how many derivatives from the guard
-    itself on.
+    `zeros` tells which guards vanish at the segment's start, and how many derivatives from the
+    guard itself on.
     """
     c = span.c
     side = 1 if c.contact else -1
@@ -68,18 +68,18 @@ def minima(numbers: Backend, span: Span, zeros: Mapping[Guard, int]) -> Iterator
 def turns(
     numbers: Backend, span: Span, quantity: Quantity, zeros: Mapping[Guard, int]
 ) -> Iterator[Turn]:
-    """The extrema of a quantity inside a leg, in the order of time.
+    """The extrema of a quantity inside a segment, in the order of time.
 
     Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
     where its sign before and after a time at which it cannot differ, one is given. `zeros` is as
-    for `minima`. A leg of duration 0 or less has none.
+    for `minima`. A segment of duration 0 or less has none.
     """
     c, number = span.c, numbers.number
     # Plain numbers: NumPy's own make this several times slower.
     x_r, gap, v_r, v_c, margin, *_ = map(number, span.closed)
     angle, duration = number(span.angle % numbers.full_turn), number(span.h)
     start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
-    flow = Flow(numbers, c, Departure(span.leg.field, start))
+    flow = Flow(numbers, c, Departure(span.segment.field, start))
     now, sign = duration * 0, 0
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
 

@@ -1,4 +1,4 @@
-"""A periodic orbit of a given word, found by Newton's method on its equations."""
+"""A periodic orbit of a given itinerary, found by Newton's method on its equations."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from capsule_sym._orbits.shooting.equations import (
     shoot,
     solve,
 )
-from capsule_sym._orbits.shooting.word import Word, contact, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._parameters import Parameters
 
 _MOST_STEPS = 25
 _LEAST_SCALE = 2.0**-12
 _LOST = 0.01  # condition of the equations, over what double precision resolves
-_BACK = 0.5  # how far a leg may go below duration 0, over its fastest rate
+_BACK = 0.5  # how far a segment may go below duration 0, over its fastest rate
 _backend = backend  # the parameter of `close` has the same name
 
 
@@ -59,7 +59,7 @@ class NoOrbit:
 
     reason: Reason
     detail: str
-    word: Word | None
+    itinerary: Itinerary | None
     values: tuple[Number, ...]
     residual: Number
     iterations: int = 0
@@ -74,7 +74,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Orbit(Labelled):
-    """A periodic orbit modulo drift: a solution z of its word's equations.
+    """A periodic orbit modulo drift: a solution z of its itinerary's equations.
 
     `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
     forcing angle and durations as in `equations`, `shot` the equations there. `iterations` counts
@@ -83,7 +83,7 @@ class Orbit(Labelled):
     """
 
     values: tuple[Number, ...]
-    word: Word
+    itinerary: Itinerary
     z: Vector
     shot: Shot
     backend: str
@@ -92,7 +92,7 @@ class Orbit(Labelled):
 
     def __repr__(self) -> str:
         found = f"residual {float(self.residual):.1e}, by {self.backend}"
-        return f"<Orbit {self.word!r} at {self.parameters}: {found}>"
+        return f"<Orbit {self.itinerary!r} at {self.parameters}: {found}>"
 
     @property
     def parameters(self) -> Parameters:
@@ -113,13 +113,13 @@ class Orbit(Labelled):
 
     @property
     def durations(self) -> Vector:
-        """Duration of each leg, shape (n,)."""
+        """Duration of each segment, shape (n,)."""
         return self.z[4:]
 
     @property
     def progression(self) -> Number:
         """Advance of x_c per excitation period."""
-        return self.shot.advance / self.word.multiple
+        return self.shot.advance / self.itinerary.period_number
 
     @property
     def average_velocity(self) -> Number:
@@ -145,7 +145,7 @@ class Orbit(Labelled):
         """
         with backend(self.backend) as numbers:
             return SteadyMotion(
-                tuple(_segments(numbers, self)), self.word.multiple, self.progression
+                tuple(_segments(numbers, self)), self.itinerary.period_number, self.progression
             )
 
     def trajectory(self) -> Trajectory:
@@ -166,15 +166,15 @@ class Orbit(Labelled):
 
     def refined(self) -> Orbit | NoOrbit:
         """The same orbit in 50 digits."""
-        return close(self.values, self.word, list(self.z), backend="mpmath")
+        return close(self.values, self.itinerary, list(self.z), backend="mpmath")
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
     """Itinerary, period number, progression and average velocity of orbits, and their starts."""
     starts = np.array([orbit.z[:3] for orbit in orbits], dtype=float).reshape(-1, 3)
     return {
-        "itinerary": np.array([str(orbit.word) for orbit in orbits], dtype=np.str_),
-        "period_number": np.array([orbit.word.multiple for orbit in orbits], dtype=int),
+        "itinerary": np.array([str(orbit.itinerary) for orbit in orbits], dtype=np.str_),
+        "period_number": np.array([orbit.itinerary.period_number for orbit in orbits], dtype=int),
         "progression": np.array([float(orbit.progression) for orbit in orbits]),
         "average_velocity": np.array([float(orbit.average_velocity) for orbit in orbits]),
         "x_r": starts[:, 0],
@@ -187,44 +187,48 @@ def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
 
 def close(
     parameters: Parameters | Sequence[Number],
-    word: Word,
+    itinerary: Itinerary,
     guess: Sequence[Number] | None = None,
     *,
     backend: str = "numpy",
 ) -> Orbit | NoOrbit:
-    """The orbit of this word near a guess z, by damped Newton steps with the exact Jacobian.
+    """The orbit of this itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
     The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
     the largest entry of z if that is above 1, or at most the roundings of its equations' terms
-    where those are larger, as of long itineraries. Without a guess only a word without switches is
-    closed. Raises InvalidInput for a guess of the wrong size.
+    where those are larger, as of long itineraries. Without a guess only an itinerary without
+    switches is closed. Raises InvalidInput for a guess of the wrong size.
     """
     given = parameters.to_dict().values() if isinstance(parameters, Parameters) else parameters
     with _backend(backend) as numbers:
         values = tuple(numbers.number(value) for value in given)
         if guess is None:
-            guess = _stick_guess(numbers, values, word)
-        if len(guess) != len(word) + 4:
-            raise InvalidInput("guess", guess, f"{len(word) + 4} numbers for the word {word}")
+            guess = _stick_guess(numbers, values, itinerary)
+        if len(guess) != len(itinerary) + 4:
+            raise InvalidInput(
+                "guess", guess, f"{len(itinerary) + 4} numbers for the itinerary {itinerary}"
+            )
         with np.errstate(all="ignore"):
-            return _newton(numbers, values, word, np.array([numbers.number(v) for v in guess]))
+            return _newton(numbers, values, itinerary, np.array([numbers.number(v) for v in guess]))
 
 
-def _stick_guess(numbers: Backend, values: Sequence[Number], word: Word) -> list[Number]:
-    if word.legs[0].guard is not None:
-        raise InvalidInput("guess", None, "given for a word with switches")
-    turn = numbers.full_turn / 2 if word.mirrored else numbers.full_turn
-    period = word.multiple * turn / values[PARAMETERS.index("omega")]
+def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerary) -> list[Number]:
+    if itinerary.segments[0].guard is not None:
+        raise InvalidInput("guess", None, "given for an itinerary with switches")
+    turn = numbers.full_turn / 2 if itinerary.mirrored else numbers.full_turn
+    period = itinerary.period_number * turn / values[PARAMETERS.index("omega")]
     return [numbers.number(0)] * 4 + [period]
 
 
-def _newton(numbers: Backend, values: tuple[Number, ...], word: Word, z: Vector) -> Orbit | NoOrbit:
+def _newton(
+    numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector
+) -> Orbit | NoOrbit:
     steps = 0
 
     def none(reason: Reason, detail: str) -> NoOrbit:
-        return NoOrbit(reason, detail, word, values, norm, steps)
+        return NoOrbit(reason, detail, itinerary, values, norm, steps)
 
-    shot = shoot(numbers, values, word, z)
+    shot = shoot(numbers, values, itinerary, z)
     norm = _norm(shot)
     if not norm < float("inf"):
         return none(Reason.NOT_FINITE, "the residual of the guess is not finite")
@@ -235,7 +239,7 @@ def _newton(numbers: Backend, values: tuple[Number, ...], word: Word, z: Vector)
             return none(Reason.SINGULAR, "the Jacobian of the equations is singular")
         solved = norm <= _tolerance(numbers, z)
         # A solution is polished by one more step, as far as rounding lets it.
-        better = _step(numbers, values, word, z, step, shot, 1.0 if solved else _LEAST_SCALE)
+        better = _step(numbers, values, itinerary, z, step, shot, 1.0 if solved else _LEAST_SCALE)
         if better is not None:
             z, shot = better
             norm = _norm(shot)
@@ -244,7 +248,7 @@ def _newton(numbers: Backend, values: tuple[Number, ...], word: Word, z: Vector)
         if solved:
             if numbers.name != "mpmath" and np.linalg.cond(shot.by_z) * numbers.unit > _LOST:
                 return none(Reason.SINGULAR, "rounding leaves no digit of the solution")
-            return Orbit(values, word, z, shot, numbers.name, steps)
+            return Orbit(values, itinerary, z, shot, numbers.name, steps)
         if better is None:
             break
     return none(
@@ -270,7 +274,7 @@ def solved_to_rounding(numbers: Backend, shot: Shot, z: Vector) -> bool:
 def _step(
     numbers: Backend,
     values: tuple[Number, ...],
-    word: Word,
+    itinerary: Itinerary,
     z: Vector,
     step: Vector,
     shot: Shot,
@@ -282,7 +286,7 @@ def _step(
     while scale >= least_scale:
         trial = z - scale * step
         if all(h > low for h, low in zip(trial[4:], least, strict=True)):
-            ahead = shoot(numbers, values, word, trial)
+            ahead = shoot(numbers, values, itinerary, trial)
             if _norm(ahead) < norm:
                 return trial, ahead
         scale /= 2
@@ -294,11 +298,14 @@ def _norm(shot: Shot) -> Number:
 
 
 def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
-    """The orbit's legs as segments of the map."""
-    legs, spans = orbit.word.legs, orbit.shot.spans
+    """The orbit's segments as segments of the map."""
+    itinerary, spans = orbit.itinerary, orbit.shot.spans
     omega, delta = (orbit.values[PARAMETERS.index(name)] for name in ("omega", "delta"))
-    starts = [_exact_start(legs[i - 1].guard, s.start, delta) for i, s in enumerate(spans)]
-    position, segments = numbers.number(0), []
+    starts = [
+        _exact_start(itinerary.segments[i - 1].guard, s.start, delta) for i, s in enumerate(spans)
+    ]
+    position = numbers.number(0)
+    segments: list[Segment] = []
     first = None
     for i, span in enumerate(spans):
         turns, angle = numbers.turns(span.angle)
@@ -309,15 +316,15 @@ def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
         following = (i + 1) % len(spans)
         segments.append(
             Segment(
-                field=span.leg.field,
-                source=_plane(orbit.word, i),
-                target=_plane(orbit.word, following),
+                field=span.segment.field,
+                source=_plane(itinerary, i),
+                target=_plane(itinerary, following),
                 start=Instant(turns, angle / omega),
                 end=Instant(later - first, end_angle / omega),
                 start_state=starts[i],
                 end_state=starts[following],
                 duration=span.h,
-                outcome=Outcome.REGULAR if span.leg.guard else Outcome.NEVER,
+                outcome=Outcome.REGULAR if span.segment.guard else Outcome.NEVER,
                 tangencies=(),
                 evaluations=0,
                 position=position,
@@ -330,14 +337,14 @@ def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
 
 
 def _exact_start(guard: Guard | None, state: Vector, delta: Number) -> tuple[Any, Any, Any]:
-    """A leg's start with what the guard before it makes exact."""
+    """A segment's start with what the guard before it makes exact."""
     x_r, v_r, v_c = state
     return delta if guard is Guard.GAP else x_r, v_r, 0 * v_c if guard is Guard.DRIFT else v_c
 
 
-def _plane(word: Word, index: int) -> str:
-    """The switching plane on which a leg begins, Eq. (24)."""
-    field, guard = word.legs[index].field, word.legs[index - 1].guard
+def _plane(itinerary: Itinerary, index: int) -> str:
+    """The switching plane on which a segment begins, Eq. (24)."""
+    field, guard = itinerary.segments[index].field, itinerary.segments[index - 1].guard
     if guard is not Guard.GAP or drift(field) == 0:
         return f"Σ{field}"
     return {(1, 1): "Σ7", (1, 0): "Σ8", (-1, 1): "Σ9", (-1, 0): "Σ10"}[drift(field), contact(field)]

@@ -13,16 +13,16 @@ from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._orbits.shooting.admissibility import realised, rerun, tightest
 from capsule_sym._orbits.shooting.identity import primitive, same
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
 from capsule_sym._orbits.shooting.stability import jacobian, multipliers
-from capsule_sym._orbits.shooting.word import Word, drift
 from capsule_sym._parameters import Parameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
 _LATEST = 16  # segments that tell the size of the motion
 _NEAR = 0.1  # how far, in units of the motion's own size, an orbit may be from where it is sought
 _NEWTON_STEPS = 30
-_CLOSED = 1e-6  # change over the orbit's periods below which a word is read off
+_CLOSED = 1e-6  # change over the orbit's periods below which an itinerary is read off
 _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, in units of the motion's size, below which a run is on its orbit
 _SLACK = 10  # how far a run may be from an orbit over what the multipliers say
@@ -77,12 +77,12 @@ def find_orbit(
 
 
 class Ending(NamedTuple):
-    """The last turn of a run that repeats an itinerary: its word, unknowns z, and what it changed.
+    """The last period of a run that repeats an itinerary: itinerary, unknowns z, and change.
 
     `change` is the largest change of the state over the turn, in units of the motion's size.
     """
 
-    word: Word
+    itinerary: Itinerary
     guess: list[float]
     change: float
 
@@ -99,7 +99,8 @@ def _told(refused: Sequence[_Refused]) -> str:
     if not refused:
         return "the end of the run repeats no itinerary"
     told = [
-        f"{one.ending.word} over {one.ending.word.multiple} ({one.why.reason}: {one.why.detail})"
+        f"{one.ending.itinerary} over {one.ending.itinerary.period_number} "
+        f"({one.why.reason}: {one.why.detail})"
         for one in refused[:_TOLD]
     ]
     more = [f"and {len(refused) - _TOLD} more"] if len(refused) > _TOLD else []
@@ -108,7 +109,7 @@ def _told(refused: Sequence[_Refused]) -> str:
 
 def _taken(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
     """The orbit next to the end of a run, if the run settles on it."""
-    found = realise(trajectory.parameters, ending.word, ending.guess)
+    found = realise(trajectory.parameters, ending.itinerary, ending.guess)
     if isinstance(found, NoOrbit):
         return found
     orbit = primitive(found)
@@ -121,13 +122,13 @@ def _taken(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
         detail = "the run goes on away from the orbit of this itinerary"
     else:
         return orbit
-    return NoOrbit(Reason.NOT_PERIODIC, detail, orbit.word, orbit.values, orbit.residual)
+    return NoOrbit(Reason.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
 
 
 def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     """Whether a run is on an orbit, or comes closer to it as the largest multiplier says."""
-    multiple = orbit.word.multiple
-    marks = np.array(rerun(orbit).stroboscopic[-multiple:], dtype=float)
+    period_number = orbit.itinerary.period_number
+    marks = np.array(rerun(orbit).stroboscopic[-period_number:], dtype=float)
     size = 1 + abs(np.array([span.start for span in orbit.shot.spans], dtype=float)).max()
 
     def distance(run: Trajectory) -> float:
@@ -137,7 +138,7 @@ def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     for block in range(_BLOCKS):
         if now <= _ARRIVED * size:
             return True
-        if now > _SLACK * first * largest ** (block * _BLOCK / multiple):
+        if now > _SLACK * first * largest ** (block * _BLOCK / period_number):
             return False
         state = [float(value) for value in trajectory.final[1]]
         trajectory = simulate(trajectory.parameters, state, periods=_BLOCK)
@@ -146,21 +147,22 @@ def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
 
 
 def realise(
-    parameters: Parameters, word: Word, guess: Sequence[float] | None = None
+    parameters: Parameters, itinerary: Itinerary, guess: Sequence[float] | None = None
 ) -> Orbit | NoOrbit:
-    """The orbit of a given word near a guess z, as `close` finds it, if the map goes along it.
+    """The orbit of a given itinerary near a guess z, as `close` finds it, if the map goes along it.
 
-    Where it does not, the reason is NOT_REALISED, and the detail names the inequality of the word
-    that fails most.
+    Where it does not, the reason is NOT_REALISED, and the detail names the inequality of the
+    itinerary that fails most.
     """
-    orbit = close(parameters, word, guess)
+    orbit = close(parameters, itinerary, guess)
     if isinstance(orbit, NoOrbit) or (min(orbit.durations) > 0 and realised(orbit)):
         return orbit
     worst = tightest(orbit)
-    detail = "the map goes another way, though every inequality of the word holds"
+    detail = "the map goes another way, though every inequality of the itinerary holds"
     if worst.value <= 0:
-        detail = f"{worst.named(word)} is {float(worst.value):.3g}, where the word needs it above 0"
-    return NoOrbit(Reason.NOT_REALISED, detail, word, orbit.values, orbit.residual)
+        value = f"{float(worst.value):.3g}"
+        detail = f"{worst.named(itinerary)} is {value}, where the itinerary needs it above 0"
+    return NoOrbit(Reason.NOT_REALISED, detail, itinerary, orbit.values, orbit.residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[Ending]:
@@ -173,7 +175,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     last, marks = trajectory.segments[-1], np.array(trajectory.stroboscopic[-2:], dtype=float)
     if drift(last.field) == 0 and not last.target and float(last.duration) > period:
         change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
-        yield Ending(Word.of((last.field,)), [*marks[-1].tolist(), 0.0, period], change)
+        yield Ending(Itinerary.of((last.field,)), [*marks[-1].tolist(), 0.0, period], change)
     segments = [s for s in trajectory.segments if s.target]
     if not segments:
         return
@@ -181,22 +183,22 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     starts = np.array([s.start_state for s in segments], dtype=float)
     end = times[-1] + float(segments[-1].duration)
     size = abs(starts[-_LATEST:]).max()
-    for multiple in range(1, LONGEST + 1):
+    for period_number in range(1, LONGEST + 1):
         # The switch that comes nearest to so many periods before the last one.
-        first = int(np.argmin(abs(end - multiple * period - times)))
+        first = int(np.argmin(abs(end - period_number * period - times)))
         chosen = segments[first:]
         fields = [s.field for s in segments[max(0, 2 * first - len(segments)) :]]
         change = abs(starts[first] - np.array(chosen[-1].end_state, dtype=float)).max()
-        late = abs(end - multiple * period - times[first])
+        late = abs(end - period_number * period - times[first])
         if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
             continue
-        legs = [_Leg(s.field, _start(s, omega), float(s.duration)) for s in chosen]
-        if (guess := _guess(legs, multiple)) is not None:
+        cycle = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in chosen]
+        if (guess := _guess(cycle, period_number)) is not None:
             yield Ending(*guess, change / size)
 
 
-class _Leg(NamedTuple):
-    """A leg of a run: field, unknowns (x_r, v_r, v_c, theta) at its start, duration."""
+class _RunSegment(NamedTuple):
+    """A segment of a run: field, unknowns (x_r, v_r, v_c, theta) at its start, duration."""
 
     field: int
     start: list[float]
@@ -207,24 +209,26 @@ def _start(segment: Segment, omega: float) -> list[float]:
     return [*map(float, segment.start_state), float(segment.start.phase) * omega]
 
 
-def _guess(legs: Sequence[_Leg], multiple: int) -> tuple[Word, list[float]] | None:
-    """Word and unknowns of legs that follow themselves, None if they cannot."""
+def _guess(
+    segments: Sequence[_RunSegment], period_number: int
+) -> tuple[Itinerary, list[float]] | None:
+    """Itinerary and unknowns of segments that follow themselves, None if they cannot."""
     try:
-        word = Word.of((leg.field for leg in legs), multiple)
+        itinerary = Itinerary.of((segment.field for segment in segments), period_number)
     except InvalidInput:
         return None
-    if len(word) == 1:
-        word = Word(word.legs)
-    first = word.first
-    durations = [leg.duration for leg in (*legs[first:], *legs[:first])]
-    return word.rotated(first), [*legs[first].start, *durations]
+    if len(itinerary) == 1:
+        itinerary = Itinerary(itinerary.segments)
+    first = itinerary.first
+    durations = [segment.duration for segment in (*segments[first:], *segments[:first])]
+    return itinerary.rotated(first), [*segments[first].start, *durations]
 
 
 def random_search(
     parameters: Parameters,
     starts: int = 50,
     *,
-    multiples: Sequence[int] = (1, 2, 3),
+    period_numbers: Sequence[int] = (1, 2, 3),
     box: Sequence[float] | None = None,
     transient: int = 50,
     seed: int = 0,
@@ -233,10 +237,11 @@ def random_search(
     """Periodic orbits found from random initial states, stable or not, each once.
 
     From every start, and from where it has come to after `transient` excitation periods, Newton's
-    method is applied to the map over each number of periods in `multiples`, and what it finds is
-    polished by its word. Starts are uniform in (-b, b) for the bounds b in `box`, by default
-    twice what the motion from rest reaches, and at least the gap. `report` is told after each start
-    how many starts are done and how many orbits are known. Orbits are in order of their multiple.
+    method is applied to the map over each number of periods in `period_numbers`, and what it finds
+    is polished by its itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by
+    default twice what the motion from rest reaches, and at least the gap. `report` is told after
+    each start how many starts are done and how many orbits are known. Orbits are in order of their
+    period_number.
     """
     bounds = _reach(parameters) if box is None else np.asarray(box, dtype=float)
     random = np.random.default_rng(seed)
@@ -245,13 +250,13 @@ def random_search(
         state = random.uniform(-1.0, 1.0, 3) * bounds
         settled = simulate(parameters, state.tolist(), periods=transient).final[1]
         for begin in (state, np.array(settled, dtype=float)):
-            for multiple in multiples:
-                orbit = _newton(parameters, begin, multiple)
+            for period_number in period_numbers:
+                orbit = _newton(parameters, begin, period_number)
                 if orbit is not None and not any(same(orbit, known) for known in found):
                     found.append(orbit)
         if report is not None:
             report(start + 1, len(found))
-    return tuple(sorted(found, key=lambda orbit: orbit.word.multiple))
+    return tuple(sorted(found, key=lambda orbit: orbit.itinerary.period_number))
 
 
 def _reach(parameters: Parameters) -> NDArray[np.float64]:
@@ -261,16 +266,16 @@ def _reach(parameters: Parameters) -> NDArray[np.float64]:
     return np.maximum(reach, max(1.0, parameters.delta))
 
 
-def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -> Orbit | None:
+def _newton(parameters: Parameters, state: NDArray[np.float64], period_number: int) -> Orbit | None:
     """The orbit that Newton's method on the map over some periods leads to; None if to none."""
     for _ in range(_NEWTON_STEPS):
-        run = simulate(parameters, state.tolist(), periods=multiple)
+        run = simulate(parameters, state.tolist(), periods=period_number)
         if not run.success:
             return None
         change = np.array(run.final[1], dtype=float) - state
         size = 1 + abs(state).max()
         if abs(change).max() < _CLOSED * size:
-            return _read_off(run, multiple)
+            return _read_off(run, period_number)
         try:
             step = np.linalg.solve(jacobian(run) - np.eye(3), change)
         except np.linalg.LinAlgError:
@@ -280,27 +285,27 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], multiple: int) -
     return None
 
 
-def orbit_at(parameters: Parameters, state: Sequence[float], multiple: int) -> Orbit | None:
-    """The orbit through a state at phase 0, in the word that the map goes through; None if none."""
-    return _read_off(simulate(parameters, state, periods=multiple), multiple)
+def orbit_at(parameters: Parameters, state: Sequence[float], period_number: int) -> Orbit | None:
+    """The orbit through a state at phase 0, in the itinerary of the map's run; None if none."""
+    return _read_off(simulate(parameters, state, periods=period_number), period_number)
 
 
-def _read_off(run: Trajectory, multiple: int) -> Orbit | None:
+def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
     """The orbit next to a run over one turn of it."""
-    guess = _one_turn(run, multiple)
+    guess = _one_turn(run, period_number)
     orbit = close(run.parameters, *guess) if guess else None
     return primitive(orbit) if isinstance(orbit, Orbit) and realised(orbit) else None
 
 
-def _one_turn(run: Trajectory, multiple: int) -> tuple[Word, list[float]] | None:
-    """Word and unknowns of a run over one turn of an orbit, from phase 0 to phase 0."""
+def _one_turn(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
+    """Itinerary and unknowns of a run over one turn of an orbit, from phase 0 to phase 0."""
     omega = run.parameters.omega
-    legs = [_Leg(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
-    if len(legs) > 1 and legs[0].field == legs[-1].field:
-        # The turn is cut in the middle of a leg: the run's last segment is its first part.
-        joined = legs[-1]._replace(duration=legs[-1].duration + legs[0].duration)
-        legs = [*legs[1:-1], joined]
-    return _guess(legs, multiple)
+    segments = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in run.segments]
+    if len(segments) > 1 and segments[0].field == segments[-1].field:
+        # The turn is cut in the middle of a segment: the run's last segment is its first part.
+        joined = segments[-1]._replace(duration=segments[-1].duration + segments[0].duration)
+        segments = [*segments[1:-1], joined]
+    return _guess(segments, period_number)
 
 
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:

@@ -22,8 +22,8 @@ from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.itinerary import drift
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.word import drift
 from capsule_sym.generated import formulas
 
 
@@ -74,24 +74,24 @@ def multipliers(orbit: Orbit) -> NDArray[np.complex128]:
         size = 2 if sticking else 3
         values = np.zeros(3, dtype=complex)
         values[:size] = np.linalg.eigvals(matrix[:size, :size].astype(float))
-    if orbit.word.mirrored:
+    if orbit.itinerary.mirrored:
         values = values**2
     return values[np.argsort(-abs(values), kind="stable")]
 
 
 def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
-    """Product of Jacobians and saltation matrices over the legs from `first` on."""
-    spans, word = orbit.shot.spans, orbit.word
+    """Product of Jacobians and saltation matrices over the segments from `first` on."""
+    spans, itinerary = orbit.shot.spans, orbit.itinerary
     n, forms = len(spans), ClosedForms(numbers, orbit.values)
-    sign = -1 if word.mirrored else 1
+    sign = -1 if itinerary.mirrored else 1
     product: Matrix = np.zeros((3, 3)) * numbers.number(1) + sign * np.eye(3, dtype=int)
     # The reflection is -1 in all of the state, so that it does not matter where it is taken.
     for k in (*range(first, n), *range(first)):
         span = spans[k]
         product = span.matrix[:3, :3] @ product
-        if span.leg.guard is Guard.DRIFT:
+        if span.segment.guard is Guard.DRIFT:
             cosine, _ = numbers.cos_sin(span.angle + span.c.omega * span.h)
-            after = forms.constants(word.neighbour(k + 1))
+            after = forms.constants(itinerary.neighbour(k + 1))
             product = saltation(span.c, after, span.end, cosine) @ product
     return product
 

@@ -21,8 +21,8 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector, shoot
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, mirror
 from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._orbits.shooting.word import Word, contact, drift, mirror
 
 KEPT, BROKEN = "kept", "broken"
 _BETA = PARAMETERS.index("beta")
@@ -31,11 +31,11 @@ _SAMPLES = 16
 
 
 def springless(orbit: Orbit) -> bool:
-    """Whether a word without contact passes the second spring, which is so where beta = 0 only."""
-    if orbit.values[_BETA] != 0 or any(map(contact, orbit.word.fields)):
+    """Whether an itinerary without contact passes the second spring, as where beta = 0 only."""
+    if orbit.values[_BETA] != 0 or any(map(contact, orbit.itinerary.fields)):
         return False
     with backend(orbit.backend) as numbers:
-        held = inequalities(numbers, orbit.word, orbit.shot)
+        held = inequalities(numbers, orbit.itinerary, orbit.shot)
     return any(one.guard is Guard.GAP and one.value < 0 for one in held)
 
 
@@ -44,9 +44,9 @@ def mirrored(orbit: Orbit) -> bool:
 
     Over an even number of excitation periods no orbit is its own image.
     """
-    if orbit.word.multiple % 2 == 0:
+    if orbit.itinerary.period_number % 2 == 0:
         return False
-    run, half = orbit.trajectory(), orbit.word.multiple * orbit.parameters.period / 2
+    run, half = orbit.trajectory(), orbit.itinerary.period_number * orbit.parameters.period / 2
     begin = float(run.origin[0].phase)
     times = begin + half * np.arange(_SAMPLES) / _SAMPLES
     states, later = run(times), run(times + half)
@@ -54,17 +54,17 @@ def mirrored(orbit: Orbit) -> bool:
 
 
 def whole(orbit: Orbit) -> Orbit:
-    """The whole orbit of which this may be the first half; a leg keeps its index."""
-    if not orbit.word.mirrored:
+    """The whole orbit of which this may be the first half; a segment keeps its index."""
+    if not orbit.itinerary.mirrored:
         return orbit
-    word, durations = orbit.word.whole, orbit.durations
-    if len(word) == 1:
+    itinerary, durations = orbit.itinerary.whole, orbit.durations
+    if len(itinerary) == 1:
         z = np.array([*orbit.z[:4], 2 * durations[0]])
     else:
         z = np.array([*orbit.z, *durations])
     with backend(orbit.backend) as numbers:
-        shot = shoot(numbers, orbit.values, word, z)
-    return Orbit(orbit.values, word, z, shot, orbit.backend, orbit.iterations)
+        shot = shoot(numbers, orbit.values, itinerary, z)
+    return Orbit(orbit.values, itinerary, z, shot, orbit.backend, orbit.iterations)
 
 
 def halved(orbit: Orbit) -> Orbit | None:
@@ -75,72 +75,79 @@ def halved(orbit: Orbit) -> Orbit | None:
     plain = _without_contact(orbit)
     if plain is None:
         return None
-    word = half_word(plain.word)
-    if word is None or not mirrored(orbit):
+    itinerary = half_itinerary(plain.itinerary)
+    if itinerary is None or not mirrored(orbit):
         return None
-    half = _first_half(plain, word, plain.z)
-    found = close(half.values, word, list(half.z), backend=half.backend)
+    half = _first_half(plain, itinerary, plain.z)
+    found = close(half.values, itinerary, list(half.z), backend=half.backend)
     return found if isinstance(found, Orbit) else None
 
 
-def halved_at(orbit: Orbit, leg: int | None) -> tuple[Orbit, int | None] | None:
-    """The first half of a bifurcating orbit, and its leg of duration 0; None as for `halved`."""
-    word = half_word(orbit.word)
-    if word is None or not mirrored(orbit):
+def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | None:
+    """The first half of a bifurcating orbit and its segment of duration 0; None as for `halved`."""
+    itinerary = half_itinerary(orbit.itinerary)
+    if itinerary is None or not mirrored(orbit):
         return None
-    z, n = orbit.z, len(word)
-    if leg is not None and leg >= n:
-        turned = rotated(orbit.word, z, orbit.shot, n)
-        z, word = turned.z, replace(word, legs=turned.word.legs[:n])
-    return _first_half(orbit, word, z), None if leg is None else leg % n
+    z, n = orbit.z, len(itinerary)
+    if segment is not None and segment >= n:
+        turned = rotated(orbit.itinerary, z, orbit.shot, n)
+        z, itinerary = turned.z, replace(itinerary, segments=turned.itinerary.segments[:n])
+    return _first_half(orbit, itinerary, z), None if segment is None else segment % n
 
 
-def _first_half(orbit: Orbit, word: Word, z: Vector) -> Orbit:
-    z = z[: 4 + len(word)].copy()
-    if len(orbit.word) == 1:
+def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
+    z = z[: 4 + len(itinerary)].copy()
+    if len(orbit.itinerary) == 1:
         z[4] = z[4] / 2
     with backend(orbit.backend) as numbers:
-        shot = shoot(numbers, orbit.values, word, z)
-    return Orbit(orbit.values, word, z, shot, orbit.backend, orbit.iterations)
+        shot = shoot(numbers, orbit.values, itinerary, z)
+    return Orbit(orbit.values, itinerary, z, shot, orbit.backend, orbit.iterations)
 
 
-def half_word(word: Word) -> Word | None:
-    """The word of the first half, None where the second is not of the images of its fields."""
-    n = len(word) // 2
-    if word.multiple % 2 == 0 or any(contact(field) for field in word.fields):
+def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
+    """The itinerary of the first half, None where the second is not of the images of its fields."""
+    n = len(itinerary) // 2
+    if itinerary.period_number % 2 == 0 or any(contact(field) for field in itinerary.fields):
         return None
-    if len(word) == 1:
-        return Word(word.legs, word.multiple, mirrored=True)
-    if 2 * n < len(word) or word.fields[n:] != tuple(map(mirror, word.fields[:n])):
+    if len(itinerary) == 1:
+        return Itinerary(itinerary.segments, itinerary.period_number, mirrored=True)
+    if 2 * n < len(itinerary) or itinerary.fields[n:] != tuple(map(mirror, itinerary.fields[:n])):
         return None
-    return Word(word.legs[:n], word.multiple, mirrored=True)
+    return Itinerary(itinerary.segments[:n], itinerary.period_number, mirrored=True)
 
 
 def _without_contact(orbit: Orbit) -> Orbit | None:
     """The orbit in fields without contact; None where the second spring exerts a force."""
-    word = orbit.word
-    if not any(contact(field) for field in word.fields):
+    itinerary = orbit.itinerary
+    if not any(contact(field) for field in itinerary.fields):
         return orbit
     if orbit.values[_BETA] != 0:
         return None
-    switches = [i for i in range(len(word)) if word.legs[i - 1].guard is not Guard.GAP]
+    switches = [
+        i for i in range(len(itinerary)) if itinerary.segments[i - 1].guard is not Guard.GAP
+    ]
     if not switches:
-        state = orbit.trajectory()(orbit.parameters.period * word.multiple)
-        z = [*map(float, state), 0.0, word.multiple * orbit.parameters.period]
-        found = close(orbit.values, Word.of((2,), word.multiple), z, backend=orbit.backend)
+        state = orbit.trajectory()(orbit.parameters.period * itinerary.period_number)
+        z = [*map(float, state), 0.0, itinerary.period_number * orbit.parameters.period]
+        found = close(
+            orbit.values, Itinerary.of((2,), itinerary.period_number), z, backend=orbit.backend
+        )
         return found if isinstance(found, Orbit) else None
     with backend(orbit.backend) as numbers:
-        turned = rotated(orbit.word, orbit.z, orbit.shot, switches[0])
+        turned = rotated(orbit.itinerary, orbit.z, orbit.shot, switches[0])
         fields, durations = list[int](), list[float]()
-        for leg, before, h in zip(
-            turned.word.legs, turned.word.rotated(-1).legs, turned.z[4:], strict=True
+        for segment, before, h in zip(
+            turned.itinerary.segments,
+            turned.itinerary.rotated(-1).segments,
+            turned.z[4:],
+            strict=True,
         ):
             if before.guard is Guard.GAP:
                 durations[-1] += h
             else:
-                fields.append(2 - drift(leg.field))
+                fields.append(2 - drift(segment.field))
                 durations.append(h)
-        plain = Word.of(fields, word.multiple)
+        plain = Itinerary.of(fields, itinerary.period_number)
         unknowns = np.array([*turned.z[:4], *durations])
         shot = shoot(numbers, orbit.values, plain, unknowns)
     return Orbit(orbit.values, plain, unknowns, shot, orbit.backend, orbit.iterations)

@@ -32,7 +32,7 @@ from capsule_sym._symbolic.proofs.items import Item
 
 
 def number_of(line: str, motion: Settled, place: int, at: Point) -> int:
-    """The part of a line on which a leg begins, by its relative velocity."""
+    """The part of a line on which a segment begins, by its relative velocity."""
     speeds = motion.speeds[place]
     for part in PARTS:
         if part.line == line and all(
@@ -45,7 +45,7 @@ def number_of(line: str, motion: Settled, place: int, at: Point) -> int:
 
 
 def line_parts(line: str, at: Point) -> set[str]:
-    """The parts of a line on which the legs that begin there begin."""
+    """The parts of a line on which the segments that begin there begin."""
     motion = settled(at)
     stick, drift = {"L1": (2, 1), "L2": (2, 3), "L3": (5, 4), "L4": (5, 6)}[line]
     fields = motion.fields
@@ -177,8 +177,8 @@ def _is_common(claim: tuple[Sides, Maps]) -> bool:
     """Whether the global map at a crossing is that of both sides without the replaced field."""
     sides, printed = claim
     bracket = sides[2]
-    word = common(bracket.first, bracket.second)
-    return _changes(sides) is not None and cycle(maps(word)) == cycle(printed)
+    itinerary = common(bracket.first, bracket.second)
+    return _changes(sides) is not None and cycle(maps(itinerary)) == cycle(printed)
 
 
 def _corner(entry: Entry, name: str, sides: Sides) -> Item:
@@ -191,7 +191,7 @@ def _corner(entry: Entry, name: str, sides: Sides) -> Item:
         (sides, printed),
         _is_common,
         (sides, maps(sides[2].second)),
-        proof="the motions on both sides, without the leg that is replaced and has no duration "
+        proof="the motions on both sides, without the segment that is replaced and has no duration "
         "there",
     )
 

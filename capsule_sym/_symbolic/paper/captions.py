@@ -120,38 +120,38 @@ def _beside(entry: Entry, paper: Paper) -> Iterator[Item]:
         )
 
 
-Legs = tuple[Point, str, int, int]
-"""A point, a line, and the fields of the leg before and of the leg that begins there."""
+Place = tuple[Point, str, int, int]
+"""A point, a line, and the fields of the segment before and of the segment that begins there."""
 
 
-def _places(legs: Legs) -> list[int]:
-    at, _, before, after = legs
+def _places(segments: Place) -> list[int]:
+    at, _, before, after = segments
     fields = settled(at).fields
     return [i for i, field in enumerate(fields) if (fields[i - 1], field) == (before, after)]
 
 
-def _on_part(claim: tuple[tuple[Legs, ...], str]) -> bool:
-    """Whether the legs begin on the named part of a line, as derived."""
+def _on_part(claim: tuple[tuple[Place, ...], str]) -> bool:
+    """Whether the segments begin on the named part of a line, as derived."""
     chosen, part = claim
     numbers = {
-        number_of(legs[1], settled(legs[0]), place, legs[0])
-        for legs in chosen
-        for place in (_places(legs) or [0])
+        number_of(segments[1], settled(segments[0]), place, segments[0])
+        for segments in chosen
+        for place in (_places(segments) or [0])
     }
     return all(map(_places, chosen)) and {f"{chosen[0][1]}^({n})" for n in numbers} == {part}
 
 
-def _on_other(claim: tuple[tuple[Legs, ...], str, str]) -> bool:
+def _on_other(claim: tuple[tuple[Place, ...], str, str]) -> bool:
     chosen, printed, derived = claim
     return printed != derived and _on_part((chosen, derived))
 
 
-def _speeds(chosen: tuple[Legs, ...]) -> dict[str, str]:
+def _speeds(chosen: tuple[Place, ...]) -> dict[str, str]:
     found = {}
-    for legs in chosen:
-        for place in _places(legs):
-            low, high = settled(legs[0]).speeds[place]
-            found[f"v_r at {legs[0]}"] = f"{float((low + high) / 2):.4f}"
+    for segments in chosen:
+        for place in _places(segments):
+            low, high = settled(segments[0]).speeds[place]
+            found[f"v_r at {segments[0]}"] = f"{float((low + high) / 2):.4f}"
     return found
 
 
@@ -168,7 +168,7 @@ def _parts(paper: Paper) -> Iterator[Item]:
     a, c = paper["figure.8.a"], paper["figure.8.c"]
     near_a = [a["alpha"], *(alpha for alpha, _ in a["beside"])]
     near_c = [c["alpha"], *(alpha for alpha, _ in c["beside"])]
-    told: tuple[tuple[str, str, tuple[Legs, ...], str], ...] = (
+    told: tuple[tuple[str, str, tuple[Place, ...], str], ...] = (
         ("figure.8.a", "leaves", tuple((at(x), "L3", 5, 4) for x in near_a), "L3^(3)"),
         (
             "figure.8.c",
@@ -185,7 +185,7 @@ def _parts(paper: Paper) -> Iterator[Item]:
         entry = paper[name]
         printed = entry[key]
         verb = "begins" if key == "leaves" else "meets the line"
-        where = ", ".join(str(legs[0]) for legs in chosen)
+        where = ", ".join(str(segments[0]) for segments in chosen)
         wrong = name in ("figure.8.c", "figure.9.c")
         text = f"F{entry['field']} {verb} on {printed}"
         yield comparison(
@@ -198,7 +198,7 @@ def _parts(paper: Paper) -> Iterator[Item]:
             (chosen, derived, derived) if wrong else (chosen, f"{derived[:4]}1)"),
             derived=f"on the derived {derived}" if wrong else "as printed",
             verdict="refuted" if wrong else "proved",
-            proof="v_r where the leg begins, in the enclosed motion"
+            proof="v_r where the segment begins, in the enclosed motion"
             + ("" if key == "leaves" else " beside the bifurcation")
             + ", against the bounds of Appendix B as derived",
             consequence="It follows from the printed Eq. (23): by its intervals, too high by "
@@ -210,19 +210,19 @@ def _parts(paper: Paper) -> Iterator[Item]:
     yield _against_23(paper, told[2][2])
 
 
-def _outside(claim: tuple[tuple[Legs, ...], tuple[str, ...]]) -> bool:
-    """Whether the legs begin on the derived L2^(2), at no v_r of a printed interval."""
+def _outside(claim: tuple[tuple[Place, ...], tuple[str, ...]]) -> bool:
+    """Whether the segments begin on the derived L2^(2), at no v_r of a printed interval."""
     chosen, texts = claim
-    for legs in chosen:
-        for place in _places(legs):
-            for speed in settled(legs[0]).speeds[place]:
-                where = {v_r: sp.Rational(speed), **legs[0].values}
+    for segments in chosen:
+        for place in _places(segments):
+            for speed in settled(segments[0]).speeds[place]:
+                where = {v_r: sp.Rational(speed), **segments[0].values}
                 if all(bool(r.subs(where)) for r in relations(texts)):
                     return False
     return _on_part((chosen, "L2^(2)"))
 
 
-def _against_23(paper: Paper, chosen: tuple[Legs, ...]) -> Item:
+def _against_23(paper: Paper, chosen: tuple[Place, ...]) -> Item:
     entry = paper["appendix.B.L2"]
     texts = tuple(entry["L2^(2)"])
     derived = tuple(str(r) for one in PARTS if one.name == "L2^(2)" for r in one.within)

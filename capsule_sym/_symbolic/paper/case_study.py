@@ -27,7 +27,7 @@ from capsule_sym._symbolic.model.symbols import PARAMETERS
 OTHER = "3.0"
 """The mass ratio at which the printed order of the bifurcations comes out."""
 
-Word = tuple[int, ...]
+Itinerary = tuple[int, ...]
 """The fields of one period in order of time."""
 Maps = tuple[LocalMap, ...]
 T = TypeVar("T")
@@ -74,18 +74,18 @@ def settled(at: Point) -> Settled:
 
 
 @cache
-def from_rest(at: Point) -> Word:
+def from_rest(at: Point) -> Itinerary:
     """The fields of the orbit to which the motion from rest is proved to tend."""
-    return _decided(tendency, at).word
+    return _decided(tendency, at).itinerary
 
 
 @cache
-def first_fields(at: Point) -> Word:
+def first_fields(at: Point) -> Itinerary:
     """The fields of the motion from rest within one period."""
     return _decided(_first_fields, at)
 
 
-def maps(word: Word) -> Maps:
+def maps(itinerary: Itinerary) -> Maps:
     """The local maps of a periodic sequence of fields; none for a single field."""
 
     def plane(before: int, after: int) -> str:
@@ -93,10 +93,10 @@ def maps(word: Word) -> Maps:
         impact = old.drift == new.drift != 0
         return _IMPACT_PLANES[after] if impact else f"Σ{after}"
 
-    if len(word) == 1:
+    if len(itinerary) == 1:
         return ()
-    begins = [plane(word[i - 1], word[i]) for i in range(len(word))]
-    return tuple(map(LocalMap, [*begins[1:], begins[0]], word, begins))
+    begins = [plane(itinerary[i - 1], itinerary[i]) for i in range(len(itinerary))]
+    return tuple(map(LocalMap, [*begins[1:], begins[0]], itinerary, begins))
 
 
 def global_map(local_maps: Maps) -> str:
@@ -115,9 +115,9 @@ class Bracket:
     """Two amplitudes with their motions, between which a bifurcation is."""
 
     below: str
-    first: Word
+    first: Itinerary
     above: str
-    second: Word
+    second: Itinerary
 
 
 _EARLY = (

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 
-Word = tuple[int, ...]
+Itinerary = tuple[int, ...]
 """The fields of one period in order of time."""
 
 
@@ -25,9 +25,9 @@ class Change:
     field: int
 
 
-def cyclic(word: Word) -> Word:
+def cyclic(itinerary: Itinerary) -> Itinerary:
     """The same cycle begun at its least rotation."""
-    return min(word[i:] + word[:i] for i in range(len(word)))
+    return min(itinerary[i:] + itinerary[:i] for i in range(len(itinerary)))
 
 
 def _edge(contact: bool, drift: int) -> str:
@@ -39,8 +39,8 @@ def _fields(*indices: int) -> tuple[Segment, ...]:
     return tuple(SEGMENTS[index - 1] for index in indices)
 
 
-def _shortened(longer: Word, shorter: Word) -> Change | None:
-    """The change that takes one or two legs out of a word."""
+def _shortened(longer: Itinerary, shorter: Itinerary) -> Change | None:
+    """The change that takes one or two segments out of an itinerary."""
     n = len(longer)
     for i in range(n):
         turned = longer[i:] + longer[:i]
@@ -66,8 +66,8 @@ def _shortened(longer: Word, shorter: Word) -> Change | None:
     return None
 
 
-def _replaced(first: Word, second: Word) -> Change | None:
-    """The change that replaces one leg between a drift and stick of the other contact."""
+def _replaced(first: Itinerary, second: Itinerary) -> Change | None:
+    """The change that replaces one segment between a drift and stick of the other contact."""
     if len(first) != len(second):
         return None
     n = len(first)
@@ -85,7 +85,7 @@ def _replaced(first: Word, second: Word) -> Change | None:
     return None
 
 
-def change(first: Word, second: Word) -> Change | None:
+def change(first: Itinerary, second: Itinerary) -> Change | None:
     """The bifurcation between two words; None where it has no name."""
     if len(first) == len(second):
         return _replaced(first, second)
@@ -93,13 +93,15 @@ def change(first: Word, second: Word) -> Change | None:
     return _shortened(longer, shorter)
 
 
-def common(first: Word, second: Word) -> Word:
-    """The word at a boundary-intersection crossing: the leg that is replaced has no duration."""
+def common(first: Itinerary, second: Itinerary) -> Itinerary:
+    """The itinerary at a boundary-intersection crossing: the replaced segment has no duration."""
     found = change(first, second)
     if found is None or found.type != "boundary-intersection crossing":
         raise ValueError((first, second))
     n = len(second)
-    words = {cyclic(second[:i] + second[i + 1 :]) for i in range(n) if second[i] == found.field}
+    itineraries = {
+        cyclic(second[:i] + second[i + 1 :]) for i in range(n) if second[i] == found.field
+    }
     others = {cyclic(first[:i] + first[i + 1 :]) for i in range(len(first))}
-    (word,) = words & others
-    return word
+    (itinerary,) = itineraries & others
+    return itinerary

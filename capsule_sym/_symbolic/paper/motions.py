@@ -12,9 +12,9 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
 from capsule_sym._symbolic.paper.case_study import (
     OTHER,
+    Itinerary,
     Maps,
     Point,
-    Word,
     cycle,
     from_rest,
     global_map,
@@ -71,7 +71,7 @@ def moves_unlike(claim: tuple[Point, Maps, Maps]) -> bool:
 
 PROOF = (
     "the orbit is enclosed by Krawczyk's method in ball arithmetic, every guard proved positive "
-    "along every leg, and its multipliers inside the unit circle"
+    "along every segment, and its multipliers inside the unit circle"
 )
 
 
@@ -84,7 +84,7 @@ def shown(at: Point) -> dict[str, str]:
     }
 
 
-_PANELS: dict[str, Word] = {
+_PANELS: dict[str, Itinerary] = {
     **{"a": (2, 5), "b": (5, 2), "c": (5, 2), "d": (5, 4, 5, 2), "e": (5, 4, 5, 2)},
     **{"f": (5, 4, 1, 2), "g": (5, 4, 1, 2), "h": (5, 4, 1, 2, 3, 2)},
     **{"i": (5, 4, 1, 2, 3, 6), "j": (5, 4, 1, 2, 3, 6), "k": (4, 1, 3, 6), "l": (4, 1, 3, 6)},
@@ -92,7 +92,7 @@ _PANELS: dict[str, Word] = {
 }
 """The motions of Fig. 7 at the printed mass ratio."""
 _AS_PRINTED = "bcdfghjp"
-_OTHER_PANELS: dict[str, Word] = {"l": (4, 1, 2, 3, 6), "n": (4, 1, 3, 2, 3, 6)}
+_OTHER_PANELS: dict[str, Itinerary] = {"l": (4, 1, 2, 3, 6), "n": (4, 1, 3, 2, 3, 6)}
 """Those away from printed bifurcation values that are as printed at the other mass ratio only."""
 _FROM_REST = "fhjlnp"
 
@@ -128,13 +128,13 @@ def _panel_items(paper: Paper) -> Iterator[Item]:
             consequence="" if same else _WHY.get(name, _AT_VALUE),
             witness=partial(shown, at),
         )
-    for name, word in _OTHER_PANELS.items():
+    for name, itinerary in _OTHER_PANELS.items():
         at = point(paper, entry[name], OTHER)
         row = maps_of(row_at(paper, entry[name]).map)
         yield comparison(
             entry,
             f"section.4.panel.{name}.other",
-            f"at {at} the attracting motion has the map {global_map(maps(word))}",
+            f"at {at} the attracting motion has the map {global_map(maps(itinerary))}",
             f"Fig. 7({name}), α = {entry[name]}: P = {global_map(row)}",
             ((at, row),),
             moves,
@@ -156,14 +156,14 @@ def _tends(claim: tuple[tuple[str, ...], Point, Maps]) -> bool:
 def _rest_items(paper: Paper) -> Iterator[Item]:
     start = tuple(paper["section.4.parameters"]["start"])
     chosen = [(name, None, _PANELS[name]) for name in _FROM_REST]
-    for name, gamma, word in [*chosen, *((n, OTHER, w) for n, w in _OTHER_PANELS.items())]:
+    for name, gamma, itinerary in [*chosen, *((n, OTHER, w) for n, w in _OTHER_PANELS.items())]:
         at = point(paper, paper["figure.7"][name], gamma)
         yield comparison(
             paper["section.4.parameters"],
             f"section.4.rest.{name}" + (".other" if gamma else ""),
-            f"at {at} the motion from rest tends to one with the map {global_map(maps(word))}",
+            f"at {at} the motion from rest tends to one with the map {global_map(maps(itinerary))}",
             f"Fig. 7({name}) shows the motion that is reached from ({listed(start)})",
-            (start, at, maps(word)),
+            (start, at, maps(itinerary)),
             _tends,
             (start, at, maps((2,))),
             verdict="conditional" if gamma else "proved",

@@ -67,7 +67,7 @@ function sweepFile(state: State): string {
   const p = parameters(state);
   const lines = (names: readonly string[], of: Record<string, number>): string =>
     names.filter((name) => !varied.includes(name)).map((name) => `${name} = ${float(of[name] ?? 0)}\n`).join("");
-  const compute = 'compute = ["word", "progression"]\n';
+  const compute = 'compute = ["itinerary", "progression"]\n';
   return `periods = ${periods}\n${compute}\n[parameters]\n${lines(PARAMETERS, p)}\n[start]\n${lines(ORIGIN, state as unknown as Record<string, number>)}\n[axes]\n${axes}`;
 }
 
