@@ -79,8 +79,8 @@ def test_segments_are_those_of_the_whole_run_in_order(default) -> None:
 def test_table_shows_what_json_holds(command, default) -> None:
     done = command("run")
     assert (done.returncode, done.stderr) == (0, "")
-    assert f"global map       {default['global_map']}" in done.stdout
-    assert f"progression      {default['progression']:.10g} per" in done.stdout
+    assert f"global map     {default['global_map']}" in done.stdout
+    assert f"progression    {default['progression']:.10g} per" in done.stdout
     rows = re.findall(r"^F\d .*$", done.stdout, re.M)
     assert [row.split()[0] for row in rows] == default["itinerary"]
     last_period = {segment["local_map"]: segment for segment in default["segments"][-5:-1]}
