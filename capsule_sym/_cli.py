@@ -19,6 +19,7 @@ import click
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._options import (
+    certify_option,
     chosen_parameters,
     json_option,
     make_console,
@@ -138,6 +139,7 @@ for _name, _module, _text in (
     show_default=True,
     help="Stop after so long and show what was found; inf for no limit.",
 )
+@certify_option("every switch of the run, and its end,")
 @json_option
 def run(
     file: str | None,
@@ -146,6 +148,7 @@ def run(
     periods: int,
     backend: str | None,
     max_seconds: float,
+    certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
 ) -> None:
@@ -157,7 +160,7 @@ def run(
     In the JSON, "segments" are those of the whole run, and "itinerary", "global_map",
     "period_number" and "progression" describe the steady motion at its end; they are null if
     there is none. "progression" is the advance of the capsule per excitation period. "stopped" is
-    there only if the run ended early, and says why.
+    there only if the run ended early, and says why. Exits with 4 where --certify does not prove it.
     """
     from capsule_sym._map import simulate
     from capsule_sym._records import dumps, physical_record, run_record
@@ -184,6 +187,10 @@ def run(
         click.echo(dumps(record))
     else:
         _print_run(trajectory, motion, physical)
+    if certify is not None:
+        from capsule_sym._orbits.command import certify_found
+
+        certify_found(certify, [trajectory])
 
 
 def _print_run(

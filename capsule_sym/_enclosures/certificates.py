@@ -7,18 +7,23 @@ checker lets it stand for all within 0.3 units. So each digit counts.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
-from capsule_sym._enclosures.balls import Ball, Unproved, arb, precision
+from capsule_sym._enclosures.balls import Ball, Matrix, Unproved, arb, ball, precision
 from capsule_sym._enclosures.events import Event, prove_event
 from capsule_sym._enclosures.krawczyk import Tube
 from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
+from capsule_sym._enclosures.trajectories import enclose_run, exactly
+from capsule_sym._map import Trajectory
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.curves import CurvePoint
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-_BITS = 256
+_BITS, _BITS_A_SEGMENT = 256, 4
 _LEAST, _MOST = 30, 56  # decimals
 
 
@@ -33,14 +38,9 @@ def decimal(value: Ball) -> str:
     raise Unproved("certificate", "the enclosure is too wide to be written")
 
 
-def exactly(value: float) -> str:
-    """The decimal that a double prints as."""
-    return repr(float(value))
-
-
 def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[str, Any]:
     shooting, hull = tube.shooting, tube.hull()
-    states = [[decimal(node.state[row, 0]) for row in range(3)] for node in tube.wide.nodes]
+    states = [_told(node.state) for node in tube.wide.nodes]
     return {
         "fields": list(shooting.itinerary.fields),
         "periods": shooting.itinerary.period_number,
@@ -111,12 +111,56 @@ def certify_bifurcation(
         }, event
 
 
-Certified = Orbit | Bifurcation | CurvePoint
+def certify_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """A certificate of a run over whole periods: its itinerary, its switches, and where it ends.
+
+    Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
+    Raises Unproved with the segment that is not what comes next.
+    """
+    passage = enclose_run(trajectory, exact)
+    segments, (begin, start) = trajectory.segments, trajectory.origin
+    if segments[-1].end.phase != begin.phase:
+        raise Unproved("certificate", "the run is not over whole periods")
+    parameters = {
+        name: (exact or {}).get(name, exactly(value))
+        for name, value in trajectory.parameters.to_dict().items()
+    }
+    angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
+    with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
+        period = 2 * arb.pi() / ball(parameters["omega"])
+        periods = int(segments[-1].end.period - begin.period)
+        instants = [arb(0), *passage.times, periods * period]
+        return {
+            "kind": "run",
+            "fields": [one.field for one in segments],
+            "periods": periods,
+            "parameters": parameters,
+            "angle": _decimal_of(angle),
+            "durations": [decimal(h - g) for g, h in pairwise(instants)],
+            "states": [[exactly(x) for x in start], *map(_told, passage.states[1:])],
+            "end": _told(passage.state),
+            "stable": False,
+        }
+
+
+def _told(state: Matrix) -> list[str]:
+    return [decimal(state[row, 0]) for row in range(3)]
+
+
+def _decimal_of(value: Fraction) -> str:
+    """A fraction that is a decimal, as one."""
+    places = next(k for k in range(2000) if 10**k % value.denominator == 0)
+    return format(Decimal(value.numerator * 10**places // value.denominator).scaleb(-places), "f")
+
+
+Certified = Orbit | Bifurcation | CurvePoint | Trajectory
 
 
 def _named(one: Certified) -> str:
     if isinstance(one, Orbit):
         return str(one.itinerary)
+    if isinstance(one, Trajectory):
+        return "the run"
     if isinstance(one, CurvePoint):
         return f"the point {', '.join(map(repr, one.values))} of a curve"
     return f"{one.type} {one.value!r}"
@@ -129,6 +173,8 @@ def certificates(found: Iterable[Certified]) -> tuple[list[dict[str, Any]], list
         try:
             if isinstance(one, Orbit):
                 proved.append(certify_orbit(one))
+            elif isinstance(one, Trajectory):
+                proved.append(certify_run(one))
             else:
                 proved.append(certify_bifurcation(one)[0])
         except Unproved as error:

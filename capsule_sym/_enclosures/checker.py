@@ -147,8 +147,7 @@ class Shooting:
         slopes.append([p["omega"] if 3 * n <= s < 4 * n else arb(0) for s in range(size)])
         return arb_mat([[v] for v in values]), arb_mat([[r[s] for s in self.open] for r in slopes])
 
-    def claimed(self, s: int, value: Any) -> Any:
-        """A value, if an unknown's digits stand for it."""
+    def _claimed(self, s: int, value: Any) -> Any:
         if not abs(value - self.middle[s]) < self.radius[s]:
             raise Rejected(f"unknown {s} is not enclosed")
         return value
@@ -157,13 +156,13 @@ class Shooting:
         """Krawczyk's operator maps the box into itself: it holds one solution, and only one."""
         box = [m + arb(0, r.upper()) for m, r in zip(self.middle, self.radius, strict=True)]
         for at in (3 * self.n + s for s in self.still):
-            self.middle[at] = box[at] = self.claimed(at, arb(0))
+            self.middle[at] = box[at] = self._claimed(at, arb(0))
         (thin, slopes), (_, wide) = self.residual(self.middle), self.residual(box)
         inverse, size = slopes.mid().inv().mid(), len(self.open)
         deviation = arb_mat([[arb(0, self.radius[s].upper())] for s in self.open])
         image = (arb_mat(size, size, 1) - inverse * wide) * deviation - inverse * thin
         for k, s in enumerate(self.open):
-            self.claimed(s, self.middle[s] + image[k, 0])
+            self._claimed(s, self.middle[s] + image[k, 0])
         return box
 
     def follow(self) -> list[Any]:
@@ -173,12 +172,13 @@ class Shooting:
             (A, guards), y, at, last = rows(field, p), self.node(z, i), 3 * n + i, i == n - 1
             h = 2 * self.given["periods"] * arb.pi() / p["omega"] - sum(z[3 * n : at])
             if not last:
-                row, around = guards[self.guard(i) or 0], z[at] + arb(0, self.radius[at].upper())
-                here, slope = (A * z[at]).exp() * y, row * A * (A * around).exp() * y
-                h = z[at] - (row * here)[0, 0] / slope[0, 0]
+                row, h = guards[self.guard(i) or 0], z[at] + arb(0, self.radius[at].upper())
+                for _ in range(6):
+                    here, slope = (A * arb(h.mid())).exp() * y, row * A * (A * h).exp() * y
+                    h = self._claimed(at, arb(h.mid()) - (row * here)[0, 0] / slope[0, 0])
             end, to = flow(field, A, h) * y, 4 * n + 1 if last else 3 * i + 3
             for s, value in ((at, h), *((to + r, end[r, 0]) for r in range(3))):
-                z[s] = self.claimed(s, value)
+                z[s] = self._claimed(s, value)
         return z
 
     def check(self) -> None:

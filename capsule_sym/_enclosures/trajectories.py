@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from itertools import pairwise
 
 import numpy as np
@@ -52,12 +53,14 @@ class Step:
 class Passage:
     """Where a motion is after its steps: state (3, 1), derivative by the start, and switches.
 
-    `times` encloses the instants of the switches, from the start.
+    `times` encloses the instants of the switches, from the start, `states` (3, 1) the start and
+    the states there.
     """
 
     state: Matrix
     by: Matrix
     times: tuple[Ball, ...]
+    states: tuple[Matrix, ...]
 
 
 class System:
@@ -84,6 +87,7 @@ class System:
         by = matrix(3, 3, ((i, i, 1) for i in range(3)))
         here = state
         times: list[Ball] = []
+        states = [state]
         for number, step in enumerate(steps, 1):
             field = self._fields[step.field]
             if field.stick and not here[C, 0].is_zero():
@@ -102,7 +106,7 @@ class System:
                 by = _three(field.flow(h)) * by
                 if field.stick:
                     end[C, 0] = arb(0)
-                return Passage(_head(end), by, tuple(times))
+                return Passage(_head(end), by, tuple(times), tuple(states))
             h = self._switch(field, start, step, name)
             end = field.flow(h) * start
             self._pin(field, step.guard, end)
@@ -114,6 +118,7 @@ class System:
             elapsed += h
             times.append(elapsed)
             here, known = _head(end), after
+            states.append(here)
         raise Unproved("first switch", "the last segment has a guard")
 
     def _extended(self, state: Matrix, angle: Ball) -> Matrix:
@@ -201,11 +206,16 @@ def _form(state: Matrix) -> Matrix:
     return found
 
 
+def exactly(value: float) -> str:
+    """The decimal that a double prints as, without an exponent."""
+    return format(Decimal(repr(float(value))), "f")
+
+
 def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> Passage:
     """A run in double precision enclosed: its segments are those of the motion, its end in a box.
 
-    The start and the parameters are the run's doubles, or the decimals in `exact` by name. Raises
-    Unproved with the segment that is not.
+    The start and the parameters are the decimals that the run's doubles print as, or those in
+    `exact` by name. Raises Unproved with the segment that is not.
     """
     segments = trajectory.segments
     if not segments or not trajectory.success:
@@ -213,18 +223,22 @@ def enclose_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) 
             "first switch", "the run has no segment" if trajectory.success else trajectory.message
         )
     with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
-        given = {**trajectory.parameters.to_dict(), **(exact or {})}
-        values = {name: ball(value) for name, value in given.items()}
+        values = {
+            name: ball((exact or {}).get(name, exactly(value)))
+            for name, value in trajectory.parameters.to_dict().items()
+        }
         period = 2 * arb.pi() / values["omega"]
         begin, end = trajectory.origin[0], segments[-1].end
-        total = (end.period - begin.period) * period + ball(end.phase) - ball(begin.phase)
-        state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(trajectory.origin[1])))
+        phases = [ball(exactly(one.phase)) for one in (begin, end)]
+        total = (end.period - begin.period) * period + phases[1] - phases[0]
+        start = map(exactly, trajectory.origin[1])
+        state = matrix(3, 1, ((i, 0, ball(x)) for i, x in enumerate(start)))
         steps = [
             Step(one.field, float(one.duration), guard_between(one.field, after.field))
             for one, after in pairwise(segments)
         ]
         steps.append(Step(segments[-1].field, float(segments[-1].duration), None))
-        return System(values).passage(state, steps, total, values["omega"] * ball(begin.phase))
+        return System(values).passage(state, steps, total, values["omega"] * phases[0])
 
 
 @dataclass(frozen=True)

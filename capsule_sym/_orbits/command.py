@@ -20,8 +20,7 @@ from capsule_sym._options import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-    from capsule_sym._orbits.continuation.curves import CurvePoint
+    from capsule_sym._enclosures.certificates import Certified
     from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
     from capsule_sym._parameters import Parameters
 
@@ -96,8 +95,8 @@ def orbit(
         certify_found(certify, [settled])
 
 
-def certify_found(path: Path, found: Sequence[Orbit | Bifurcation | CurvePoint]) -> None:
-    """Write the certificates of orbits and bifurcations; exits with 4 where one is not proved."""
+def certify_found(path: Path, found: Sequence[Certified]) -> None:
+    """Write the certificates of what was found; exits with 4 where something is not proved."""
     from capsule_sym._enclosures.certificates import certificates
 
     proved, failed = certificates(found)
@@ -112,8 +111,11 @@ def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
 
     write({path.name: dumps({"certificates": list(proved)}) + "\n"}, path.parent)
     claims = "existence, uniqueness, itinerary"
-    stable = sum(bool(one["stable"]) for one in proved)
-    click.echo(f"proved {len(proved)} ({claims}; {stable} stable), wrote {path}", err=True)
+    if any(one["kind"] == "run" for one in proved):
+        claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
+    else:
+        claims += f"; {sum(bool(one['stable']) for one in proved)} stable"
+    click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
