@@ -112,24 +112,24 @@ def certify_bifurcation(
 
 
 def certify_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """A certificate of a run over whole periods: its itinerary, its switches, and where it ends.
+    """A certificate of a run to the end of a period: itinerary, switches, and where it ends.
 
     Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
     Raises Unproved with the segment that is not what comes next.
     """
     passage = enclose_run(trajectory, exact)
     segments, (begin, start) = trajectory.segments, trajectory.origin
-    if segments[-1].end.phase != begin.phase:
-        raise Unproved("certificate", "the run is not over whole periods")
+    if segments[-1].end.phase != 0:
+        raise Unproved("certificate", "the run does not end with a period")
     parameters = {
         name: (exact or {}).get(name, exactly(value))
         for name, value in trajectory.parameters.to_dict().items()
     }
     angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
     with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
-        period = 2 * arb.pi() / ball(parameters["omega"])
         periods = int(segments[-1].end.period - begin.period)
-        instants = [arb(0), *passage.times, periods * period]
+        total = (2 * periods * arb.pi() - ball(angle)) / ball(parameters["omega"])
+        instants = [arb(0), *passage.times, total]
         return {
             "kind": "run",
             "fields": [one.field for one in segments],

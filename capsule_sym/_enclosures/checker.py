@@ -170,7 +170,7 @@ class Shooting:
         z, n, p = [*self.middle], self.n, self.parameters(self.middle)
         for i, field in enumerate(self.fields):
             (A, guards), y, at, last = rows(field, p), self.node(z, i), 3 * n + i, i == n - 1
-            h = 2 * self.given["periods"] * arb.pi() / p["omega"] - sum(z[3 * n : at])
+            h = (2 * self.given["periods"] * arb.pi() - z[4 * n]) / p["omega"] - sum(z[3 * n : at])
             if not last:
                 row, h = guards[self.guard(i) or 0], z[at] + arb(0, self.radius[at].upper())
                 for _ in range(6):

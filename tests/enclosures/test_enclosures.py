@@ -49,6 +49,7 @@ from capsule_sym._symbolic.model.symbols import alpha, omega, tau
 from capsule_sym._symbolic.proofs import resting
 from capsule_sym._symbolic.proofs.resting import GRAZE
 from capsule_sym.codegen._fields import matrices
+from tests.enclosures.certified import digits_changed, rejected
 
 EXACT = {"omega": "0.8", "delta": "0.02", "zeta": "0.05", "beta": "1.5", "f_b": "1"}
 with precision(256):
@@ -324,22 +325,6 @@ def test_motion_from_rest_enters_a_contracted_box() -> None:
 
 
 # Certificates
-
-
-def rejected(certificate: dict) -> bool:
-    try:
-        checker.check(certificate)
-    except checker.Rejected:
-        return True
-    return False
-
-
-def digits_changed(certificate: dict, count: int):
-    text = json.dumps({k: v for k, v in certificate.items() if k != "about"})
-    rng = random.Random(11)
-    for place in rng.sample([i for i, c in enumerate(text) if c.isdigit()], count):
-        digit = rng.choice([d for d in "0123456789" if d != text[place]])
-        yield json.loads(text[:place] + digit + text[place + 1 :].replace("NaN", "0"))
 
 
 @pytest.mark.parametrize("amplitude", [1.2, 1.9])

@@ -1,0 +1,84 @@
+"""A run certified switch by switch: accepted as it is, and not if anything is changed."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym import Parameters, simulate
+from capsule_sym._cli import group
+from capsule_sym._enclosures.balls import Unproved
+from capsule_sym._enclosures.certificates import certify_run
+from tests.enclosures.certified import digits_changed, rejected
+
+
+@pytest.fixture(scope="module")
+def run_certificate() -> dict:
+    return certify_run(simulate(Parameters(alpha=1.2), (0.01, 0.0, 1e-5), 0.3, periods=2))
+
+
+def test_run_certificate_is_accepted_and_no_digit_may_change(run_certificate: dict) -> None:
+    assert run_certificate["kind"] == "run"
+    assert len(run_certificate["fields"]) > 10
+    assert not rejected(run_certificate)
+    for changed in digits_changed(run_certificate, 25):
+        assert rejected(changed)
+
+
+def test_run_certificate_ends_where_50_digits_do(run_certificate: dict) -> None:
+    start = (0.01, 0.0, 1e-5)
+    exact = simulate(Parameters(alpha=1.2), start, 0.3, periods=2, backend="mpmath")
+    for told, value in zip(run_certificate["end"], exact.final[1], strict=True):
+        assert abs(Fraction(told) - Fraction(str(value))) < Fraction(1, 10**12)
+    assert [one.field for one in exact.segments] == run_certificate["fields"]
+
+
+def test_checker_rejects_runs_that_are_none(run_certificate: dict) -> None:
+    fields = run_certificate["fields"]
+    assert rejected({**run_certificate, "stable": True})
+    assert rejected({**run_certificate, "still": [0], "free": {"alpha": "1.2"}})
+    assert rejected({**run_certificate, "periods": 1})
+    assert rejected({k: v for k, v in run_certificate.items() if k != "end"})
+    other = 5 if fields[-1] == 2 else 2
+    assert rejected({**run_certificate, "fields": [*fields[:-1], other]})
+
+
+def test_a_run_is_certified_from_the_decimals_that_its_doubles_print_as() -> None:
+    certificate = certify_run(simulate(Parameters(alpha=1e-5), (0.0, 0.0, 0.0), 0.7, periods=1))
+    assert certificate["parameters"]["alpha"] == "0.00001"
+    assert certificate["angle"] == "0.56"
+    assert certificate["fields"] == [2]
+    assert not rejected(certificate)
+    # In stick the capsule is at rest, also at the start.
+    assert rejected({**certificate, "states": [["0.0", "0.0", "0.5"]]})
+
+
+def test_a_run_that_ended_early_is_not_certified() -> None:
+    run = simulate(Parameters(alpha=1.2), periods=10**7, max_seconds=0.01)
+    assert not run.success
+    with pytest.raises(Unproved, match=r"first switch|seconds"):
+        certify_run(run)
+
+
+def test_the_command_writes_what_the_checker_accepts(tmp_path: Path) -> None:
+    path = tmp_path / "run.json"
+    arguments = ["run", "--alpha", "0.9", "--periods", "2", "--certify", str(path)]
+    result = CliRunner().invoke(group, arguments)
+    assert result.exit_code == 0
+    (certificate,) = json.loads(path.read_text())["certificates"]
+    assert f"proved 1 ({len(certificate['fields'])} segments" in result.stderr
+    assert not rejected(certificate)
+
+
+def test_the_command_says_what_is_not_proved(tmp_path: Path) -> None:
+    # At rest on the bound of stick it is open which field comes next: no switch is proved.
+    path = tmp_path / "run.json"
+    start = ["--beta", "0", "--zeta", "0", "--state", "1.0", "0.0", "0.0"]
+    arguments = ["run", *start, "--periods", "1", "--certify", str(path)]
+    result = CliRunner().invoke(group, arguments)
+    assert result.exit_code == 4, result.output
+    assert "not proved: the run: " in result.stderr
