@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -11,6 +12,13 @@ from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.resource_tracker import ensure_running
 from typing import Any
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def spawning(workers: int) -> ProcessPoolExecutor:
@@ -31,15 +39,24 @@ def end(executor: ProcessPoolExecutor) -> None:
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """Where processes are started: Ctrl-C is for this one, afterwards, and never for those."""
+    with deferred(), _blocked():
+        yield
+
+
+@contextmanager
+def _blocked() -> Iterator[None]:
+    """Ctrl-C is kept from the processes that this thread starts, until they `follow`."""
+    if sys.platform == "win32":  # there signals are not inherited, and workers ignore them soon
+        yield
+        return
     ensure_running()  # which starts a process, and unblocks what is blocked here, if done later
     # A blocked signal stays so in the processes that this thread starts. But another thread may
     # take the one that is for this process.
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    with deferred():
-        try:
-            yield
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

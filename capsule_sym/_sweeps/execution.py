@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count
-from capsule_sym._processes import deferred
+from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
@@ -92,7 +92,7 @@ def run_then(
     sweep: Sweep, path: Path, kind: str, last: Callable[[], dict[str, Added]], how: Settings
 ) -> Summary:
     """`run`, and when all cells are there further results, which `last` computes from the store."""
-    count = len(os.sched_getaffinity(0)) if how.workers is None else how.workers
+    count = processors() if how.workers is None else how.workers
     check_count("workers", count)
     if not isinstance(how.executor, Executor) and how.executor not in KINDS:
         raise InvalidInput("executor", how.executor, f"an executor, or one of {', '.join(KINDS)}")

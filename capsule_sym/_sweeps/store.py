@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import zarr
+from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 from capsule_sym._errors import CapsuleError, InvalidInput
@@ -182,23 +182,22 @@ def opened(
     other kernels, or of another core unless `any_core`, and while another run has it.
     """
     begun = _is_begun(path)
+    # Whatever is in the file goes, once it is ours.
+    lock = FileLock(path / _LOCK, timeout=0, on_acquired=lambda file: os.ftruncate(file, 0))
     try:
         path.mkdir(parents=True, exist_ok=True)
-        lock = os.open(path / _LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW)
+        held = lock.acquire()
+    except Timeout:
+        raise InvalidInput("store", str(path), "free: another run is writing to it") from None
     except OSError as error:
         raise InvalidInput("store", str(error.filename), f"writable ({error.strerror})") from error
-    try:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InvalidInput("store", str(path), "free: another run is writing to it") from None
+    with held:
         store = Store(path, sweep, any_core=any_core)
         if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new, or continued with --resume")
             _check_same(path, sweep, kind, any_core)
         with writing(path):
-            os.ftruncate(lock, 0)
             remove(store.partial)
             if not begun:
                 store.create(kind, command)
@@ -206,8 +205,6 @@ def opened(
             store.mend()
         yield store
         remove(store.partial)
-    finally:
-        os.close(lock)
 
 
 def write_chart(
