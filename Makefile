@@ -30,8 +30,10 @@ test: $(READY)  ## run the tests
 test-long: $(READY)  ## run the tests that take more than ten seconds each
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled"
 
-wheel: $(READY)  ## build a wheel, unpack it, and run what it holds
+wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
+	$(BIN)/python -m pip install --quiet --editable '.[wheel]'
 	$(BIN)/python -m pytest -q -m long tests/test_packaging.py -k wheel
+	$(BIN)/python .ci/wheel $(PYTHONS)
 
 LINES ?= 2000
 fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)

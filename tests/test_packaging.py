@@ -66,6 +66,13 @@ def test_sympy_stays_unimported_by_the_map() -> None:
     assert "sympy" not in loaded_after("from capsule_sym import simulate, Trajectory")
 
 
+def test_without_sympy_one_line_says_what_brings_it() -> None:
+    code = "import sys; sys.modules['sympy'] = None; from capsule_sym.__main__ import main; main()"
+    done = python("-c", code, "verify")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "error: sympy is missing: pip install 'capsule-sym[proof]'\n"
+
+
 def test_every_public_name_resolves_and_no_other_does() -> None:
     for name in capsule_sym.__all__:
         assert getattr(capsule_sym, name).__class__
@@ -131,7 +138,8 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert done.stdout.startswith(str(unpacked)), done.stderr
     if core is None:
         pytest.skip("no compiler here")
-    assert f"capsule_sym/_native/_core{sysconfig.get_config_var('EXT_SUFFIX')}" in shipped
+    (module,) = (name for name in shipped if name.startswith("capsule_sym/_native/_core.abi3."))
+    assert module.endswith((".so", ".pyd"))
     done = installed(unpacked, f"{BACKEND}; print(r.backend)", "-W", "error")
     assert done.stdout == "c\n", done.stderr
 

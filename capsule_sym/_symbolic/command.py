@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from capsule_sym._errors import NotInstalled
 from capsule_sym._options import json_option, make_console, make_progress, make_table
 
 if TYPE_CHECKING:
@@ -44,9 +45,12 @@ def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
     text = TextColumn("{task.description}")
     with make_progress(text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as progress:
         task = progress.add_task("importing SymPy", total=None)
-        from capsule_sym._symbolic import frozen
-        from capsule_sym._symbolic import verify as theory
-        from capsule_sym._symbolic.report import markdown
+        try:
+            from capsule_sym._symbolic import frozen
+            from capsule_sym._symbolic import verify as theory
+            from capsule_sym._symbolic.report import markdown
+        except ModuleNotFoundError as missing:
+            raise NotInstalled(missing, "proof") from missing
 
         progress.update(task, description="deriving")
         chosen = theory.items() if only is None else theory.item(only)
