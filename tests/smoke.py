@@ -35,7 +35,7 @@ def main() -> None:
     motion, same = run.steady(), simulate(Parameters(), periods=100, backend="numpy").steady()
     assert motion is not None
     assert same is not None
-    assert [*motion.word] == [*same.word]
+    assert [*motion.itinerary] == [*same.itinerary]
     assert abs(motion.progression - same.progression) < 1e-9
 
     (short,), (exact,) = (
