@@ -108,6 +108,7 @@ for _name, _module, _text in (
     ("curve", "capsule_sym._orbits.curve_command", "Follow bifurcations in two parameters."),
     ("figure", "capsule_sym._figures.command", "Draw a figure of the case study."),
     ("diagram", "capsule_sym._figures.command", "Draw branches of orbits, labelled."),
+    ("sweep-figure", "capsule_sym._figures.command", "Draw the results of a sweep or a basin."),
     ("report", "capsule_sym._figures.command", "Write the case study as one page of HTML."),
     ("explore", "capsule_sym._explorer.command", "Open the exact map as a page in a browser."),
 ):

@@ -13,10 +13,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HOME = {
+    "animate": "animation",
     "around": "events",
+    "basin": "sweeps",
     "bifurcations": "branches",
+    "chart": "charts",
+    "diagram": "diagrams",
     "displacements": "portraits",
     "energies": "energy",
+    "fig1": "device",
     "fig2": "statespace",
     "fig3": "switching",
     "fig4": "switching",
@@ -26,6 +31,7 @@ _HOME = {
     "itineraries": "evolution",
     "margins": "guards",
     "motion": "portraits",
+    "pareto": "sweeps",
     "phase_portrait": "portraits",
     "save": "style",
     "styled": "style",

@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.style import LABELS, PAGE, draw_points, mathematical, new_figure, styled
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    STABLE,
+    UNSTABLE,
+    describe,
+    draw_points,
+    figure_of,
+    mathematical,
+    new_figure,
+    styled,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,36 +28,51 @@ if TYPE_CHECKING:
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
 
-_STABLE, _UNSTABLE = "#0072B2", "#D55E00"
 _ROOM = 0.028  # least distance of names, over the width of the axes
 
 
-def bifurcations(record: Record) -> Figure:
+def bifurcations(
+    record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None = None
+) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
-    A marker stands at every exact bifurcation point, its name above it.
+    A marker stands at every exact bifurcation point, its name above it. Drawn into three `axes`,
+    without the names, if they are given.
     """
     with styled():
-        figure = new_figure(PAGE, 6.0)
-        rows = figure.subplots(3, 1, sharex=True)
-        figure.subplots_adjust(left=0.085, right=0.985, bottom=0.07, top=0.73, hspace=0.12)
-        for axes, index, label in (
+        if axes is None:
+            figure = new_figure(width, 6.0)
+            rows: Sequence[Axes] = figure.subplots(3, 1, sharex=True)
+            figure.subplots_adjust(
+                left=0.64 / width, right=0.98, bottom=0.07, top=0.73, hspace=0.12
+            )
+            name_bifurcations(record, rows[0])
+        else:
+            rows, figure = axes, figure_of(axes[0])
+        for row, index, label in (
             (rows[0], 0, "stroboscopic $x_r$"),
             (rows[1], 1, "stroboscopic $v_r$"),
         ):
             for place in range(max(len(p["stroboscopic"]) for p in record["points"])):
-                _curve(record, axes, lambda p, at=place, i=index: _strobe(p, at, i))
-            _markers(record, axes, lambda p, i=index: p["stroboscopic"][0][i])
-            axes.set_ylabel(label)
+                _curve(record, row, lambda p, at=place, i=index: _strobe(p, at, i))
+            _markers(record, row, lambda p, i=index: p["stroboscopic"][0][i])
+            row.set_ylabel(label)
         _curve(record, rows[2], lambda p: p["average_velocity"])
         _markers(record, rows[2], lambda p: p["average_velocity"])
         rows[2].set_ylabel(LABELS["velocity"])
         rows[2].set_xlabel(LABELS[record["parameter"]])
         rows[2].set_xlim(*_range(record))
-        name_bifurcations(record, rows[0])
-        for axes in rows:
-            mark_bifurcations(record, axes)
-        return figure
+        for row in rows:
+            mark_bifurcations(record, row)
+        return describe(figure, "Bifurcation diagram", **shared(record))
+
+
+def shared(record: Record) -> dict[str, Any]:
+    """What the orbits of a branch have in common: its parameters without the one that varies."""
+    orbit = record["points"][0].get("orbit", record["points"][0])
+    known = orbit.get("parameters", {})
+    values = {k: v for k, v in known.items() if k != record["parameter"]}
+    return {"parameters": values, "parameter": record["parameter"]}
 
 
 def _range(record: Record) -> tuple[float, float]:
@@ -71,7 +97,7 @@ def _curve(record: Record, axes: Axes, of: Any) -> None:
             [point["value"] for point in run],
             [of(point) for point in run],
             "-" if stable else "--",
-            color=_STABLE if stable else _UNSTABLE,
+            color=STABLE if stable else UNSTABLE,
             label="stable" if stable else "unstable",
         )
 

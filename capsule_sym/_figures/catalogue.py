@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.sizes import PAGE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,17 +29,33 @@ _BEHIND = 40  # motions one behind the other in Fig. 6
 
 @dataclass(frozen=True)
 class Study:
-    """What a figure is made from: results kept in a store, at one mass ratio gamma."""
+    """What a figure is made from: results kept in a store, of one system.
+
+    `chosen` says that the system is the user's: else Figs. 2 to 5 show one whose lines lie apart,
+    and the guards are those at a larger amplitude. `width` is in inches.
+    """
 
     store: Store
-    gamma: float
-    colours: Colours
+    system: Parameters
+    colours: Colours = "safe"
+    width: float = PAGE
+    chosen: bool = False
+
+    @property
+    def looks(self) -> dict[str, Any]:
+        """Options of every figure with segments."""
+        return {"colours": self.colours, "width": self.width}
+
+    @property
+    def schematic(self) -> Parameters:
+        """The system of Figs. 2 to 5."""
+        from capsule_sym._study.sections import SCHEMATIC
+
+        return self.system if self.chosen else SCHEMATIC
 
     def at(self, alpha: float) -> Parameters:
-        """The case study's parameters at an excitation amplitude."""
-        from capsule_sym._parameters import Parameters
-
-        return Parameters(alpha=alpha, gamma=self.gamma)
+        """The system at an excitation amplitude."""
+        return self.system.replace(alpha=alpha)
 
     def motions(self, alphas: list[float]) -> list[Trajectory]:
         """The steady motions from rest at excitation amplitudes."""
@@ -53,20 +70,26 @@ class Study:
         return [_BEGIN + (_END - _BEGIN) * i / (count - 1) for i in range(count)]
 
 
+def _fig1(study: Study) -> Figure:
+    from capsule_sym._figures.device import fig1
+
+    return fig1(width=study.width)
+
+
 def _fig2(study: Study) -> Figure:
     from capsule_sym._figures.statespace import fig2
 
-    return fig2(colours=study.colours)
+    return fig2(study.schematic, **study.looks)
 
 
 def _bundles(study: Study, which: int) -> Figure:
     from capsule_sym._figures import switching
-    from capsule_sym._study.sections import FIG3, FIG4, FIG5, SCHEMATIC
+    from capsule_sym._study.sections import sections
 
-    sections = {3: FIG3, 4: FIG4, 5: FIG5}[which]
+    parameters = study.schematic
     draw = {3: switching.fig3, 4: switching.fig4, 5: switching.fig5}[which]
-    bundles = [study.store.bundle(section, SCHEMATIC) for section in sections]
-    return draw(bundles, colours=study.colours)
+    bundles = [study.store.bundle(one, parameters) for one in sections(parameters)[which - 3]]
+    return draw(bundles, parameters, **study.looks)
 
 
 def _fig6(study: Study) -> Figure:
@@ -75,14 +98,14 @@ def _fig6(study: Study) -> Figure:
 
     record = study.branch()
     exact = [orbit_of(one) for one in record["bifurcations"]]
-    return fig6(study.motions(study.evenly(_BEHIND)), exact, colours=study.colours)
+    return fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
 
 
 def _fig7(study: Study) -> Figure:
     from capsule_sym._figures.panels import fig7
     from capsule_sym._study.casestudy import PANELS
 
-    return fig7(study.motions(list(PANELS.values())), colours=study.colours)
+    return fig7(study.motions(list(PANELS.values())), **study.looks)
 
 
 def _around(study: Study, which: int, exactly: bool) -> Figure:
@@ -93,7 +116,7 @@ def _around(study: Study, which: int, exactly: bool) -> Figure:
     events = {8: CROSSINGS, 9: SLIDINGS}[which]
     if not exactly:
         groups = [study.motions(list(event.alphas)) for event in events]
-        return around(events, groups, colours=study.colours)
+        return around(events, groups, **study.looks)
     record = study.branch()
     found = exact(events, record["bifurcations"])
     orbits: list[list[Motion]] = [
@@ -103,44 +126,51 @@ def _around(study: Study, which: int, exactly: bool) -> Figure:
         ]
         for event, one in found
     ]
-    return around([event for event, _ in found], orbits, colours=study.colours)
+    return around([event for event, _ in found], orbits, **study.looks)
 
 
 def _bifurcations(study: Study) -> Figure:
     from capsule_sym._figures.branches import bifurcations
 
-    return bifurcations(study.branch())
+    return bifurcations(study.branch(), width=study.width)
 
 
 def _itineraries(study: Study) -> Figure:
     from capsule_sym._figures.evolution import itineraries
 
     motions = study.motions(study.evenly(_SAMPLES))
-    return itineraries(motions, study.branch(), colours=study.colours)
+    return itineraries(motions, study.branch(), **study.looks)
+
+
+def _motion(study: Study) -> Figure:
+    from capsule_sym._figures.portraits import motion
+
+    (found,) = study.store.motions([study.system])
+    return motion(found, **study.looks)
 
 
 def _margins(study: Study) -> Figure:
     from capsule_sym._figures.guards import margins
 
-    (motion,) = study.motions([1.5])
-    return margins(motion, colours=study.colours)
+    (motion,) = study.motions([study.system.alpha if study.chosen else 1.5])
+    return margins(motion, **study.looks)
 
 
 def _energies(study: Study) -> Figure:
     from capsule_sym._figures.energy import energies
 
-    return energies(study.branch())
+    return energies(study.branch(), width=study.width)
 
 
 def _chart(study: Study) -> Figure:
-    from capsule_sym._figures.charts import chart
+    from capsule_sym._figures.charts import draw_regions
     from capsule_sym._study.casestudy import GAMMAS
-    from capsule_sym._study.data import Range
+    from capsule_sym._study.regions import PLANE
 
-    first, second = Range("alpha", _BEGIN, _END, 256), Range("gamma", 1.5, 5.0, 160)
-    curves = study.store.curves(study.at(_BEGIN), first, second)
-    with study.store.chart(study.at(_BEGIN), first, second) as results:
-        return chart(results, curves, levels=GAMMAS)
+    start = study.at(_BEGIN)
+    curves = study.store.curves(start, PLANE)
+    regions = study.store.regions(start, PLANE)
+    return draw_regions(PLANE, regions, curves, levels=GAMMAS, width=study.width)
 
 
 def measured() -> Path:
@@ -155,17 +185,21 @@ def _work_precision(study: Study) -> Figure:
     if not path.exists():
         made = "there; make it with: capsule-sym bench"
         raise InvalidInput("results", str(path), made)
-    return work_precision(json.loads(path.read_text(encoding="utf-8")))
+    return work_precision(json.loads(path.read_text(encoding="utf-8")), width=study.width)
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A figure: its title and a caption, whether it depends on gamma, and how it is made."""
+    """A figure: its title and a caption, whether it depends on gamma, and how it is made.
+
+    `least` is the width in inches down to which its texts have room.
+    """
 
     title: str
     caption: str
     by_gamma: bool
     make: Callable[[Study], Figure]
+    least: float = 7.0
 
 
 _EVENTS = (
@@ -173,6 +207,15 @@ _EVENTS = (
     "above the value."
 )
 FIGURES = {
+    "fig1": Entry(
+        "Fig. 1: the capsule",
+        "A mass in a capsule that lies on the ground with dry friction. The drive moves the mass, "
+        "the spring k_1 and the damper c hold it to the capsule, and beyond the gap G it meets the "
+        "spring k_2.",
+        False,
+        _fig1,
+        3.3,
+    ),
     "fig2": Entry(
         "Fig. 2: state space",
         "Subspaces, surfaces S1-S10 and lines L1-L9 at parameters that set them apart (ζ = 0.3, "
@@ -237,23 +280,33 @@ FIGURES = {
         True,
         lambda study: _around(study, 9, exactly=True),
     ),
+    "motion": Entry(
+        "Displacements and phase portrait",
+        "The steady motion from rest: mass dashed, capsule solid.",
+        True,
+        _motion,
+        4.0,
+    ),
     "bifurcations": Entry(
         "Bifurcation diagram",
         "The branch of periodic orbits through the case study, with its exact bifurcations.",
         True,
         _bifurcations,
+        5.0,
     ),
     "itineraries": Entry(
         "Which field acts when",
         "One column is one period of the steady motion, from phase 0 upwards.",
         True,
         _itineraries,
+        5.0,
     ),
     "energies": Entry(
         "Where the work of a period goes",
         "What damper and friction take is stacked; it meets the work of the drive.",
         True,
         _energies,
+        5.0,
     ),
     "chart": Entry(
         "Motions over amplitude and mass ratio",
@@ -261,6 +314,7 @@ FIGURES = {
         "circles the points where two bifurcations meet. Dashed: γ = 3.0 and 3.3.",
         False,
         _chart,
+        6.0,
     ),
     "margins": Entry(
         "Guards of a motion over time",
@@ -268,12 +322,14 @@ FIGURES = {
         "where the quantity is no guard of the acting field.",
         True,
         _margins,
+        3.3,
     ),
     "work-precision": Entry(
         "Work against precision",
         "A hollow marker: switches were missed or invented at that setting.",
         False,
         _work_precision,
+        6.0,
     ),
 }
 """Every figure by its name on the command line."""

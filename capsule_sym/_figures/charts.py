@@ -1,27 +1,35 @@
-"""A chart of motion types over two parameters, with exact bifurcation curves on top."""
+"""A chart of itineraries over two parameters, its regions bounded by exact bifurcation curves."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from capsule_sym._figures.style import LABELS, PAGE, draw_points, new_figure, styled
+from capsule_sym._figures.labels import Names
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    REGIONS,
+    describe,
+    draw_points,
+    figure_of,
+    new_figure,
+    readable,
+    styled,
+)
+from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Curve = Mapping[str, Any]
-"""A curve of bifurcations as plain data; `orbits.records.curve_record` describes it."""
-
-_TINT = 0.55  # of an itinerary's colour, the rest is white
-_NAMED = 0.028  # radius of the largest disc in a region that is named, over the width of the chart
+_PLACES = 24  # points across a chart at which a region's name is tried
+_REACH = 90.0  # points that a name may be away from a region that has no room for it
 _CURVES = {
-    "grazing": ("black", ":"),
+    "grazing": ("black", (0, (1, 1.2))),
     "adding-sliding": ("#0072B2", "-"),
     "boundary-intersection crossing": ("black", "-"),
     "crossing-sliding": ("#D55E00", "-"),
@@ -32,105 +40,139 @@ _OTHER_CURVE = ("0.3", "--")
 
 
 def chart(
-    results: xr.Dataset, curves: Sequence[Curve] = (), *, levels: Sequence[float] = ()
+    results: xr.Dataset,
+    curves: Sequence[Curve] = (),
+    *,
+    levels: Sequence[float] = (),
+    width: float = PAGE,
+    axes: Axes | None = None,
 ) -> Figure:
     """Itineraries over two axes, each region named by its fields, exact curves and points on top.
 
     `results` is what `capsule_sym._sweeps.open_results` gives of a sweep or a refined chart over
-    two parameters; cells that did not become periodic are white. A circle is a point of a curve
-    where a second condition holds. A thin line is drawn at the `levels` of the second parameter.
+    two parameters. Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells
+    where these leave motions of several kinds together; what did not become periodic is white. A
+    circle is a codimension-two point. A thin line is drawn at the `levels` of the second
+    parameter. Drawn into `axes` if they are given.
     """
-    first, second = map(str, results["itinerary"].dims)
-    x, y = results[first].values, results[second].values
-    numbers, itineraries = regions(results)
+    plane, regions = by_cells(results, curves)
+    return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)
+
+
+def draw_regions(
+    plane: Plane,
+    regions: Sequence[Region],
+    curves: Sequence[Curve] = (),
+    *,
+    levels: Sequence[float] = (),
+    width: float = PAGE,
+    axes: Axes | None = None,
+) -> Figure:
+    """A `chart` of given regions."""
     with styled():
-        figure = new_figure(PAGE, 5.0)
-        axes = figure.subplots()
-        figure.subplots_adjust(left=0.07, right=0.985, bottom=0.16, top=0.985)
-        _fill(axes, x, y, numbers, len(itineraries))
-        _name_regions(axes, x, y, numbers, itineraries)
+        alone = axes is None
+        if axes is None:
+            figure = new_figure(width, 5.0)
+            axes = figure.subplots()
+            figure.subplots_adjust(left=0.52 / width, right=0.975, bottom=0.16, top=0.985)
+        else:
+            figure = figure_of(axes)
+        axes.set(xlim=plane.x, ylim=plane.y)
+        axes.set_xlabel(LABELS.get(plane.first, plane.first))
+        axes.set_ylabel(LABELS.get(plane.second, plane.second))
+        _fill(axes, regions)
         for level in levels:
-            axes.axhline(level, color="0.35", linewidth=0.5, linestyle=(0, (6, 4)))
+            axes.axhline(level, color="0.2", linewidth=0.5, linestyle=(0, (6, 4)))
         for curve in curves:
-            _draw_curve(axes, curve, first, second)
-        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-        axes.set_xlabel(LABELS[first])
-        axes.set_ylabel(LABELS[second])
-        _legend(figure, axes)
-        return figure
+            _draw_curve(axes, curve, plane)
+        if alone:
+            _legend(figure, axes)
+        names = Names(figure)
+        _name_regions(axes, plane, regions, names)
+        names.settle()
+        return describe(figure, "Itineraries over two parameters", **plane._asdict())
 
 
-def regions(results: xr.Dataset) -> tuple[NDArray[np.int64], list[str]]:
-    """The itinerary's number at each cell, -1 where there is none, and the itineraries by number.
-
-    The itinerary of the largest area has number 0; an itinerary is its fields' digits, such as
-    "5412".
-    """
-    codes = results["itinerary"].values
-    attributes = results["itinerary"].attrs
-    texts = dict(zip(attributes["flag_values"], attributes["flag_meanings"].split(), strict=True))
-    known, counts = np.unique(codes, return_counts=True)
-    order = [int(code) for code in known[np.argsort(-counts)] if int(code) in texts]
-    numbers = np.full(codes.shape, -1, dtype=np.int64)
-    for number, code in enumerate(order):
-        numbers[codes == code] = number
-    return numbers, [texts[code].replace("F", "").replace("_", "") for code in order]
+def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:
+    """The itineraries of regions, that of the largest area first."""
+    areas: dict[str, float] = {}
+    for region in regions:
+        if region.word:
+            outline = region._replace(rings=tuple(map(plane.unit, region.rings)))
+            areas[region.word] = areas.get(region.word, 0.0) + outline.shape().area
+    return sorted(areas, key=lambda word: -areas[word])
 
 
-def _fill(axes: Axes, x: Any, y: Any, numbers: NDArray[np.int64], count: int) -> None:
-    from matplotlib import colormaps
-    from matplotlib.colors import ListedColormap
+def _fill(axes: Axes, regions: Sequence[Region]) -> None:
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
 
-    # Full colours for the large regions, then their light companions.
-    base = colormaps["tab20"](np.r_[0:20:2, 1:20:2])[:, :3]
-    tints = 1 - _TINT * (1 - base[np.arange(max(count, 1)) % len(base)])
-    axes.pcolormesh(
-        x,
-        y,
-        np.ma.masked_less(numbers.T, 0),
-        cmap=ListedColormap(tints),
-        vmin=-0.5,
-        vmax=max(count, 1) - 0.5,
-        shading="nearest",
-        rasterized=True,
-    )
-
-
-def _name_regions(
-    axes: Axes, x: Any, y: Any, numbers: NDArray[np.int64], itineraries: Sequence[str]
-) -> None:
-    """The digits of each region's itinerary, in its largest disc, where there is room for them."""
-    from scipy.ndimage import distance_transform_edt, label
-
-    cell = 1.0 / max(numbers.shape)
-    for number, itinerary in enumerate(itineraries):
-        parts, count = label(numbers == number)
-        for part in range(1, count + 1):
-            inside = np.pad(parts == part, 1)
-            depth = distance_transform_edt(inside)[1:-1, 1:-1]
-            if depth.max() * cell < _NAMED:
-                continue
-            i, j = np.unravel_index(int(np.argmax(depth)), depth.shape)
-            axes.text(x[i], y[j], itinerary, ha="center", va="center", fontsize=6.5)
+    plane = Plane("", "", axes.get_xlim(), axes.get_ylim())
+    words = by_area(plane, regions)
+    for region in regions:
+        if not region.word:
+            continue
+        rank = words.index(region.word)
+        colour = REGIONS[rank % len(REGIONS)]
+        # A second round through the colours is striped.
+        stripes: dict[str, Any] = (
+            {"hatch": "/////", "edgecolor": readable(colour)} if rank >= len(REGIONS) else {}
+        )
+        path = Path.make_compound_path(*(Path(ring, closed=True) for ring in region.rings))
+        looks = {"facecolor": colour, "linewidth": 0, "zorder": 0.5, "label": f"_{region.word}"}
+        axes.add_patch(PathPatch(path, **looks, **stripes))
 
 
-def _draw_curve(axes: Axes, curve: Curve, first: str, second: str) -> None:
+def _name_regions(axes: Axes, plane: Plane, regions: Sequence[Region], names: Names) -> None:
+    """The itinerary of each region where it has most room, or beside it where it has none."""
+    words = by_area(plane, regions)
+    named = [region for region in regions if region.word]
+    for region in sorted(named, key=lambda one: -one.shape().area):
+        rank = words.index(region.word)
+        colour = REGIONS[rank % len(REGIONS)]
+        names.within(
+            axes, _middles(plane, region), region.word, _REACH, fill=colour, color=readable(colour)
+        )
+
+
+def _middles(plane: Plane, region: Region) -> Array:
+    """Points inside a region, those farther from its border first."""
+    import shapely
+
+    shape = region._replace(rings=tuple(map(plane.unit, region.rings))).shape()
+    middle = shapely.point_on_surface(shape)
+    side = (np.arange(_PLACES) + 0.5) / _PLACES
+    grid = np.column_stack([v.ravel() for v in np.meshgrid(side, side)])
+    inside = np.array([(middle.x, middle.y), *grid[shapely.contains_xy(shape, *grid.T)]])
+    depth = shapely.distance(shape.boundary, shapely.points(inside))
+    return plane.back(inside[np.argsort(-depth, kind="stable")])
+
+
+def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
+    from matplotlib.patheffects import Stroke
+
     colour, style = _CURVES.get(curve["type"], _OTHER_CURVE)
     points = curve["points"]
+    # On a white rim, so that it is seen on dark regions as well.
     axes.plot(
-        [point[first] for point in points],
-        [point[second] for point in points],
+        [point[plane.first] for point in points],
+        [point[plane.second] for point in points],
         linestyle=style,
         color=colour,
-        linewidth=1.0,
+        linewidth=1.2,
         label=curve["type"],
+        path_effects=[Stroke(linewidth=2.6, foreground="white"), Stroke()],
     )
     meetings = curve["codimension_two"]
-    x, y = ([one[name] for one in meetings] for name in (first, second))
-    draw_points(axes, x, y, "two conditions")
+    x, y = ([one[name] for one in meetings] for name in (plane.first, plane.second))
+    if meetings:
+        draw_points(axes, x, y, "codimension-two point")
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    figure.legend(unique.values(), unique.keys(), loc="lower center", ncols=4, columnspacing=1.5)
+    if unique:
+        figure.legend(
+            unique.values(), unique.keys(), loc="lower center", ncols=4, columnspacing=1.5
+        )

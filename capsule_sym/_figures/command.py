@@ -9,9 +9,10 @@ from typing import Any
 
 import click
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.catalogue import FIGURES, Study
-from capsule_sym._options import tracking
+from capsule_sym._figures.sizes import MOVING, PAGE, WIDEST
+from capsule_sym._options import chosen_parameters, parameter_options, tracking
 
 _REPORT = Path("results/report.html")
 _colours_option = click.option(
@@ -37,30 +38,79 @@ def _list() -> str:
     return "\b\nNames:\n" + "\n".join(lines)
 
 
+_width_option = click.option(
+    "--width",
+    type=float,
+    metavar="INCHES",
+    help=f"Width of the picture, its type always of 7 points.  [default: {PAGE}, a page]",
+)
+_dpi_option = click.option(
+    "--dpi", type=float, help="Resolution of a PNG, and of dots in the others.  [default: 300]"
+)
+
+
+def _check_picture(out: Path, width: float | None, least: float, dpi: float | None) -> float:
+    """The width; raises InvalidInput for what no picture can have, before anything is computed."""
+    from capsule_sym._figures.style import check_ending, check_resolution
+
+    check_ending(out)
+    check_resolution(dpi)
+    if width is not None and not least <= width <= WIDEST:
+        raise InvalidInput("width", width, f"from {least:g} to {WIDEST:g} inches for this picture")
+    return PAGE if width is None else width
+
+
 @click.command("figure", epilog=_list())
 @click.argument("name", type=click.Choice(list(FIGURES)), metavar="NAME")
 @_out_option
-@click.option("--gamma", type=float, default=3.3, show_default=True, help="Mass ratio.")
+@parameter_options
+@_width_option
+@_dpi_option
 @_colours_option
-def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
-    """Draw a figure of the case study: the paper's, or one that it could not draw.
+def figure(
+    name: str,
+    out: Path,
+    file: str | None,
+    width: float | None,
+    dpi: float | None,
+    colours: Any,
+    **dimensionless: float | None,
+) -> None:
+    """Draw a figure of the case study, or the same of another system.
 
-    What is computed for it is kept in the user's cache directory, so that drawing it again takes a
-    second.
+    The paper's figures and those that it could not draw. `figure motion` with a file name that
+    ends in .gif or .mp4 gives an animation. What is computed is kept in the user's cache
+    directory, so that drawing it again takes a second; the parameters are in the picture's
+    metadata.
     """
-    from capsule_sym._figures.style import check_ending, save
-    from capsule_sym._parameters import Parameters
+    from capsule_sym._figures.style import describe, save
     from capsule_sym._study.data import Store
 
-    check_ending(out)
-    Parameters(gamma=gamma)
+    moving = name == "motion" and out.suffix.lower() in MOVING
+    least = FIGURES[name].least
+    wide = _check_picture(out.with_suffix(".png") if moving else out, width, least, dpi)
+    system, _ = chosen_parameters(file, dimensionless)
+    chosen = file is not None or any(value is not None for value in dimensionless.values())
     with _needs_plotting(), tracking() as track:
-        save(FIGURES[name].make(Study(Store(track), gamma, colours)), out)
+        study = Study(Store(track), system, colours, wide, chosen)
+        if moving:
+            from capsule_sym._figures.animation import animate
+
+            (motion,) = study.store.motions([system])
+            animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0)
+        else:
+            save(describe(FIGURES[name].make(study), FIGURES[name].title), out, dpi=dpi)
     click.echo(f"wrote {out}", err=True)
 
 
 @click.command("diagram")
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
+@click.argument(
+    "paths",
+    type=click.Path(path_type=Path, dir_okay=False),
+    nargs=-1,
+    required=True,
+    metavar="FILE...",
+)
 @_out_option
 @click.option(
     "--of",
@@ -70,26 +120,100 @@ def figure(name: str, out: Path, gamma: float, colours: Any) -> None:
     show_default=True,
     help="Stroboscopic x_r, v_r or v_c, or the average velocity.",
 )
-def diagram(file: Path, out: Path, quantity: str) -> None:
-    """Draw a branch.json that `branch --out` wrote, with the branches that leave it.
+@_width_option
+@_dpi_option
+def diagram(
+    paths: tuple[Path, ...], out: Path, quantity: str, width: float | None, dpi: float | None
+) -> None:
+    """Draw files that `branch --out` wrote, with the branches that leave theirs.
 
     A colour is a branch; stable orbits are solid, unstable ones dashed; every bifurcation has its
     label.
     """
-    from capsule_sym._figures.diagram import diagram as draw
-    from capsule_sym._figures.style import check_ending, save
+    from capsule_sym._figures.diagrams import diagram as draw
+    from capsule_sym._figures.style import save
     from capsule_sym._orbits.continuation.saved import read
 
-    check_ending(out)
-    record = read(file)
+    wide = _check_picture(out, width, 3.3, dpi)
+    records = [read(path) for path in paths]
     with _needs_plotting():
         try:
-            drawn = draw(record, quantity)
+            drawn = draw(records, quantity, width=wide)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            if isinstance(error, InvalidInput):
+                raise
             whole = "a whole branch.json, which this is not"
-            raise InvalidInput("file", str(file), whole) from error
-        save(drawn, out)
+            raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
+        save(drawn, out, dpi=dpi)
     click.echo(f"wrote {out}", err=True)
+
+
+@click.command("sweep-figure")
+@click.argument("store", type=click.Path(path_type=Path, exists=False), metavar="STORE")
+@_out_option
+@click.option(
+    "--as",
+    "kind",
+    type=click.Choice(["chart", "basin", "pareto"]),
+    help="Itineraries over two axes, attractors over two starts, or speed against cost of "
+    "transport.  [default: what the sweep is]",
+)
+@click.option(
+    "--curve",
+    "curves",
+    type=click.Path(path_type=Path, dir_okay=False),
+    multiple=True,
+    metavar="FILE",
+    help="A file of `curve --json`, whose curve bounds the regions of a chart; any number.",
+)
+@_width_option
+@_dpi_option
+def sweep_figure(
+    store: Path,
+    out: Path,
+    kind: str | None,
+    curves: tuple[Path, ...],
+    width: float | None,
+    dpi: float | None,
+) -> None:
+    """Draw the results of `sweep` or `basin`.
+
+    A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
+    """
+    wide = _check_picture(out, width, 3.3, dpi)
+    with _needs_plotting():
+        try:
+            from capsule_sym._sweeps import open_results
+        except ModuleNotFoundError as missing:
+            raise NotInstalled(missing, "sweep") from missing
+        from capsule_sym._figures import charts, sweeps
+        from capsule_sym._figures.style import save
+
+        read = [_curve(path) for path in curves]
+        with open_results(store) as results:
+            if kind is None:
+                kind = "basin" if "attractor" in results else "chart"
+            if kind == "chart":
+                drawn = charts.chart(results, read, width=wide)
+            else:
+                drawn = {"basin": sweeps.basin, "pareto": sweeps.pareto}[kind](results, width=wide)
+            save(drawn, out, dpi=dpi)
+    click.echo(f"wrote {out}", err=True)
+
+
+def _curve(path: Path) -> Any:
+    """A curve as `curve --json` gives it; raises InvalidInput for anything else."""
+    import json
+
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        # What a chart reads of it.
+        _ = [dict(point) for point in record["points"]], record["codimension_two"], record["type"]
+    except OSError as error:
+        raise InvalidInput("--curve", str(path), f"readable ({error.strerror})") from error
+    except (ValueError, LookupError, TypeError) as error:
+        raise InvalidInput("--curve", str(path), "a file of `curve --json`") from error
+    return record
 
 
 @click.command("report")
@@ -119,8 +243,6 @@ def report(out: Path, colours: Any) -> None:
 
 @contextmanager
 def _needs_plotting() -> Iterator[None]:
-    from capsule_sym._errors import NotInstalled
-
     try:
         yield
     except NotInstalled as missing:

@@ -6,20 +6,33 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.branches import Record, mark_bifurcations, name_bifurcations
-from capsule_sym._figures.style import LABELS, PAGE, SEAMLESS, column_edges, new_figure, styled
+from capsule_sym._figures.branches import Record, mark_bifurcations, name_bifurcations, shared
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    SEAMLESS,
+    column_edges,
+    describe,
+    figure_of,
+    new_figure,
+    styled,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 DAMPER, FRICTION, WORK = "#56B4E9", "#E69F00", "black"
 
 
-def energies(record: Record) -> Figure:
+def energies(record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None = None) -> Figure:
     """Energy per excitation period along a branch: what damper and friction take of the work.
 
     The two losses are stacked bars, the drive's work a line; they meet but for rounding. Below
     stands the share of the work that friction takes, which is what moves the capsule against it.
+    Drawn into two `axes`, without the names, if they are given.
     """
     points = [point for point in record["points"] if point["energy"]]
     values = np.array([point["value"] for point in points])
@@ -28,14 +41,23 @@ def energies(record: Record) -> Figure:
         for name in ("work", "damper_loss", "friction_loss")
     )
     with styled():
-        figure = new_figure(PAGE, 4.8)
-        upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (1.6, 1)})
-        figure.subplots_adjust(left=0.075, right=0.985, bottom=0.085, top=0.66, hspace=0.1)
+        if axes is None:
+            figure = new_figure(width, 4.8)
+            upper, lower = figure.subplots(
+                2, 1, sharex=True, gridspec_kw={"height_ratios": (1.6, 1)}
+            )
+            figure.subplots_adjust(
+                left=0.56 / width, right=0.98, bottom=0.085, top=0.66, hspace=0.1
+            )
+            name_bifurcations(record, upper)
+        else:
+            upper, lower = axes
+            figure = figure_of(upper)
         edges = column_edges(values)
-        left, width = edges[:-1], np.diff(edges)
+        left, wide = edges[:-1], np.diff(edges)
         bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
-        upper.bar(left, damper, width, color=DAMPER, label="lost in the damper", **bars)
-        upper.bar(left, friction, width, damper, color=FRICTION, label="lost to friction", **bars)
+        upper.bar(left, damper, wide, color=DAMPER, label="lost in the damper", **bars)
+        upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
         upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
         upper.set_ylabel("energy per period")
         upper.legend(loc="upper left")
@@ -44,7 +66,6 @@ def energies(record: Record) -> Figure:
         lower.set_ylabel("share of friction")
         lower.set_xlabel(LABELS[record["parameter"]])
         lower.set_xlim(float(values.min()), float(values.max()))
-        name_bifurcations(record, upper)
-        for axes in (upper, lower):
-            mark_bifurcations(record, axes)
-        return figure
+        for row in (upper, lower):
+            mark_bifurcations(record, row)
+        return describe(figure, "Where the work of a period goes", **shared(record))

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
-from capsule_sym._figures.style import LOOKS, PAGE, Colours, mathematical, new_figure, styled
+from capsule_sym._figures.statespace import along, projected
+from capsule_sym._figures.style import LOOKS, Colours, describe, mathematical, new_figure, styled
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Motion, cycle
 from capsule_sym._study.boundaries import lines as boundary_lines
@@ -31,6 +34,7 @@ def around(
     motions: Sequence[Sequence[Motion]],
     *,
     colours: Colours = "safe",
+    width: float = PAGE,
 ) -> Figure:
     """The motions of each event in the state space, and the view of its line magnified.
 
@@ -38,8 +42,9 @@ def around(
     at its `alphas`, in their order.
     """
     with styled():
-        height = 2.3 * len(events) + 0.45
-        figure = new_figure(PAGE, height)
+        height = 2.1 * len(events) + 0.45
+        figure = new_figure(width, height)
+        names = Names(figure)
         grid = figure.add_gridspec(
             len(events), 2, left=0.0, right=0.97, bottom=0.2 / height, top=1 - 0.45 / height,
             wspace=0.0, hspace=0.16,
@@ -56,33 +61,41 @@ def around(
                 for one, alpha in zip(drawn, event.alphas, strict=True):
                     style = _STYLES[int(np.sign(alpha - event.middle))]
                     draw_arcs(one, axes, colours, style, width=1.3 if style == "-" else 0.9)
-                _name_lines(axes, parameters, box)
+                _name_lines(axes, parameters, box, names)
                 letter = "abcdefgh"[2 * row + column]
                 title = _title(event, group) if column == 0 else "magnified"
-                axes.set_title(f"({letter})  {title}", loc="left", x=0.03, y=0.98)
-        handles = [*field_handles(colours), *_style_handles()]
+                axes.set_title(f"({letter})  {title}", loc="left", x=0.03, y=0.92)
+        handles = [*field_handles(figure, colours), *_style_handles(events)]
         figure.legend(handles=handles, loc="upper center", ncols=9, columnspacing=1.2)
-        return figure
+        names.settle()
+        system = motions[0][0].parameters
+        return describe(figure, "Motions around bifurcations", parameters=system)
 
 
 def _title(event: Event, group: Sequence[Motion]) -> str:
-    alphas = ", ".join(f"{motion.parameters.alpha:g}" for motion in group)
-    return rf"{event.name} on {mathematical(event.line)}, $\alpha$ = {alphas}"
+    alphas = ", ".join(f"{round(motion.parameters.alpha, 5):g}" for motion in group)
+    return f"{event.name} on {mathematical(event.line)}\n" rf"       $\alpha$ = {alphas}"
 
 
-def _name_lines(axes: Any, parameters: Parameters, box: Box) -> None:
+def _name_lines(axes: Any, parameters: Parameters, box: Box, names: Names) -> None:
     if not box.v_c[0] <= 0 <= box.v_c[1]:
         return
     for name, line in boundary_lines(parameters, box.x_r, box.v_r).items():
-        place = 0.12 * line[0] + 0.88 * line[1]
-        axes.text(*place, 0.0, mathematical(name), color=LOOKS[name][1], fontsize=6, zorder=20)
+        own = [one for one in axes.lines if one.get_label() == name]
+        ends = line[1] + np.outer((0.04, 0.96, 0.0, 1.0), line[0] - line[1])
+        places = np.concatenate([ends, along(line)])
+        level = np.column_stack([places, np.zeros(len(places))])
+        looks = {"color": LOOKS[name][1], "fontsize": 6, "bbox": PATCH}
+        names.on(axes, projected(axes, level), mathematical(name), own, **looks)
 
 
-def _style_handles() -> list[Any]:
+def _style_handles(events: Sequence[Event]) -> list[Any]:
     from matplotlib.lines import Line2D
 
+    drawn = {int(np.sign(alpha - event.middle)) for event in events for alpha in event.alphas}
     names = {-1: "below", 0: "at", 1: "above"}
     return [
         Line2D([], [], color="0.4", linestyle=style, label=f"{names[side]} the value")
         for side, style in _STYLES.items()
+        if side in drawn
     ]

@@ -9,13 +9,15 @@ import numpy as np
 
 from capsule_sym._figures.branches import Record, name_bifurcations
 from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
-    PAGE,
     SEAMLESS,
     Colours,
     column_edges,
+    describe,
     field_colour,
+    figure_of,
     new_figure,
     styled,
 )
@@ -27,23 +29,35 @@ if TYPE_CHECKING:
 
 
 def fig6(
-    motions: Sequence[Motion], heavy: Sequence[Motion] = (), *, colours: Colours = "safe"
+    motions: Sequence[Motion],
+    heavy: Sequence[Motion] = (),
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
 ) -> Figure:
     """Motions in (x_r, v_r), one behind the other by alpha; the `heavy` in wide lines (Fig. 6)."""
     with styled():
-        figure = new_figure(PAGE, 4.6)
-        axes: Any = figure.add_axes((0.0, 0.02, 1.0, 0.98), projection="3d", computed_zorder=False)
+        figure = new_figure(width, 4.8)
+        axes: Any = figure.add_axes((0.0, 0.05, 1.0, 0.95), projection="3d", computed_zorder=False)
         axes.view_init(20, -62)
-        axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.3)
+        axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
         # The least alpha is nearest to the eye, and so is drawn last.
         widths = [(motion, 0.5) for motion in motions] + [(motion, 1.4) for motion in heavy]
         widths.sort(key=lambda pair: -pair[0].parameters.alpha)
-        for level, (motion, width) in enumerate(widths):
+        for level, (motion, wide) in enumerate(widths):
             alpha = motion.parameters.alpha
             for arc in cycle(motion):
                 colour = field_colour(arc.field, colours)
                 depth = np.full_like(arc.x_r, alpha)
-                axes.plot(arc.x_r, depth, arc.v_r, color=colour, lw=width, zorder=level)
+                axes.plot(
+                    arc.x_r,
+                    depth,
+                    arc.v_r,
+                    color=colour,
+                    lw=wide,
+                    zorder=level,
+                    label=f"_F{arc.field}",
+                )
         axes.set_xlabel(LABELS["x_r"], labelpad=-4)
         axes.set_ylabel(LABELS["alpha"], labelpad=6)
         axes.set_zlabel(LABELS["v_r"], labelpad=-6)
@@ -51,22 +65,38 @@ def fig6(
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.pane.set_visible(False)
             axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
-        figure.legend(handles=field_handles(colours), loc="upper center", ncols=6)
-        return figure
+        figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
+        system = motions[0].parameters
+        return describe(figure, "Phase trajectories over the amplitude", parameters=system)
 
 
-def itineraries(motions: Sequence[Motion], record: Record, *, colours: Colours = "safe") -> Figure:
-    """Which field acts when, against alpha, with the exact bifurcations of a branch named."""
+def itineraries(
+    motions: Sequence[Motion],
+    record: Record,
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
+    axes: Axes | None = None,
+) -> Figure:
+    """Which field acts when, against alpha, with the exact bifurcations of a branch named.
+
+    Drawn into `axes`, without the names, if they are given.
+    """
     with styled():
-        figure = new_figure(PAGE, 4.4)
-        axes = figure.subplots()
-        figure.subplots_adjust(left=0.06, right=0.985, bottom=0.09, top=0.6)
+        alone = axes is None
+        if axes is None:
+            figure = new_figure(width, 4.4)
+            axes = figure.subplots()
+            figure.subplots_adjust(left=0.45 / width, right=0.98, bottom=0.09, top=0.6)
+        else:
+            figure = figure_of(axes)
         draw_itineraries(motions, axes, colours)
         for one in record["bifurcations"]:
             axes.axvline(one["value"], color="white", linewidth=0.6)
-        name_bifurcations(record, axes)
-        figure.legend(handles=field_handles(colours), loc="upper center", ncols=6)
-        return figure
+        if alone:
+            name_bifurcations(record, axes)
+            figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
+        return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
 def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "safe") -> None:

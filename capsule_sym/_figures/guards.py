@@ -6,7 +6,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from capsule_sym._figures.portraits import field_handles
-from capsule_sym._figures.style import LABELS, PAGE, Colours, field_colour, new_figure, styled
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    Colours,
+    describe,
+    field_colour,
+    figure_of,
+    new_figure,
+    readable,
+    styled,
+)
 from capsule_sym._study.arcs import Arc, Motion, arcs, interaction
 
 if TYPE_CHECKING:
@@ -16,21 +26,34 @@ if TYPE_CHECKING:
 _NAMED = 0.04  # excitation periods of a segment whose name fits into its piece of the bar
 
 
-def margins(result: Motion, *, periods: int = 1, colours: Colours = "safe") -> Figure:
+def margins(
+    result: Motion,
+    *,
+    periods: int = 1,
+    colours: Colours = "safe",
+    width: float = PAGE,
+    axes: Sequence[Axes] | None = None,
+) -> Figure:
     """How far every guard is from firing, over a run's last periods or an orbit, by acting field.
 
     A switch happens where the gap x_r - delta or the capsule's velocity reaches 0, or where the
     interaction force of a sticking capsule reaches the friction bound; where a quantity is no
-    guard of the acting field its curve is thin.
+    guard of the acting field its curve is thin. Drawn into four `axes` if they are given: that of
+    the itinerary, of gap, velocity and force.
     """
     drawn = arcs(result, periods)
     begin, parameters = drawn[0].time[0], result.parameters
     with styled():
-        figure = new_figure(PAGE, 4.6, layout="constrained")
-        bar, gap, velocity, force = figure.subplots(
-            4, 1, sharex=True, gridspec_kw={"height_ratios": (0.18, 1, 1, 1)}
-        )
-        itinerary_bar(drawn, bar, colours)
+        if axes is None:
+            figure = new_figure(width, 4.6, layout="constrained")
+            axes = figure.subplots(
+                4, 1, sharex=True, gridspec_kw={"height_ratios": (0.18, 1, 1, 1)}
+            )
+            alone = True
+        else:
+            figure, alone = figure_of(axes[0]), False
+        bar, gap, velocity, force = axes
+        word_bar(drawn, bar, colours)
         for arc in drawn:
             colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
             gap.plot(time, arc.x_r - parameters.delta, color=colour)
@@ -38,15 +61,17 @@ def margins(result: Motion, *, periods: int = 1, colours: Colours = "safe") -> F
             push = interaction(arc, parameters)
             force.plot(time, push, color=colour, linewidth=1.1 if stick else 0.5)
         bound = parameters.f_b
-        for axes, level in ((gap, 0.0), (velocity, 0.0), (force, bound), (force, -bound)):
-            axes.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
+        for row, level in ((gap, 0.0), (velocity, 0.0), (force, bound), (force, -bound)):
+            row.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
         gap.set_ylabel(r"gap $x_r-\delta$")
         velocity.set_ylabel(LABELS["v_c"])
         force.set_ylabel(r"force $P_3$, $P_4$")
         force.set_xlabel(LABELS["time"])
         force.set_xlim(0, drawn[-1].time[-1] - begin)
-        figure.legend(handles=field_handles(colours), loc="outside upper center", ncols=6)
-        return figure
+        if alone:
+            handles = field_handles(figure, colours)
+            figure.legend(handles=handles, loc="outside upper center", ncols=6)
+        return describe(figure, "Guards over time", parameters=parameters)
 
 
 def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -> None:
@@ -58,7 +83,8 @@ def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -
         axes.broken_barh([(left, width)], (0, 1), facecolor=colour, label=f"F{arc.field}")
         if width > _NAMED:
             middle, name = left + width / 2, f"$F_{arc.field}$"
-            axes.text(middle, 0.46, name, color="white", ha="center", va="center", fontsize=6)
+            ink = readable(colour) if colour.startswith("#") else "white"
+            axes.text(middle, 0.46, name, color=ink, ha="center", va="center", fontsize=6)
     axes.set_ylim(0, 1)
     axes.set_yticks([])
     axes.spines[:].set_visible(False)

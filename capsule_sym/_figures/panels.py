@@ -12,7 +12,8 @@ from capsule_sym._figures.portraits import (
     field_handles,
     phase_portrait,
 )
-from capsule_sym._figures.style import PAGE, Colours, new_figure, styled
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import Colours, describe, itinerary, new_figure, styled
 from capsule_sym._map import Trajectory
 
 if TYPE_CHECKING:
@@ -23,16 +24,18 @@ _ACROSS = 2  # panels side by side, each a pair of axes
 _ROW, _HEAD, _FOOT = 1.1, 0.5, 0.35  # heights in inches: a row, the legend, the lowest labels
 
 
-def fig7(motions: Sequence[Trajectory], *, colours: Colours = "safe") -> Figure:
+def fig7(
+    motions: Sequence[Trajectory], *, colours: Colours = "safe", width: float = PAGE
+) -> Figure:
     """Displacements of mass and capsule, and phase portraits, one panel a motion (Fig. 7)."""
     rows = -(-len(motions) // _ACROSS)
     height = _HEAD + rows * _ROW + _FOOT
     with styled():
-        figure = new_figure(PAGE, height)
+        figure = new_figure(width, height)
         grid = figure.subplots(rows, 2 * _ACROSS, squeeze=False)
         figure.subplots_adjust(
             left=0.055,
-            right=0.995,
+            right=0.985,
             bottom=(_FOOT + 0.05) / height,
             top=1 - _HEAD / height,
             wspace=0.3,
@@ -47,9 +50,10 @@ def fig7(motions: Sequence[Trajectory], *, colours: Colours = "safe") -> Figure:
             _panel(motions[index], left, right, ascii_lowercase[index], colours)
         for axes in grid[:-1].flat:
             axes.set_xlabel("")
-        handles = field_handles(colours) + boundary_handles()
+        handles = field_handles(figure, colours) + boundary_handles(figure)
         figure.legend(handles=handles, loc="upper center", ncols=7, columnspacing=1.2)
-        return figure
+        system = motions[0].parameters
+        return describe(figure, "Displacements and phase portraits", parameters=system)
 
 
 def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Colours) -> None:
@@ -61,7 +65,7 @@ def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Co
     left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")
     steady = motion.steady()
     if steady:
-        right.set_title(" ".join(steady.itinerary), loc="left")
+        right.set_title(itinerary(steady.word), loc="left")
     for axes in (left, right):
         axes.locator_params(axis="y", nbins=4)
         axes.locator_params(axis="x", nbins=5)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
     LOOKS,
-    PAGE,
     Colours,
+    describe,
     field_colour,
+    figure_of,
+    mathematical,
     new_figure,
     styled,
 )
@@ -41,8 +45,9 @@ def displacements(
     for arc in drawn:
         colour = field_colour(arc.field, colours)
         x_c = arc.x_c - origin
-        axes.plot(arc.time - begin, x_c + arc.x_r, "--", color=colour, dashes=(2.5, 1.2))
-        axes.plot(arc.time - begin, x_c, "-", color=colour)
+        looks: dict[str, Any] = {"color": colour, "label": f"_F{arc.field}"}
+        axes.plot(arc.time - begin, x_c + arc.x_r, "--", dashes=(2.5, 1.2), **looks)
+        axes.plot(arc.time - begin, x_c, "-", **looks)
     axes.set_xlim(0, drawn[-1].time[-1] - begin)
     axes.set_xlabel(LABELS["time"])
     axes.set_ylabel(LABELS["x"])
@@ -54,7 +59,8 @@ def phase_portrait(
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right)."""
     drawn = arcs(result, periods)
     for arc in drawn:
-        axes.plot(arc.x_r, arc.v_r, "-", color=field_colour(arc.field, colours), zorder=3)
+        looks: dict[str, Any] = {"label": f"_F{arc.field}", "zorder": 3}
+        axes.plot(arc.x_r, arc.v_r, "-", color=field_colour(arc.field, colours), **looks)
     _frame(axes, drawn)
     draw_lines(result.parameters, axes)
     axes.set_xlabel(LABELS["x_r"])
@@ -71,37 +77,66 @@ def _frame(axes: Axes, drawn: list[Arc]) -> None:
         limit(low - room, high + room)
 
 
-def motion(result: Motion, *, periods: int = 3, colours: Colours = "safe") -> Figure:
-    """Displacements and phase portrait side by side: a run's last periods, or an orbit."""
+def motion(
+    result: Motion,
+    *,
+    periods: int = 3,
+    colours: Colours = "safe",
+    width: float = PAGE,
+    axes: Sequence[Axes] | None = None,
+) -> Figure:
+    """Displacements and phase portrait side by side: a run's last periods, or an orbit.
+
+    Drawn into two `axes` if they are given.
+    """
     with styled():
-        figure = new_figure(PAGE, 2.4, layout="constrained")
-        left, right = figure.subplots(1, 2)
+        if axes is None:
+            figure = new_figure(width, 2.6, layout="constrained")
+            left, right = figure.subplots(1, 2)
+        else:
+            left, right = axes
+            figure = figure_of(left)
         displacements(result, left, periods=periods, colours=colours)
         phase_portrait(result, right, periods=periods, colours=colours)
-        return figure
+        if axes is None:
+            handles = field_handles(figure, colours) + boundary_handles(figure)
+            figure.legend(handles=handles, loc="outside upper center", ncols=6)
+        return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
 
 
-def field_handles(colours: Colours = "safe") -> list[Line2D]:
-    """Legend entries for the segments: F1 to F6 with their modes of operation."""
+def field_handles(figure: Figure, colours: Colours = "safe") -> list[Line2D]:
+    """Legend entries for the segments that are drawn: of F1 to F6, with their modes of operation.
+
+    What is drawn of a segment is labelled by its field, such as F1 or _F1.
+    """
     from matplotlib.lines import Line2D
 
+    drawn = labels_of(figure)
     return [
         Line2D([], [], color=field_colour(field, colours), label=f"$F_{field}$ {mode}")
         for field, mode in enumerate(MODES, start=1)
+        if drawn & {f"F{field}", f"_F{field}"}
     ]
 
 
-def boundary_handles() -> list[Line2D]:
-    """Legend entries for what else is in Fig. 7: mass and capsule, and the boundary lines."""
+def labels_of(figure: Figure) -> set[str]:
+    """The labels of all that is drawn in a figure's axes."""
+    return {str(artist.get_label()) for axes in figure.axes for artist in axes.get_children()}
+
+
+def boundary_handles(figure: Figure) -> list[Line2D]:
+    """Legend entries for mass and capsule, and for the boundary lines that are drawn."""
     from matplotlib.lines import Line2D
 
-    looks: tuple[tuple[str, Any, str, float], ...] = (
+    looks: list[tuple[str, Any, str, float]] = [
         ("$x_m$", "--", "0.4", 1.1),
         ("$x_c$", "-", "0.4", 1.1),
-        ("$L_2$", *LOOKS["L2"], 0.6),
-        ("$L_3$", *LOOKS["L3"], 0.6),
-        (r"$L_6\cup L_7$", *LOOKS["L6"], 0.6),
-    )
+    ]
+    drawn = labels_of(figure)
+    for look in dict.fromkeys(LOOKS.values()):
+        names = [mathematical(name) for name in LOOKS if LOOKS[name] == look and name in drawn]
+        if names:
+            looks.append((r" $\cup$ ".join(names), *look, 0.6))
     return [
         Line2D([], [], linestyle=style, color=colour, linewidth=width, label=label)
         for label, style, colour, width in looks

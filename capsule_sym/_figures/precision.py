@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from capsule_sym._figures.style import PAGE, new_figure, styled
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import describe, new_figure, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 Row = Mapping[str, Any]
 _MARKERS = "osD^v<>ph*XP"
-_PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d31")
+_PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _STYLES = ("-", ":", "--", "-.")
 _LEAST = 1e-17  # stands for an error of exactly 0, which has no place on a logarithmic axis
 _TITLES = {
@@ -23,7 +24,7 @@ _TITLES = {
 }
 
 
-def work_precision(record: Mapping[str, Any]) -> Figure:
+def work_precision(record: Mapping[str, Any], *, width: float = PAGE) -> Figure:
     """Time per excitation period against the largest error, one curve a tool and way to use it.
 
     `record` is what `capsule-sym bench` writes; the way is what follows the tolerance in a
@@ -33,7 +34,7 @@ def work_precision(record: Mapping[str, Any]) -> Figure:
     shown = [name for name in _TITLES if rows[name]]
     ways = list(dict.fromkeys(_way(row) for name in shown for row in rows[name]))
     with styled():
-        figure = new_figure(PAGE, 4.2, layout="constrained")
+        figure = new_figure(width, 4.2, layout="constrained")
         panels = figure.subplots(1, max(1, len(shown)), squeeze=False, sharey=True)
         for axes, name in zip(panels.flat, shown, strict=False):
             _draw(rows[name], ways, axes)
@@ -43,7 +44,7 @@ def work_precision(record: Mapping[str, Any]) -> Figure:
         lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
         drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
         figure.legend(handles=drawn, loc="outside lower center", ncols=4)
-        return figure
+        return describe(figure, "Work against precision")
 
 
 def _measured(rows: Sequence[Row]) -> list[Row]:

@@ -140,7 +140,7 @@ def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[
         title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
         if entry.by_gamma:
             title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
-        source = _data_uri(entry.make(Study(store, gamma, colours)))
+        source = _data_uri(entry.make(Study(store, Parameters(gamma=gamma), colours)))
         found.setdefault(name, []).append(Picture(title, entry.caption, source, command))
     return found
 

@@ -45,6 +45,7 @@ def draw_section(
         axes.axhline(0, color="black", linewidth=0.6, zorder=1)
     axes.set_xlim(-section.across, section.across)
     axes.set_ylim(middle - section.up, middle + section.up)
+    axes.set_xticks([-section.across / 2, 0, section.across / 2])
     axes.set_xlabel(_label(section))
     axes.set_ylabel("$v_c$")
 

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.labels import PATCH, Names
+from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, draw_space, walls
 from capsule_sym._figures.style import (
     LOOKS,
-    PAGE,
     Colours,
+    describe,
     field_colour,
     mathematical,
     new_figure,
     styled,
 )
 from capsule_sym._parameters import Parameters
-from capsule_sym._study.boundaries import Limits, corners, lines, surfaces
-from capsule_sym._study.sections import SCHEMATIC
+from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
+from capsule_sym._study.sections import SCHEMATIC, line_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,72 +31,105 @@ if TYPE_CHECKING:
 GAPS = (0.4, 1.0, 1.6)
 """Gaps delta below, at and above the friction bound f_b = 1."""
 
-_BOX = Box((-2.6, 4.2), (-8.5, 5.0), (-2.5, 2.5))
-PATCH = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
-"""What is behind a name, so that it can be read on lines."""
+
+def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, Limits]:
+    """Ranges of x_r and v_r around the corner points O1 and O2, and so much of their distance more.
+
+    Raises InvalidInput without damping, where these are at infinity.
+    """
+    p = parameters
+    if p.zeta == 0.0:
+        raise InvalidInput("zeta", p.zeta, "above 0 for the switching surfaces' corner points")
+    upper, lower = corners(p)
+    low, high = lower - below * (upper - lower), upper + above * (upper - lower)
+    left, right = line_point(p, "L1", high)[0], line_point(p, "L3", low)[0]
+    room = 0.1 * (right - left)
+    return (left - room, right + room / 2), (low, high)
 
 
-def fig2(parameters: Parameters = SCHEMATIC, *, colours: Colours = "safe") -> Figure:
+def fig2(
+    parameters: Parameters = SCHEMATIC, *, colours: Colours = "safe", width: float = PAGE
+) -> Figure:
     """The state space with Omega1-6, S1-S10 and L1-L9, and top views for three gaps (Fig. 2)."""
     with styled():
-        figure = new_figure(PAGE, 6.6)
+        figure = new_figure(width, 6.6)
+        names = Names(figure)
         grid = figure.add_gridspec(
-            2, 3, height_ratios=(1.8, 1), left=0.06, right=0.99, bottom=0.065, top=0.97,
+            2, 3, height_ratios=(1.8, 1), left=0.06, right=0.985, bottom=0.065, top=0.97,
             wspace=0.22, hspace=0.16,
         )  # fmt: skip
-        axes = add_space(figure, grid[0, :], _BOX, eye=(24.0, -50.0), zoom=1.3)
-        draw_space(parameters, axes, _BOX, colours)
-        _name_space(axes, parameters)
-        axes.set_title(r"(a)  $\delta<f_b$", loc="left", y=0.94)
-        for index, (delta, relation) in enumerate(zip(GAPS, ("<", "=", ">"), strict=True)):
+        x_r, v_r = window(parameters, 1.85, 1.2)
+        box = Box(x_r, v_r, (-2.5 * parameters.f_b, 2.5 * parameters.f_b))
+        axes = add_space(figure, grid[0, :], box, eye=(24.0, -50.0), zoom=1.4)
+        draw_space(parameters, axes, box, colours)
+        _name_space(axes, parameters, box, names)
+        relation = ("<", "=", ">")[int(np.sign(parameters.delta - parameters.f_b)) + 1]
+        axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=0.98)
+        for index, gap in enumerate(_gaps(parameters)):
             below = figure.add_subplot(grid[1, index])
-            top_view(parameters.replace(delta=delta), below, _BOX.x_r, _BOX.v_r, colours)
-            below.set_title(rf"({'bcd'[index]})  $\delta{relation}f_b$", loc="left")
-        return figure
+            top_view(gap, below, box.x_r, box.v_r, names, colours)
+            below.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
+        names.settle()
+        return describe(figure, "State space", parameters=parameters)
+
+
+def _gaps(parameters: Parameters) -> list[Parameters]:
+    """The parameters with gaps below, at and above the friction bound; where it can, its own."""
+    own, bound = parameters.delta, parameters.f_b
+    low, _, high = (factor * bound for factor in GAPS)
+    gaps = (own if own < bound else low, bound, own if own > bound else high)
+    return [parameters.replace(delta=gap) for gap in gaps]
 
 
 def top_view(
-    parameters: Parameters, axes: Axes, x_r: Limits, v_r: Limits, colours: Colours = "safe"
+    parameters: Parameters,
+    axes: Axes,
+    x_r: Limits,
+    v_r: Limits,
+    names: Names,
+    colours: Colours = "safe",
 ) -> None:
-    """The plane P1 = 0: surfaces S1-S6 tinted, lines L1-L8 and corners O1, O2 named."""
+    """The plane P1 = 0: surfaces S1-S6 tinted, lines L1-L8 and corners O1, O2 named.
+
+    The names are given to `names`, which places them.
+    """
+    at = {f"O{k}": v for k, v in enumerate(corners(parameters), start=1) if v_r[0] < v < v_r[1]}
+    for name, v in at.items():
+        axes.plot(parameters.delta, v, "o", color="black", label=name)
+    for name, line in lines(parameters, x_r, v_r).items():
+        style, colour = LOOKS[name]
+        own = axes.plot(*line.T, style, color=colour, linewidth=0.9, label=name)
+        names.on(axes, along(line), mathematical(name), own, color=colour, bbox=PATCH)
     for name, polygon in surfaces(parameters, x_r, v_r).items():
         tint = field_colour(int(name[1:]), colours)
         axes.fill(*polygon.T, color=tint, alpha=0.16, linewidth=0, label=name)
-        _name(axes, polygon.mean(axis=0), name)
-    for name, line in lines(parameters, x_r, v_r).items():
-        style, colour = LOOKS[name]
-        axes.plot(*line.T, style, color=colour, linewidth=0.9, label=name)
-        _name(axes, line.mean(axis=0), name, colour)
-    for index, corner in enumerate(corners(parameters), start=1):
-        if v_r[0] < corner < v_r[1]:
-            axes.plot(parameters.delta, corner, "o", color="black", label=f"O{index}")
-            axes.annotate(
-                f"$O_{index}$",
-                (parameters.delta, corner),
-                xytext=(5, 3),
-                textcoords="offset points",
-                bbox=PATCH,
-            )
+        names.on(axes, inside(polygon), mathematical(name))
+    for name, v in at.items():
+        names.beside(axes, (parameters.delta, v), mathematical(name))
     axes.axhline(0, color="0.7", linewidth=0.4, zorder=0)
     axes.axvline(0, color="0.7", linewidth=0.4, zorder=0)
     axes.set(xlim=x_r, ylim=v_r, xlabel="$x_r$", ylabel="$v_r$")
 
 
-def _name_space(axes: Any, parameters: Parameters) -> None:
-    """The names of subspaces, surfaces and lines, where they are in the box of Fig. 2."""
-    delta, (x_r, v_r, v_c) = parameters.delta, _BOX
-    for name, polygon in surfaces(parameters, x_r, v_r).items():
-        _name(axes, (*polygon.mean(axis=0), 0.0), name)
-    for name, line in lines(parameters, x_r, v_r).items():
-        # Off the middle, which the names of the walls S8 and S9 cover.
-        along = 0.5 if name in ("L5", "L6", "L7", "L8") else 0.25
-        _name(axes, (*(line[0] + along * (line[1] - line[0])), 0.0), name, LOOKS[name][1])
-    for name, wall in walls(delta, _BOX).items():
-        _, middle, _ = wall.mean(axis=0)
-        high = name in ("S7", "S8")
-        _name(axes, (delta, middle, 0.5 * v_c[1] if high else 0.85 * v_c[0]), name)
-    for v in (0.85 * v_c[0], 0.85 * v_c[1]):
-        _name(axes, (delta, 0.0, v), "L9", "0.3")
+def along(line: Array) -> Array:
+    """Places for a name on a line between two ends, the middle first."""
+    share = 0.5 + np.array([0, *(s * k for k in np.arange(0.05, 0.46, 0.05) for s in (1, -1))])
+    found: Array = line[0] + np.outer(share, line[1] - line[0])
+    return found
+
+
+def inside(polygon: Array) -> Array:
+    """Places for a name in a convex polygon, the middle first."""
+    middle = polygon.mean(axis=0)
+    between = np.concatenate([polygon, (polygon + np.roll(polygon, 1, axis=0)) / 2])
+    steps = [middle + share * (between - middle) for share in (0.0, 0.2, 0.4, 0.6, 0.75)]
+    found: Array = np.concatenate(steps)
+    return found
+
+
+def _name_space(axes: Any, parameters: Parameters, box: Box, names: Names) -> None:
+    """The names of subspaces, surfaces and lines, where they are in the box."""
+    delta, (x_r, v_r, v_c) = parameters.delta, box
     left, right, back = (x_r[0] + delta) / 2, (x_r[1] + delta) / 2, 0.5 * v_r[1]
     for index, place in (
         (1, (left, back, 0.6 * v_c[1])),
@@ -100,17 +137,31 @@ def _name_space(axes: Any, parameters: Parameters) -> None:
         (4, (right, back, 0.6 * v_c[1])),
         (6, (right, v_r[0] / 2, 0.6 * v_c[0])),
     ):
-        axes.text(*place, rf"$\Omega_{index}$", ha="center", va="center", fontsize=10, zorder=20)
+        names.beside(axes, projected(axes, [place]), rf"$\Omega_{index}$", fontsize=10)
+    own = {line.get_label(): line for line in axes.lines}
+    for name, line in lines(parameters, x_r, v_r).items():
+        level = np.column_stack([along(line), np.zeros(len(along(line)))])
+        looks = {"color": LOOKS[name][1], "bbox": PATCH}
+        names.on(axes, projected(axes, level), mathematical(name), [own[name]], **looks)
+    upright = [(delta, 0.0, share * v) for v in v_c for share in (0.85, 0.75, 0.65, 0.55)]
+    own = {line: line for line in axes.lines if line.get_label() == "L9"}
+    for half in (upright[:4], upright[4:]):
+        looks = {"color": "0.3", "bbox": PATCH}
+        names.on(axes, projected(axes, half), mathematical("L9"), own.values(), **looks)
+    areas = {
+        name: np.column_stack([polygon, np.zeros(len(polygon))])
+        for name, polygon in surfaces(parameters, x_r, v_r).items()
+    }
+    for name, polygon in (areas | walls(delta, box)).items():
+        places = inside(polygon)
+        if name == "S10":  # most of it is behind the plane P1 = 0
+            places = places + np.array([0.0, 0.0, 0.3 * v_c[0]])
+        names.on(axes, projected(axes, places), mathematical(name))
 
 
-def _name(axes: Any, place: Iterable[float], name: str, colour: str = "black") -> None:
-    axes.text(
-        *place,
-        mathematical(name),
-        color=colour,
-        ha="center",
-        va="center",
-        fontsize=6.5,
-        bbox=PATCH,
-        zorder=20,
-    )
+def projected(axes: Any, places: Any) -> Array:
+    """Places (n, 3) of the state space as coordinates (n, 2) of its picture."""
+    from mpl_toolkits.mplot3d import proj3d
+
+    x, y, _ = proj3d.proj_transform(*np.asarray(places, dtype=float).T, axes.get_proj())
+    return np.column_stack([x, y])

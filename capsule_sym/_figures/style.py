@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
+import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Colours = Literal["safe", "paper"]
-COLUMN, PAGE = 3.54, 7.48
-"""Widths of a column and of a page of print, in inches."""
-
-FORMATS = (".png", ".svg", ".pdf")
-
 _FIELDS: dict[str, tuple[str, ...]] = {
     # The hues of the paper in the palette of Okabe and Ito, which eyes of all kinds tell apart.
     "safe": ("#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"),
     "paper": ("blue", "red", "magenta", "green", "black", "orange"),
 }
+
+REGIONS = (
+    *("#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288"),
+    *("#44aa99", "#aa4499", "#999933", "#882255"),
+)
+"""Colours of areas side by side, by their size; the explorer's too. From Paul Tol's schemes."""
+
+STABLE, UNSTABLE = "#0072B2", "#D55E00"
+SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Colours of curves that are compared."""
 
 LABELS = {
     "x_r": "relative displacement $x_r$",
@@ -60,6 +69,18 @@ def field_colour(field: int, colours: Colours = "safe") -> str:
     return _FIELDS[colours][field - 1]
 
 
+def readable(colour: str) -> str:
+    """Black or white, whichever reads better on a colour "#rrggbb"."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    light = 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
+    return "black" if light > 0.22 else "white"
+
+
+def itinerary(fields: Sequence[str] | str) -> str:
+    """An itinerary as it is written: F5 F4 F1 F2, from its fields or its digits."""
+    return " ".join(f"F{one.removeprefix('F')}" for one in fields)
+
+
 def mathematical(name: str) -> str:
     """The name of a surface, a line or its part, such as L2^(1), in mathematical type."""
     piece, _, part = name.partition("^")
@@ -88,6 +109,12 @@ def new_figure(width: float, height: float, **options: Any) -> Figure:
     return Figure(figsize=(width, height), **options)
 
 
+def figure_of(axes: Axes) -> Figure:
+    """The figure that holds axes, themselves perhaps in a part of it."""
+    figure: Figure = axes.get_figure(root=True)  # type: ignore[assignment]
+    return figure
+
+
 def draw_points(axes: Axes, x: Sequence[float], y: Sequence[float], label: str) -> None:
     """Exact points: white ones with a black rim, above all curves."""
     rim: dict[str, Any] = {"markeredgecolor": "black", "markeredgewidth": 0.8}
@@ -99,20 +126,58 @@ def column_edges(middles: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([middles[:1], (middles[1:] + middles[:-1]) / 2, middles[-1:]])
 
 
-def save(figure: Figure, path: Path) -> None:
+_ABOUT: WeakKeyDictionary[Any, dict[str, Any]] = WeakKeyDictionary()
+
+
+def describe(figure: Figure, title: str, **about: Any) -> Figure:
+    """Keep with a figure what it shows, for the metadata of its file: a title, and values by name.
+
+    Values are plain data for JSON, or have `to_dict`, as parameters do.
+    """
+    plain = {k: v.to_dict() if hasattr(v, "to_dict") else v for k, v in about.items()}
+    _ABOUT[figure] = {"title": title, **_ABOUT.get(figure, {}), **plain}
+    return figure
+
+
+def save(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
-    Raises InvalidInput for another ending and for a path that cannot be written.
+    What the figure shows is in the file's metadata: `Title`, and `Description` (PDF: `Subject`), a
+    JSON object with the parameters. `dpi` is the resolution of a PNG, 300 if not given, and of
+    what is dots in the others. Raises InvalidInput for another ending or resolution, and for a
+    path that cannot be written.
     """
     kind = check_ending(path)
-    dated = {".svg": "Date", ".pdf": "CreationDate"}
-    metadata = {dated[kind]: None} if kind in dated else None
+    check_resolution(dpi)
     with styled():
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, metadata=metadata)
+            figure.savefig(path, metadata=_metadata(figure, kind), dpi=dpi or RESOLUTION)
         except OSError as error:
             raise InvalidInput("out", str(path), f"writable ({error.strerror})") from error
+
+
+def _metadata(figure: Figure, kind: str) -> dict[str, Any]:
+    about = dict(_ABOUT.get(figure, {}))
+    program = f"capsule-sym {capsule_sym.__version__}"
+    title, text = about.pop("title", ""), json.dumps(about, sort_keys=True) if about else ""
+    names: dict[str, tuple[str, str, str, str | None]] = {
+        ".png": ("Title", "Description", "Software", None),
+        ".svg": ("Title", "Description", "Creator", "Date"),
+        ".pdf": ("Title", "Subject", "Creator", "CreationDate"),
+    }
+    *known, date = names[kind]
+    found: dict[str, Any] = {
+        name: value for name, value in zip(known, (title, text, program), strict=True) if value
+    }
+    return found | ({date: None} if date else {})
+
+
+def check_resolution(dpi: float | None) -> None:
+    """Raises InvalidInput for a resolution that no picture has; None stands for the usual one."""
+    low, high = RESOLUTIONS
+    if dpi is not None and not low <= dpi <= high:
+        raise InvalidInput("dpi", dpi, f"in [{low:g}, {high:g}]")
 
 
 def check_ending(path: Path) -> str:
@@ -122,7 +187,7 @@ def check_ending(path: Path) -> str:
     return path.suffix.lower()
 
 
-GREY, RED = "#888888", "#c03030"
+GREY, RED = "#707070", "#c03030"
 LOOKS = {
     # As in Fig. 7: L2 dashed grey, L6 and L7 solid black, L3 dashed red.
     "L1": ("--", "#3070c0"),

@@ -7,22 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sections import draw_section
-from capsule_sym._figures.statespace import PATCH, top_view
-from capsule_sym._figures.style import PAGE, Colours, mathematical, new_figure, styled
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.statespace import top_view, window
+from capsule_sym._figures.style import Colours, describe, mathematical, new_figure, styled
 from capsule_sym._map import Trajectory
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, lines
-from capsule_sym._study.sections import (
-    FIG3,
-    FIG4,
-    FIG5,
-    SCHEMATIC,
-    Section,
-    derivatives,
-    line_point,
-)
+from capsule_sym._study.sections import SCHEMATIC, Section, derivatives, line_point, sections
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,87 +26,114 @@ Bundles = Sequence[Sequence[Trajectory]]
 
 
 _THROUGH = {"S1": ((3,), 1), "S5": ((4, 6), 5), "S7": ((1,), 4)}  # sources and target of Fig. 3
-_VIEW = (-2.2, 3.2), (-6.2, 4.2)
-_KEY = "arrows: $F_i$ at\n$\\omega\\tau=0$ (black), $\\pi$ (grey)"
+_KEY = "arrows: $F_i$ at $\\omega\\tau=0$ (black), $\\pi$ (grey)"
 _ARROW: dict[str, Any] = {
     **{"angles": "xy", "units": "inches", "width": 0.014, "zorder": 5},
     **{"scale_units": "inches", "scale": 4.0},
 }
 
 
-def fig3(bundles: Bundles, *, colours: Colours = "safe") -> Figure:
+def fig3(
+    bundles: Bundles,
+    parameters: Parameters = SCHEMATIC,
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
+) -> Figure:
     """Trajectories through S1, S5 and S7, with the normals and fields in one point (Fig. 3).
 
-    `bundles` are those of the sections `FIG3`, in their order.
+    `bundles` are those of the first of `sections` at the parameters, in their order.
     """
     with styled():
-        figure = new_figure(PAGE, 2.7, layout="constrained")
+        figure = new_figure(width, 2.7, layout="constrained")
         for index, (axes, section, bundle) in enumerate(
-            zip(figure.subplots(1, 3), FIG3, bundles, strict=True)
+            zip(figure.subplots(1, 3), sections(parameters)[0], bundles, strict=True)
         ):
             draw_section(section, bundle, axes, colours)
-            _vectors(section, SCHEMATIC, axes)
+            _vectors(section, parameters, axes)
             axes.set_title(f"({'abc'[index]})  {mathematical(section.name)}", loc="left")
-        figure.legend(handles=field_handles(colours), loc="outside upper center", ncols=6)
-        return figure
+        figure.legend(handles=field_handles(figure, colours), loc="outside upper center", ncols=6)
+        return describe(figure, "Switching on surfaces", parameters=parameters)
 
 
-def fig4(bundles: Bundles, *, colours: Colours = "safe") -> Figure:
+def fig4(
+    bundles: Bundles,
+    parameters: Parameters = SCHEMATIC,
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
+) -> Figure:
     """The plane P1 = 0 with the directions across L1 to L4, and sections of them (Fig. 4).
 
-    `bundles` are those of the sections `FIG4`, in their order. Of the two arrows in a point one
-    is the field of stick when the excitation is largest, one when it is least: on L2^(2) and
+    `bundles` are those of the second of `sections`, in their order. Of the two arrows in a point
+    one is the field of stick when the excitation is largest, one when it is least: on L2^(2) and
     L3^(2) they are on different sides of the line.
     """
 
     def arrows(axes: Axes) -> None:
         for name, field in (("L1", 2), ("L2", 2), ("L3", 5), ("L4", 5)):
-            _fields(name, field, axes)
+            _fields(parameters, name, field, axes)
 
-    return _plane_and_sections(FIG4, bundles, arrows, colours)
+    return _plane_and_sections(parameters, 1, bundles, arrows, colours, width)
 
 
-def fig5(bundles: Bundles, *, colours: Colours = "safe") -> Figure:
+def fig5(
+    bundles: Bundles,
+    parameters: Parameters = SCHEMATIC,
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
+) -> Figure:
     """The plane P1 = 0 with the directions across L5 to L8, and sections of them (Fig. 5).
 
-    `bundles` are those of the sections `FIG5`, in their order; arrows as in `fig4`.
+    `bundles` are those of the third of `sections`, in their order; arrows as in `fig4`.
     """
 
     def arrows(axes: Axes) -> None:
         for name, field in (("L5", 4), ("L6", 5), ("L7", 2), ("L8", 3)):
-            _fields(name, field, axes)
+            _fields(parameters, name, field, axes)
 
-    return _plane_and_sections(FIG5, bundles, arrows, colours)
+    return _plane_and_sections(parameters, 2, bundles, arrows, colours, width)
 
 
 def _plane_and_sections(
-    sections: Sequence[Section], bundles: Bundles, arrows: Callable[[Axes], None], colours: Colours
+    parameters: Parameters,
+    which: int,
+    bundles: Bundles,
+    arrows: Callable[[Axes], None],
+    colours: Colours,
+    width: float,
 ) -> Figure:
+    shown = sections(parameters)[which]
     with styled():
-        figure = new_figure(PAGE, 4.4, layout="constrained")
-        columns = -(-len(sections) // 2)
+        figure = new_figure(width, 4.4, layout="constrained")
+        columns = -(-len(shown) // 2)
         grid = figure.add_gridspec(2, 1 + columns, width_ratios=(1.75, *[1] * columns))
         plane = figure.add_subplot(grid[:, 0])
-        top_view(SCHEMATIC, plane, *_VIEW, colours)
+        names = Names(figure)
+        top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
         arrows(plane)
-        plane.text(0.98, 0.98, _KEY, transform=plane.transAxes, ha="right", va="top", fontsize=6)
-        plane.set_title("(a)  plane $P_1=0$", loc="left")
-        for index, (section, bundle) in enumerate(zip(sections, bundles, strict=True)):
+        plane.set_title(f"(a)  plane $P_1=0$; {_KEY}", loc="left", fontsize=6.3)
+        for index, (section, bundle) in enumerate(zip(shown, bundles, strict=True)):
             axes = figure.add_subplot(grid[index // columns, 1 + index % columns])
             draw_section(section, bundle, axes, colours)
             axes.set_title(f"({'bcdefg'[index]})  {mathematical(section.name)}", loc="left")
-        figure.legend(handles=field_handles(colours), loc="outside upper center", ncols=6)
-        return figure
+        figure.legend(handles=field_handles(figure, colours), loc="outside upper center", ncols=6)
+        names.settle()
+        return describe(figure, "Switching on lines", parameters=parameters)
 
 
-def _fields(name: str, field: int, axes: Axes) -> None:
+def _fields(parameters: Parameters, name: str, field: int, axes: Axes) -> None:
     """The field in the plane P1 = 0 at points of a line, when cos(omega tau) is 1 and -1."""
-    (_, low), (_, high) = sorted(lines(SCHEMATIC, *_VIEW)[name].tolist(), key=lambda end: end[1])
+    line = lines(parameters, *window(parameters, 1.16, 0.96)).get(name)
+    if line is None:
+        return
+    (_, low), (_, high) = sorted(line.tolist(), key=lambda end: end[1])
     count = max(2, round((high - low) / 0.9))
     for v_r in np.linspace(low, high, count + 2)[1:-1]:
-        x_r, _, _ = line_point(SCHEMATIC, name, v_r)
+        x_r, _, _ = line_point(parameters, name, v_r)
         for cosine, shade in ((1.0, "0.0"), (-1.0, "0.55")):
-            step, turn, _ = derivatives(SCHEMATIC, field, (x_r, v_r), cosine)
+            step, turn, _ = derivatives(parameters, field, (x_r, v_r), cosine)
             size = np.hypot(step, turn)
             axes.quiver(x_r, v_r, step / size, turn / size, color=shade, **_ARROW)
 
@@ -131,7 +152,7 @@ def _vectors(section: Section, parameters: Parameters, axes: Axes) -> None:
         )
         looks = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", (x1, y1), xytext=(x0, y0), arrowprops=looks, zorder=6)
-        axes.text(x2, y2, text, ha="center", va="center", bbox=PATCH, zorder=7)
+        axes.text(x2, y2, text, ha="center", va="center", bbox=PATCH, zorder=30)
 
     middle, aside = np.zeros(2), np.array([0.0, 0.12]) if plane == 2 else np.zeros(2)
     for sign, mark in ((1, "+"), (-1, "-")):

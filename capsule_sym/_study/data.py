@@ -5,16 +5,13 @@ A file is named by a digest of what it was computed from: inputs, package versio
 
 from __future__ import annotations
 
-import atexit
 import hashlib
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from shutil import rmtree
-from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,29 +24,17 @@ from capsule_sym._records import dumps, write
 from capsule_sym.generated.py import DIGEST
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from capsule_sym._orbits.continuation.continuation import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit
+    from capsule_sym._study.regions import Plane, Region
     from capsule_sym._study.sections import Section
 
 _BLOCK = 64  # excitation periods after which to look whether the motion is steady
 _MOST_PERIODS = 4096
 _BRANCH_POINTS = 200
 _STEPS = 30  # of a branch that is followed for its bifurcations only
-# Along the steady motions of the case study a disturbance is down to 1e-6 after 1,500 periods.
-_CHART_PERIODS, _CHART_TOLERANCE = 1500, 1e-6
-_STRIDE = 8  # cells of a chart between those that are computed first
-_DRAWN = 3  # excitation periods of a motion that is drawn, or its period_number if that is more
-
-
-class Range(NamedTuple):
-    """A range of a parameter, and the number of values in it on a chart."""
-
-    name: str
-    low: float
-    high: float
-    cells: int
+_ACROSS = 20  # of a chart, points at which motions are run
+_DRAWN = 3  # excitation periods of a motion that is drawn, or its multiple if that is more
 
 
 class Store:
@@ -57,7 +42,6 @@ class Store:
 
     def __init__(self, track: Track, directory: Path | None = None) -> None:
         self.track, self.directory = track, directory or cache_directory()
-        self.spare: Path | None = None
 
     def get(self, name: str, inputs: Any, compute: Callable[[], Any]) -> Any:
         """The result of `compute`, plain data for JSON, which `name` and `inputs` decide."""
@@ -74,17 +58,6 @@ class Store:
         text = json.dumps([name, _provenance(), inputs], sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()[:16]
         return self.directory / f"{name}-{digest}{ending}"
-
-    def _place(self) -> Path:
-        """The directory, or one that ends with this process where nothing can be kept."""
-        try:
-            self.directory.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            if self.spare is None:
-                self.spare = Path(mkdtemp(prefix="capsule-sym-"))
-                atexit.register(rmtree, self.spare, ignore_errors=True)
-            return self.spare
-        return self.directory
 
     def _at_once(self, text: str, compute: Callable[[], Any]) -> Any:
         """The result of one long step, while a bar shows that it is under way."""
@@ -114,8 +87,8 @@ class Store:
 
         return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
 
-    def curves(self, parameters: Parameters, first: Range, second: Range) -> Any:
-        """The bifurcations of the branch in the first parameter as curves in two.
+    def curves(self, parameters: Parameters, plane: Plane) -> Any:
+        """The bifurcations of the branch in the plane's first parameter as curves in both.
 
         Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
         at the low end of the first range.
@@ -124,34 +97,33 @@ class Store:
         from capsule_sym._orbits.continuation.records import curve_record
 
         def compute() -> list[dict[str, Any]]:
-            start = parameters.replace(**{first.name: first.low})
-            found = _followed(start, first.name, first.high, _STEPS).bifurcations
-            ranges = (first.low, first.high), (second.low, second.high)
+            start = parameters.replace(**{plane.first: plane.x[0]})
+            found = _followed(start, plane.first, plane.x[1], _STEPS).bifurcations
             tracked = self.track(found, "Following the curves", len(found))
-            return [curve_record(trace(one, second.name, ranges)) for one in tracked]
+            return [curve_record(trace(one, plane.second, (plane.x, plane.y))) for one in tracked]
 
-        return self.get("curves", [parameters.to_dict(), first, second], compute)
+        return self.get("curves", [parameters.to_dict(), plane], compute)
 
-    def chart(self, parameters: Parameters, first: Range, second: Range) -> xr.Dataset:
-        """The itineraries over two parameters, refined where neighbours differ.
+    def regions(self, parameters: Parameters, plane: Plane) -> list[Region]:
+        """The regions between the `curves`.
 
-        Raises NotInstalled without the libraries of sweeps.
+        The steady motions from rest at one point of each, and at those of a grid, say which
+        itineraries they have.
         """
-        try:
-            from capsule_sym._sweeps import Axis, Sweep, open_results, refine
-        except ModuleNotFoundError as missing:
-            raise NotInstalled(missing, "sweep") from missing
+        from capsule_sym._study import regions
 
-        path = self._place() / self._path("chart", [parameters.to_dict(), first, second]).name
-        if not (path / "done").exists():
-            axes = tuple(Axis.linear(*one) for one in (first, second))
-            sweep = Sweep(axes, parameters, periods=_CHART_PERIODS, tolerance=_CHART_TOLERANCE)
-            self._at_once(
-                "Charting motions",
-                lambda: refine(sweep, path, stride=_STRIDE, resume=True, any_core=True),
-            )
-            (path / "done").touch()
-        return open_results(path)
+        cut = regions.faces(plane, self.curves(parameters, plane))
+        places = regions.samples(plane, cut, _ACROSS)
+
+        def compute() -> list[list[Any]]:
+            tracked = self.track(places, "Settling motions", len(places))
+            return [
+                [number, _word(parameters.replace(**{plane.first: x, plane.second: y}))]
+                for number, x, y in tracked
+            ]
+
+        found = self.get("regions", [parameters.to_dict(), plane], compute)
+        return regions.by_samples(plane, cut, found)
 
     def bundle(self, section: Section, parameters: Parameters) -> list[Trajectory]:
         """Runs of one period from the rim of a section's window."""
@@ -234,6 +206,16 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
     from capsule_sym._orbits.continuation import saved
 
     return saved.orbit_of(record.get("orbit", record))
+
+
+def _word(parameters: Parameters) -> str:
+    """The itinerary of the steady motion from rest, empty where it does not become steady."""
+    try:
+        record = _settled(parameters)
+    except InvalidInput:
+        return ""
+    steady = _run(parameters, record).steady()
+    return " ".join(steady.word) if steady else ""
 
 
 def _settled(parameters: Parameters) -> dict[str, Any]:

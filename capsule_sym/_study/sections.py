@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Array, interaction
+from capsule_sym._study.boundaries import corners
 from capsule_sym.generated import formulas
 
 SCHEMATIC = Parameters(alpha=0.4, delta=0.4, zeta=0.3, beta=0.6)
@@ -71,25 +73,61 @@ def abscissa(section: Section, arc: Arc, parameters: Parameters) -> Array:
     return interaction(arc, parameters) - sign * parameters.f_b
 
 
-FIG3 = (
-    Section("S1", (-0.6, 3.5, 0.0), 0.0, 0.1, 0.02),
-    Section("S5", (1.0, -1.5, 0.0), 0.0, 0.1, 0.03),
-    Section("S7", (SCHEMATIC.delta, 1.0, 0.5), 0.0, 0.1, 0.02),
-)
-FIG4 = (
-    Section("L1", line_point(SCHEMATIC, "L1", 2.0), 0.0, 0.1, 0.02),
-    Section("L2", line_point(SCHEMATIC, "L2", -1.7), 0.0, 0.1, 0.03, part=1),
-    Section("L2", line_point(SCHEMATIC, "L2", 1.0), 0.0, 0.1, 0.03, part=3),
-    Section("L3", line_point(SCHEMATIC, "L3", -1.0), 0.0, 0.1, 0.03, part=1),
-    Section("L3", line_point(SCHEMATIC, "L3", 0.75), 0.0, 0.1, 0.01, part=3),
-    Section("L4", line_point(SCHEMATIC, "L4", -4.0), 0.0, 0.1, 0.02),
-)
-FIG5 = (
-    Section("L5", line_point(SCHEMATIC, "L5", 1.8), 0.0, 0.1, 0.02),
-    Section("L6", line_point(SCHEMATIC, "L6", 0.5), 0.0, 0.1, 0.05),
-    Section("L7", line_point(SCHEMATIC, "L7", -1.2), 0.0, 0.1, 0.03),
-    Section("L8", line_point(SCHEMATIC, "L8", -4.0), 0.0, 0.1, 0.02),
-)
+def sections(parameters: Parameters) -> tuple[tuple[Section, ...], ...]:
+    """The sections of Figs. 3, 4 and 5: of surfaces, of L1 to L4 and of L5 to L8.
+
+    A line that the parameters do not have has no section. Raises InvalidInput without damping,
+    where the corner points O1 and O2 are at infinity.
+    """
+    p, size = parameters, parameters.f_b
+    if p.zeta == 0.0:
+        raise InvalidInput("zeta", p.zeta, "above 0 for the switching surfaces' corner points")
+    upper, lower = corners(p)
+    long = upper - lower
+
+    def on(line: str, v_r: float, up: float, part: int = 0) -> Section:
+        return Section(line, line_point(p, line, v_r), 0.0, 0.1 * size, up * size, part)
+
+    def between(line: str, v_r: float, share: float) -> float:
+        """x_r a share of the way from a line to the gap's end."""
+        x_r, _, _ = line_point(p, line, v_r)
+        return float(x_r + share * (p.delta - x_r))
+
+    fast, back = upper + 0.75 * long, upper - 0.75 * long
+    areas = (
+        Section("S1", (between("L1", fast, 1 / 3), fast, 0.0), 0.0, 0.1 * size, 0.02 * size),
+        Section("S5", (between("L3", back, 0.36), back, 0.0), 0.0, 0.1 * size, 0.03 * size),
+        Section("S7", (p.delta, size, 0.5 * size), 0.0, 0.1 * size, 0.02 * size),
+    )
+    (low2, high2), (low3, high3) = (_middle_part(p, line) for line in ("L2", "L3"))
+    edges = [on("L1", upper + 0.3 * long, 0.02)]
+    if low2 > lower:
+        edges.append(on("L2", lower + 0.42 * (low2 - lower), 0.03, 1))
+    edges.append(on("L2", max(high2, lower) + 0.41 * long, 0.03, 3))
+    edges.append(on("L3", min(low3, upper) - 0.37 * long, 0.03, 1))
+    if high3 < upper:
+        edges.append(on("L3", (high3 + upper) / 2, 0.01, 3))
+    edges.append(on("L4", lower - 0.5 * long, 0.02))
+    gaps = [on("L5", max(upper, 0.0) + 0.24 * long, 0.02)]
+    if upper > 0.0:
+        gaps.append(on("L6", upper / 2, 0.05))
+    middle = (0.48 * min(upper, 0.0) + 0.52 * lower) if lower < 0.0 else lower
+    gaps += [on("L7", middle, 0.03), on("L8", lower - 0.5 * long, 0.02)]
+    return areas, tuple(edges), tuple(gaps)
+
+
+def _middle_part(parameters: Parameters, line: str) -> tuple[float, float]:
+    """Ends in v_r of the middle part of L2 or L3: there the forcing decides the way across."""
+    p, field, side = parameters, {"L2": 2, "L3": 5}[line], -SIGNS[line]
+    c = NumpyBackend().constants(field, p)
+    turn = -formulas.force_change(c, 0.0, side * p.f_b)
+    reach = formulas.force_change(c, 0.0, p.alpha)
+    slope = formulas.force_change(c, 1.0, 0.0)
+    return float((turn - reach) / slope), float((turn + reach) / slope)
+
+
+FIG3, FIG4, FIG5 = sections(SCHEMATIC)
+"""The sections of Figs. 3 to 5 at the parameters of Fig. 2."""
 
 
 def derivatives(

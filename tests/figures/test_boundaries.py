@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 
 from capsule_sym import Parameters
+from capsule_sym._figures.labels import Names
 from capsule_sym._figures.space import Box, add_space, box_of, draw_space, walls
 from capsule_sym._figures.statespace import GAPS, fig2, top_view
 from capsule_sym._study.boundaries import corners, lines, surfaces
@@ -94,14 +95,16 @@ def test_a_rectangle_off_the_lines_holds_one_surface() -> None:
 
 
 def test_top_view_draws_corners_and_lines_by_name() -> None:
-    axes = Figure().subplots()
-    top_view(Parameters(delta=1.6, zeta=0.3, beta=0.6), axes, X, V)
+    figure = Figure()
+    axes, names = figure.subplots(), Names(figure)
+    top_view(Parameters(delta=1.6, zeta=0.3, beta=0.6), axes, X, V, names)
+    names.settle()
     named = {line.get_label(): line for line in axes.lines}
     assert {"L1", "L2", "L3", "L4", "L5", "L7", "L8", "L10", "O1", "O2"} <= set(named)
     assert "L6" not in named
     assert named["O1"].get_data() == ([1.6], [pytest.approx(-1.0)])
     shown = {text.get_text() for text in axes.texts}
-    assert {"$S_{1}$", "$L_{10}$", "$O_1$"} <= shown
+    assert {"$S_{1}$", "$L_{10}$", "$O_{1}$"} <= shown
 
 
 def test_fig2_names_everything_once_in_space() -> None:

@@ -1,4 +1,4 @@
-"""The chart of itineraries: regions by area, names inside them, exact curves and points on top."""
+"""The chart: regions between exact curves, named inside; where cells differ they are drawn."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ import pytest
 import xarray as xr
 
 from capsule_sym import Parameters
-from capsule_sym._figures.charts import chart, regions
-from capsule_sym._study.data import Range, Store
+from capsule_sym._figures.charts import by_area, chart, draw_regions
+from capsule_sym._study.data import Store
+from capsule_sym._study.regions import Plane, by_cells, by_samples, faces, samples
 
 CODES = {11: "F5_F2", 22: "F5_F4_F1_F2", 33: "F2"}
 
@@ -31,30 +32,61 @@ def results() -> xr.Dataset:
 
 CURVE: dict[str, Any] = {
     "type": "crossing-sliding",
-    "points": [{"alpha": 0.75, "gamma": 1.0}, {"alpha": 0.8, "gamma": 3.0}],
-    "codimension_two": [{"alpha": 0.77, "gamma": 2.0}],
+    "points": [{"alpha": 0.75, "gamma": 1.0}, {"alpha": 0.73, "gamma": 3.0}],
+    "codimension_two": [{"alpha": 0.74, "gamma": 2.0}],
 }
 
 
-def test_words_are_numbered_by_area(results: xr.Dataset) -> None:
-    numbers, itineraries = regions(results)
-    assert itineraries == ["5412", "52", "2"]
-    assert set(numbers[:15].flat) == {1}
-    assert numbers[-1, -1] == 2
-    assert numbers[20, 10] == -1
+def area(regions, word: str) -> float:
+    return sum(region.shape().area for region in regions if region.word == word)
+
+
+def test_a_region_is_bounded_by_its_curve_and_not_by_cells(results: xr.Dataset) -> None:
+    plane, regions = by_cells(results, [CURVE])
+    assert plane == Plane("alpha", "gamma", (0.0, 2.0), (1.0, 3.0))
+    # Left of the curve: a trapezium, to the last digit.
+    assert area(regions, "F5 F2") == pytest.approx(2 * (0.75 + 0.73) / 2, abs=1e-9)
+    assert area(regions, "F5 F4 F1 F2") == pytest.approx(4 - 1.48, abs=1e-9)
+    # What no curve bounds are the cells themselves, here a quarter of one in a corner.
+    assert area(regions, "F2") == pytest.approx((1 / 39) * (1 / 19), rel=1e-9)
+    assert area(regions, "") == pytest.approx((2 / 39) * (2 / 19), rel=1e-9)
+    assert by_area(plane, regions) == ["F5 F4 F1 F2", "F5 F2", "F2"]
+
+
+def test_a_curve_that_ends_in_a_meeting_closes_its_region() -> None:
+    plane = Plane("alpha", "gamma", (0.0, 1.0), (0.0, 1.0))
+    straight = {
+        "points": [{"alpha": 0.5, "gamma": 0.0}, {"alpha": 0.5, "gamma": 1.0}],
+        "codimension_two": [{"alpha": 0.5, "gamma": 0.25}],
+    }
+    # Followed to just before the meeting.
+    short = {
+        "points": [{"alpha": 0.49, "gamma": 0.25}, {"alpha": 0.0, "gamma": 0.25}],
+        "codimension_two": [{"alpha": 0.5, "gamma": 0.25}],
+    }
+    for end in (short, {**short, "points": short["points"][::-1]}):
+        cut = faces(plane, [straight, end])
+        assert sorted(face.area for face in cut) == pytest.approx([0.125, 0.375, 0.5])
+
+
+def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them() -> None:
+    plane = Plane("alpha", "gamma", (0.0, 2.0), (1.0, 3.0))
+    cut = faces(plane, [CURVE])
+    found = samples(plane, cut, 8)
+    assert {number for number, _, _ in found} == {0, 1}
+    for number, alpha, gamma in found:
+        left = alpha < 0.75 - 0.01 * (gamma - 1)
+        assert left == (cut[number].centroid.x < 0.4)
+    said = [(number, "F2" if place else "F5 F2") for place, (number, _, _) in enumerate(found)]
+    assert {region.word for region in by_samples(plane, cut, said)} == {"F2"}
 
 
 def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
-    axes = chart(results).axes[0]
-    (mesh,) = axes.collections
-    drawn = mesh.get_array()
-    assert drawn.shape == (20, 40)
-    assert drawn[0, 0] == 1
-    assert drawn.mask[10, 20]
-    assert drawn.mask.sum() == 1
-    names = {text.get_text(): text.get_position() for text in axes.texts}
-    assert set(names) == {"5412", "52"}
-    assert names["52"][0] < 2 * 15 / 40 < names["5412"][0]
+    axes = chart(results, [CURVE]).axes[0]
+    labels = [patch.get_label() for patch in axes.patches]
+    assert sorted(labels) == ["_F2", "_F5 F2", "_F5 F4 F1 F2"]  # what is unknown stays white
+    names = {text.get_text(): text.xy for text in axes.texts}
+    assert names["F5 F2"][0] < 0.74 < names["F5 F4 F1 F2"][0]
     assert axes.get_xlabel() == r"excitation amplitude $\alpha$"
     assert axes.get_ylabel() == r"mass ratio $\gamma$"
 
@@ -62,27 +94,31 @@ def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
 def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
     figure = chart(results, [CURVE], levels=(1.5,))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
-    assert [list(v) for v in lines["crossing-sliding"].get_data()] == [[0.75, 0.8], [1.0, 3.0]]
-    assert [list(v) for v in lines["two conditions"].get_data()] == [[0.77], [2.0]]
+    assert [list(v) for v in lines["crossing-sliding"].get_data()] == [[0.75, 0.73], [1.0, 3.0]]
+    assert [list(v) for v in lines["codimension-two point"].get_data()] == [[0.74], [2.0]]
     (level,) = [line for line in figure.axes[0].lines if list(line.get_ydata()) == [1.5, 1.5]]
     assert level.is_dashed()
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert shown == ["crossing-sliding", "two conditions"]
+    assert shown == ["crossing-sliding", "codimension-two point"]
 
 
-def test_a_chart_is_computed_once_and_meets_its_curves(store: Store, monkeypatch) -> None:
-    first, second = Range("alpha", 0.2, 0.8, 24), Range("gamma", 2.5, 3.5, 8)
-    with store.chart(Parameters(), first, second) as results:
-        numbers, itineraries = regions(results)
-    monkeypatch.setattr("capsule_sym._sweeps.refine", lambda *_, **__: pytest.fail("again"))
-    with store.chart(Parameters(), first, second) as again:
-        assert np.array_equal(regions(again)[0], numbers)
-    assert {"52", "5452", "5412"} <= set(itineraries)
-    curves = store.curves(Parameters(), first, second)
-    (adding,) = [one for one in curves if one["type"] == "adding-sliding"]
-    alphas = np.linspace(first.low, first.high, first.cells)
-    for row, gamma in enumerate(np.linspace(second.low, second.high, second.cells)):
-        edge = np.interp(gamma, *np.array([(p["gamma"], p["alpha"]) for p in adding["points"]]).T)
-        stuck = numbers[:, row] == itineraries.index("52")
-        assert np.all(alphas[stuck] < edge + 1e-9)
-        assert np.all(stuck[alphas < edge - 1e-9])
+def test_what_is_not_there_is_not_in_the_legend(results: xr.Dataset) -> None:
+    figure = chart(results, [{**CURVE, "codimension_two": []}])
+    shown = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert shown == ["crossing-sliding"]
+    assert chart(results).legends == []
+
+
+def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, monkeypatch) -> None:
+    monkeypatch.setattr("capsule_sym._study.data._ACROSS", 6)
+    plane = Plane("alpha", "gamma", (0.2, 0.45), (2.5, 3.5))
+    regions = store.regions(Parameters(), plane)
+    monkeypatch.setattr("capsule_sym._study.data._settled", lambda *_: pytest.fail("again"))
+    again = store.regions(Parameters(), plane)
+    assert [region.word for region in again] == [region.word for region in regions]
+    assert sorted(region.word for region in regions) == ["F5 F2", "F5 F4 F5 F2"]
+    # Adding-sliding on L3^(2) does not depend on gamma.
+    assert area(regions, "F5 F2") == pytest.approx(0.36877972418 - 0.2, abs=1e-8)
+    (curve,) = store.curves(Parameters(), plane)
+    figure = draw_regions(plane, regions, [curve])
+    assert {patch.get_label() for patch in figure.axes[0].patches} == {"_F5 F2", "_F5 F4 F5 F2"}

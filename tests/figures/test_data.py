@@ -56,8 +56,6 @@ def test_nothing_is_kept_where_nothing_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     store = Store(count_items, tmp_path / "file" / "cache")
     assert [store.get("sum", 1, lambda n=n: n) for n in (1, 2)] == [1, 2]
-    ranges = data.Range("alpha", 0.5, 0.7, 2), data.Range("gamma", 3.0, 3.3, 2)
-    assert store.chart(Parameters(), *ranges)["itinerary"].shape == (2, 2)
 
 
 def test_another_version_computes_again(counting: Store, monkeypatch) -> None:

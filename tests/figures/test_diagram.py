@@ -5,7 +5,7 @@ import pytest
 
 from capsule_sym._cli import main
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.diagram import diagram
+from capsule_sym._figures.diagrams import diagram
 from capsule_sym._orbits.continuation.continuation import follow
 from capsule_sym._orbits.continuation.records import branch_record
 from capsule_sym._orbits.continuation.switching import cascade

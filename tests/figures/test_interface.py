@@ -11,7 +11,8 @@ import pytest
 from capsule_sym import InvalidInput
 from capsule_sym import _figures as figures
 from capsule_sym._figures.portraits import motion
-from capsule_sym._figures.style import COLUMN, PAGE, NotInstalled, new_figure, save, styled
+from capsule_sym._figures.sizes import COLUMN, PAGE
+from capsule_sym._figures.style import NotInstalled, new_figure, save, styled
 
 
 def test_every_public_name_resolves() -> None:

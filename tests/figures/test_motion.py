@@ -103,7 +103,7 @@ def test_boundary_lines_are_those_of_the_caption(settled) -> None:
         assert max(sign * v) > 0 >= min(sign * v)
     assert named["L2"].is_dashed()
     assert named["L3"].is_dashed()
-    assert to_hex(named["L2"].get_color()) == "#888888"
+    assert to_hex(named["L2"].get_color()) == "#707070"
     assert to_hex(named["L6"].get_color()) == "#000000"
 
 

@@ -1,4 +1,4 @@
-"""Several branches of periodic orbits in one diagram, their bifurcations labelled."""
+"""Branches of periodic orbits in one diagram, their bifurcations labelled."""
 
 from __future__ import annotations
 
@@ -7,7 +7,18 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.style import LABELS, PAGE, draw_points, new_figure, styled
+from capsule_sym._figures.branches import shared
+from capsule_sym._figures.labels import Names
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    SERIES,
+    describe,
+    draw_points,
+    figure_of,
+    new_figure,
+    styled,
+)
 from capsule_sym._study.data import orbit_of, strobe
 
 if TYPE_CHECKING:
@@ -20,36 +31,64 @@ Record = Mapping[str, Any]
 """A branch as `capsule-sym branch --json` gives it, those that leave it in `switched`."""
 
 QUANTITIES = ("x_r", "v_r", "v_c", "velocity")
-_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
-def diagram(record: Record, quantity: str = "x_r") -> Figure:
-    """A branch and those that leave it: stroboscopic x_r, v_r, v_c, or the average velocity.
+def diagram(
+    record: Record | Sequence[Record],
+    quantity: str = "x_r",
+    *,
+    width: float = PAGE,
+    axes: Axes | None = None,
+) -> Figure:
+    """Branches and those that leave them: stroboscopic x_r, v_r, v_c, or the average velocity.
 
     A colour is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its
-    label. Raises InvalidInput for another quantity.
+    label. Drawn into `axes` if they are given. Raises InvalidInput for another quantity, and for
+    branches in different parameters.
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")
-    branches = [record, *record["switched"]]
+    records = [record] if isinstance(record, Mapping) else list(record)
+    parameters = sorted({one["parameter"] for one in records})
+    if len(parameters) != 1:
+        raise InvalidInput("parameter", parameters, "the same of all branches")
+    branches = [branch for one in records for branch in (one, *one["switched"])]
+    colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
     with styled():
-        figure = new_figure(PAGE, 3.6)
-        axes = figure.subplots()
-        figure.subplots_adjust(left=0.1, right=0.98, bottom=0.14, top=0.97)
-        colours = [_COLOURS[k % len(_COLOURS)] for k in range(len(branches))]
-        for branch, colour in zip(branches, colours, strict=True):
-            name = f"from {branch['origin']}" if branch["origin"] else "branch"
+        if axes is None:
+            figure = new_figure(width, 3.6)
+            axes = figure.subplots()
+            figure.subplots_adjust(left=0.75 / width, right=0.98, bottom=0.14, top=0.9)
+        else:
+            figure = figure_of(axes)
+        for branch, colour, name in zip(branches, colours, _names(records), strict=True):
             _curves(axes, branch, quantity, colour, name)
-        for style, name in (("-", "stable"), ("--", "unstable")):
-            axes.plot([], [], style, color="0.4", label=name)
-        for branch, colour in zip(branches, colours, strict=True):
-            _labels(axes, branch, quantity, colour)
-        axes.set_xlabel(LABELS.get(record["parameter"]) or record["parameter"])
+        drawn = {point["stable"] for branch in branches for point in branch["points"]}
+        for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
+            if stable in drawn:
+                axes.plot([], [], style, color="0.4", label=name)
+        axes.margins(x=0.04, y=0.1)
+        axes.set_xlabel(LABELS.get(parameters[0]) or parameters[0])
         label = f"stroboscopic ${quantity}$" if quantity != "velocity" else LABELS[quantity]
         axes.set_ylabel(label)
-        axes.legend(loc="best")
-        return figure
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=6)
+        names = Names(figure)
+        for branch, colour in zip(branches, colours, strict=True):
+            _labels(axes, branch, quantity, colour, names)
+        names.settle()
+        return describe(figure, "Branches of periodic orbits", **shared(records[0]))
+
+
+def _names(records: Sequence[Record]) -> list[str]:
+    """A name for each branch: its number if there are several, and the point that it leaves."""
+    found = []
+    for number, record in enumerate(records, start=1):
+        name = f"branch {number}" if len(records) > 1 else "branch"
+        found.append(f"{name}, from {record['origin']}" if record["origin"] else name)
+        before = f"{name}, " if number > 1 else ""
+        found += [f"{before}from {branch['origin']}" for branch in record["switched"]]
+    return found
 
 
 def _values(orbit: Orbit, quantity: str) -> list[float]:
@@ -91,7 +130,7 @@ def _in_order(values: list[float], before: Sequence[float]) -> list[float]:
     )
 
 
-def _labels(axes: Axes, branch: Record, quantity: str, colour: str) -> None:
+def _labels(axes: Axes, branch: Record, quantity: str, colour: str, into: Names) -> None:
     """A point and the label at every bifurcation; labels that would meet become one."""
     found = branch["bifurcations"]
     places = [(one["value"], _values(orbit_of(one), quantity)[0]) for one in found]
@@ -108,6 +147,4 @@ def _labels(axes: Axes, branch: Record, quantity: str, colour: str) -> None:
             names.append(one["label"])
     for place, names in groups:
         text = " ".join(names) if len(names) < 3 else f"{names[0]} … {names[-1]}"
-        axes.annotate(
-            text, place, (4, 4), textcoords="offset points", fontsize=6, color=colour, zorder=6
-        )
+        into.beside(axes, [place], text, fontsize=6, color=colour)

@@ -1,0 +1,137 @@
+"""The capsule, its mass and its springs as a drawing (Fig. 1), at rest or at an instant."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import describe, new_figure, styled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
+_HALF, _HIGH, _ROUND = 2.6, 1.1, 0.55  # half length, height and rounding of the shell
+_WIDE = 0.42  # half width of the mass
+_WALL = 0.14
+_STOP = 0.16  # thickness of the plate on the second spring
+
+
+class Frame(NamedTuple):
+    """Where the capsule and the mass in it are drawn, and whether they press on what is beside.
+
+    `capsule` and `mass` are displacements in the drawing's units, `gap` that between the mass at
+    rest and the second spring.
+    """
+
+    capsule: float = 0.0
+    mass: float = 0.0
+    gap: float = 0.45
+
+
+def draw_capsule(axes: Axes, frame: Frame, colour: str = _MASS) -> list[Any]:
+    """The capsule at a frame: its artists, which may be removed again."""
+    from matplotlib.patches import FancyBboxPatch, Rectangle
+
+    at, mass = frame.capsule, frame.capsule + frame.mass
+    left, right = at - _HALF, at + _HALF
+    shell = FancyBboxPatch(
+        (left + _ROUND, _ROUND),
+        2 * (_HALF - _ROUND),
+        _HIGH - _ROUND,
+        boxstyle=f"round,pad={_ROUND}",
+        facecolor=_SHELL,
+        edgecolor=_INK,
+        linewidth=1.2,
+    )
+    body = Rectangle(
+        (mass - _WIDE, 0.32), 2 * _WIDE, 0.9, facecolor=colour, edgecolor=_INK, linewidth=0.8
+    )
+    plate = max(frame.gap, frame.mass) + at + _WIDE
+    stop = Rectangle((plate, 0.42), _STOP, 0.7, facecolor=_SOFT, edgecolor="none")
+    artists: list[Any] = [axes.add_patch(patch) for patch in (shell, body, stop)]
+    springs = (
+        (left + _WALL, mass - _WIDE, 0.95, 7),
+        (plate + _STOP, right - _WALL, 0.77, 5),
+    )
+    for begin, end, height, turns in springs:
+        artists += axes.plot(*_spring(begin, end, height, turns), color=_INK, linewidth=0.9)
+    artists += _damper(axes, left + _WALL, mass - _WIDE, 0.52)
+    return artists
+
+
+def _spring(begin: float, end: float, height: float, turns: int) -> tuple[Any, Any]:
+    share = np.concatenate([[0, 0.12], np.linspace(0.15, 0.85, 2 * turns), [0.88, 1]])
+    swing = np.concatenate([[0, 0], np.tile([0.12, -0.12], turns), [0, 0]])
+    return begin + (end - begin) * share, height + swing
+
+
+def _damper(axes: Axes, begin: float, end: float, height: float) -> list[Any]:
+    cup = begin + 0.42 * (end - begin), begin + 0.68 * (end - begin)
+    rod = begin + 0.55 * (end - begin)
+    artists: list[Any] = []
+    for x, y in (
+        ([begin, cup[0]], [height, height]),
+        ([cup[1], cup[0], cup[0], cup[1]], [height + 0.1] * 2 + [height - 0.1] * 2),
+        ([rod, end], [height, height]),
+        ([rod, rod], [height - 0.07, height + 0.07]),
+    ):
+        artists += axes.plot(x, y, color=_INK, linewidth=0.9)
+    return artists
+
+
+def ground(axes: Axes, left: float, right: float) -> None:
+    """The ground on which the capsule lies, hatched below, and nothing else on the axes."""
+    from matplotlib.patches import Rectangle
+
+    axes.plot([left, right], [0, 0], color=_INK, linewidth=1.0)
+    axes.add_patch(
+        Rectangle(
+            (left, -0.16), right - left, 0.16, hatch="/////", facecolor="none", edgecolor=_SOFT,
+            linewidth=0,
+        )
+    )  # fmt: skip
+    axes.set(xlim=(left, right), ylim=(-0.3, 2.35), aspect="equal")
+    axes.set_axis_off()
+
+
+def fig1(*, width: float = PAGE) -> Figure:
+    """The capsule with its mass, springs, damper and gap, and the symbols of each (Fig. 1)."""
+    with styled():
+        figure = new_figure(width, 0.41 * width)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        ground(axes, -4.4, 4.4)
+        axes.set_ylim(-0.85, 2.75)
+        draw_capsule(axes, Frame())
+        small: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 8}
+        for x, y, text in (
+            (0.0, 0.77, "$M_m$"),
+            (-1.45, 1.28, "$k_1$"),
+            (-1.45, 0.22, "$c$"),
+            (1.75, 1.1, "$k_2$"),
+            (0.66, 0.22, "$G$"),
+            (-2.95, 1.2, "$M_c$"),
+        ):
+            axes.text(x, y, text, **small)
+        arrow: dict[str, Any] = {"arrowstyle": "-|>", "color": _INK, "linewidth": 1.0}
+        for begin, end, y, text, aside in (
+            (0.0, 1.0, 1.95, r"$P_d\,\cos\Omega t$", 1.75),
+            (0.0, 1.0, 2.45, "$X_m$", 1.3),
+            (-3.9, -2.9, 2.45, "$X_c$", -2.6),
+            (3.9, 2.9, 0.25, "$F_r$", 4.15),
+        ):
+            axes.annotate("", (end, y), xytext=(begin, y), arrowprops=arrow)
+            axes.text(aside, y, text, **small)
+        for x, low in ((0.0, 1.3), (-3.9, 2.3)):
+            axes.plot([x, x], [low, 2.6], color=_SOFT, linewidth=0.6)
+        axes.annotate(
+            "",
+            (0.42, 0.36),
+            xytext=(0.87, 0.36),
+            arrowprops={"arrowstyle": "<->", "color": _INK, "linewidth": 0.7, "shrinkA": 0,
+                        "shrinkB": 0},
+        )  # fmt: skip
+        return describe(figure, "Capsule, inner mass, springs, damper and gap")

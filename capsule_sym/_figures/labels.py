@@ -1,0 +1,239 @@
+"""Names in a drawing that find their own places: on no line, on no other text, and uncut."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.path import Path as Curve
+    from matplotlib.text import Text
+
+Array = NDArray[np.float64]
+Box = tuple[float, float, float, float]
+"""Left, bottom, right and top in pixels."""
+
+PATCH: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 1.0, "pad": 0.8}
+"""What is behind a name on its own line, so that the line does not strike it through."""
+
+_COMPASS = (0.6, 0.6), (-0.6, 0.6), (0.6, -0.6), (-0.6, -0.6), (0, 0.8), (0, -0.8), (1, 0), (-1, 0)
+_AROUND = [(far * x, far * y) for far in (1.0, 1.7, 2.6) for x, y in _COMPASS]
+"""Directions from a point to a name beside it, in sizes of the name's type and more."""
+
+_ROOM = 1.0  # pixels that are left free around a name
+_TEXT, _CUT, _LINE = 100.0, 1000.0, 1.0  # what it costs to be on a text, to be cut, to meet a line
+
+
+@dataclass(frozen=True)
+class _Name:
+    text: Any
+    axes: Any
+    places: Array  # (n, 2), data coordinates
+    offsets: Sequence[tuple[float, float]]  # points
+    own: frozenset[int]  # what it may cover
+    reach: float  # points that it may be away from its places
+
+    def choices(self, pixels: Array) -> Iterable[tuple[Array, Array, tuple[float, float]]]:
+        """Where it may be, the better first: a place, the same in pixels, and the way from it."""
+        for place, pixel in zip(self.places, pixels, strict=True):
+            for offset in self.offsets:
+                yield place, pixel, offset
+        turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+        for away in np.linspace(0.2, 1, 9) * self.reach:
+            for turn in turns:
+                yield self.places[0], pixels[0], (away * np.cos(turn), away * np.sin(turn))
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names of a figure's lines, points and areas, given one by one and placed together."""
+
+    figure: Figure
+    _names: list[_Name] = field(default_factory=list)
+
+    def on(
+        self, axes: Axes, places: Any, text: str, own: Iterable[Artist] = (), **looks: Any
+    ) -> None:
+        """A name on a line or in an area, at one of `places` (n, 2), the better ones first.
+
+        It covers what is its `own`.
+        """
+        self._add(axes, places, text, [(0.0, 0.0)], own, looks)
+
+    def beside(self, axes: Axes, places: Any, text: str, **looks: Any) -> None:
+        """A name beside one of `places` (n, 2)."""
+        size = float(looks.get("fontsize", 6.5))
+        width = 0.5 * size * 0.6 * max(0, len(text.replace("$", "")) - 2)
+        offsets = [(size * x + np.sign(x) * width, size * y) for x, y in _AROUND]
+        self._add(axes, places, text, offsets, (), looks)
+
+    def within(
+        self, axes: Axes, places: Any, text: str, reach: float, fill: str = "white", **looks: Any
+    ) -> None:
+        """A name in an area, at one of `places` (n, 2), the better ones first.
+
+        Where it meets something at each of them, it stands on a patch of the area's colour `fill`
+        up to `reach` points away, and a thin line leads to the first place.
+        """
+        self._add(axes, places, text, [(0.0, 0.0)], (), looks, reach=reach, fill=fill)
+
+    def _add(
+        self,
+        axes: Any,
+        places: Any,
+        text: str,
+        offsets: Sequence[tuple[float, float]],
+        own: Iterable[Artist],
+        looks: dict[str, Any],
+        *,
+        reach: float = 0.0,
+        fill: str = "",
+    ) -> None:
+        places = np.asarray(places, dtype=float).reshape(-1, 2)
+        looks = {"fontsize": 6.5, "zorder": 30, **looks}
+        if reach:
+            looks["arrowprops"] = {
+                **{"arrowstyle": "-", "color": "black", "linewidth": 0.6},
+                **{"shrinkA": 0, "shrinkB": 0},
+            }
+            looks["bbox"] = PATCH | {"facecolor": fill, "edgecolor": "black", "linewidth": 0.4}
+        made = axes.annotate(
+            text,
+            places[0],
+            offsets[0],
+            textcoords="offset points",
+            ha="center",
+            va="center",
+            annotation_clip=False,
+            **looks,
+        )
+        made.set_visible(False)  # as long as it has no place
+        self._names.append(_Name(made, axes, places, offsets, frozenset(map(id, own)), reach))
+
+    def settle(self) -> None:
+        """Put each name where it meets least, in the order in which they were given."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        if not self._names:
+            return
+        renderer = FigureCanvasAgg(self.figure).get_renderer()  # type: ignore[no-untyped-call]
+        self.figure.draw_without_rendering()
+        taken = [_box(text, renderer) for text in _texts(self.figure)]
+        curves = _curves(self.figure)
+        extents = np.array([_extent(curve) for _, curve in curves]).reshape(-1, 4)
+        scale = self.figure.dpi / 72
+        for name in self._names:
+            name.text.set_visible(True)
+            x0, y0, x1, y1 = _box(name.text, renderer)
+            half = np.array([x1 - x0, y1 - y0]) / 2 + _ROOM
+            at = name.axes.transData.transform(name.places)
+            best = np.inf
+            for place, pixel, offset in name.choices(at):
+                middle = pixel + scale * np.array(offset)
+                box = (*(middle - half), *(middle + half))
+                cost = self._cost(box, name, taken, curves, extents)
+                if cost < best:
+                    best, chosen = cost, (place, offset, box)
+                if best == 0.0:
+                    break
+            place, offset, box = chosen
+            name.text.xy, name.text.xyann = tuple(place), offset
+            taken.append(box)
+            if name.reach and offset == (0.0, 0.0):
+                name.text.arrow_patch.set_visible(False)
+                name.text.get_bbox_patch().set_visible(False)
+        self._names.clear()
+
+    def _cost(
+        self, box: Box, name: _Name, taken: list[Box], curves: list[Any], extents: Array
+    ) -> float:
+        frame = name.axes.bbox
+        inside = (
+            box[0] >= frame.x0 and box[1] >= frame.y0 and box[2] <= frame.x1 and box[3] <= frame.y1
+        )
+        cost = 0.0 if inside or name.axes.name == "3d" else _CUT
+        cost += _TEXT * sum(_meet(box, other) for other in taken)
+        if cost >= _TEXT:
+            return cost
+        low, high = extents[:, :2], extents[:, 2:]
+        near = np.all((low < box[2:]) & (high > box[:2]), axis=1)
+        return cost + _LINE * sum(
+            id(curves[k][0]) not in name.own and _crosses(curves[k][1], box)
+            for k in np.flatnonzero(near)
+        )
+
+
+def _meet(one: Box, other: Box) -> bool:
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+def _extent(curve: Curve) -> Box:
+    points = np.asarray(curve.vertices)
+    with np.errstate(invalid="ignore"):
+        low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+
+
+def _crosses(curve: Curve, box: Box) -> bool:
+    from matplotlib.transforms import Bbox
+
+    return bool(curve.intersects_bbox(Bbox.from_extents(*box), filled=False))
+
+
+def _box(text: Text, renderer: Any) -> Box:
+    from matplotlib.text import Text
+
+    return tuple(Text.get_window_extent(text, renderer).extents)  # type: ignore[return-value]
+
+
+def _texts(figure: Figure) -> Iterable[Text]:
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and text.get_visible() and text.get_text():
+            yield text
+
+
+def _curves(figure: Figure) -> list[tuple[Artist, Curve]]:
+    """All that is drawn as a line, in pixels, with what draws it."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import FancyArrowPatch
+    from matplotlib.path import Path
+    from matplotlib.quiver import Quiver
+
+    found: list[tuple[Artist, Curve]] = []
+    for axes in figure.axes:
+        found += [
+            (line, line.get_transform().transform_path(line.get_path()))
+            for line in axes.lines
+            if line.get_visible() and np.isfinite(line.get_path().vertices).any()
+        ]
+        for child in axes.get_children():
+            if isinstance(child, LineCollection | Quiver):
+                whole = child.get_transform()
+                offsets = child.get_offset_transform().transform(child.get_offsets())
+                for k, path in enumerate(child.get_paths()):
+                    moved = whole.transform_path(path)
+                    if isinstance(child, Quiver):
+                        moved = type(moved)(moved.vertices + offsets[k % len(offsets)])
+                    found.append((child, moved))
+            elif isinstance(child, FancyArrowPatch):
+                found.append((child, child.get_transform().transform_path(child.get_path())))
+        for note in axes.texts:
+            arrow = getattr(note, "arrow_patch", None)
+            if arrow is not None and note.get_visible():
+                found.append((arrow, arrow.get_transform().transform_path(arrow.get_path())))
+    # As open lines: where a path is closed, its last point is nowhere.
+    return [
+        (artist, Path(line))
+        for artist, curve in found
+        for line in map(np.asarray, curve.to_polygons(closed_only=False))
+        if len(line) > 1
+    ]

@@ -1,0 +1,18 @@
+"""Sizes and formats of pictures, known without a library that draws."""
+
+COLUMN, PAGE = 3.54, 7.48
+"""Widths of a column and of a page of print, in inches."""
+
+WIDEST = 20.0
+"""Largest width of a picture, in inches."""
+
+FORMATS = (".png", ".svg", ".pdf")
+
+RESOLUTION = 300.0
+"""Dots per inch, unless others are asked for."""
+
+RESOLUTIONS = 30.0, 2400.0
+"""Least and largest resolution of a picture, in dots per inch."""
+
+MOVING = (".gif", ".mp4")
+"""Formats of animations."""

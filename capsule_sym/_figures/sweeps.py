@@ -1,0 +1,144 @@
+"""Results of sweeps: basins of attraction, and the Pareto front of speed and cost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    REGIONS,
+    STABLE,
+    describe,
+    figure_of,
+    new_figure,
+    styled,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+
+def basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
+    """Which attractor each start leads to, over the two coordinates of a basin's cells.
+
+    `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
+    first, named by its itinerary; where there is none it is white. Drawn into `axes` if they are
+    given. Raises InvalidInput for results of another kind.
+    """
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.patches import Patch
+
+    if "attractor" not in results or len(results["attractor"].dims) != 2:
+        raise InvalidInput("results", sorted(map(str, results)), "a basin over two coordinates")
+    codes = results["attractor"]
+    first, second = map(str, codes.dims)
+    known, counts = np.unique(codes.values[codes.values >= 0], return_counts=True)
+    order = [int(code) for code in known[np.argsort(-counts, kind="stable")]]
+    rank = np.full(codes.shape, -1)
+    for place, code in enumerate(order):
+        rank[codes.values == code] = place
+    colours = [REGIONS[place % len(REGIONS)] for place in range(max(1, len(order)))]
+    with styled():
+        alone = axes is None
+        if axes is None:
+            figure = new_figure(width, 0.62 * width, layout="constrained")
+            axes = figure.subplots()
+        else:
+            figure = figure_of(axes)
+        axes.pcolormesh(
+            results[first].values,
+            results[second].values,
+            np.ma.masked_less(rank.T, 0),
+            cmap=ListedColormap(colours),
+            norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
+            shading="nearest",
+            rasterized=True,
+        )
+        axes.set_xlabel(LABELS.get(first, first))
+        axes.set_ylabel(LABELS.get(second, second))
+        if alone:
+            handles = [
+                Patch(facecolor=colours[place], label=_name(results, code))
+                for place, code in enumerate(order)
+            ]
+            if np.any(rank < 0):
+                handles.append(Patch(facecolor="white", edgecolor="0.5", label="no attractor"))
+            figure.legend(handles=handles, loc="outside upper center", ncols=3)
+        return describe(figure, "Basins of attraction", axes=[first, second])
+
+
+def _name(results: xr.Dataset, code: int) -> str:
+    """An attractor's number, itinerary and share."""
+    cells = results["attractor"].values == code
+    share = 100 * np.mean(cells)
+    words = results["word"]
+    texts = dict(zip(words.attrs["flag_values"], words.attrs["flag_meanings"].split(), strict=True))
+    word = texts.get(int(words.values[cells].flat[0]), "").replace("_", " ")
+    return f"{word or 'attractor'} ({share:.1f} %)"
+
+
+def pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
+    """Speed against cost of transport of a sweep's cells, and those that no other cell beats.
+
+    The speed is the average velocity's size, the cost of transport the work of the drive over
+    friction bound and way. The Pareto front has the cells than which no other is as fast at no
+    more cost. Drawn into `axes` if they are given. Raises InvalidInput for a sweep without
+    energies.
+    """
+    speed, cost = speed_and_cost(results)
+    front = non_dominated(speed, cost)
+    with styled():
+        if axes is None:
+            figure = new_figure(width, 0.6 * width, layout="constrained")
+            axes = figure.subplots()
+        else:
+            figure = figure_of(axes)
+        axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
+        axes.plot(
+            cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
+            label="Pareto front",
+        )  # fmt: skip
+        axes.set_xscale("log")
+        axes.set_xlabel(r"cost of transport $W/(f_b\,|\Delta x_c|)$")
+        axes.set_ylabel(r"speed $|\langle v_c\rangle|$")
+        axes.legend(loc="lower right")
+        return describe(figure, "Pareto front of speed and cost of transport")
+
+
+def speed_and_cost(results: xr.Dataset) -> tuple[Array, Array]:
+    """Average speed and cost of transport of the cells that move, each of shape (n,).
+
+    Raises InvalidInput for a sweep without energies, or in which no cell moves.
+    """
+    if not {"velocity", "work"} <= set(results):
+        raise InvalidInput("results", sorted(map(str, results)), "a sweep that computes energies")
+    velocity, work = results["velocity"], results["work"]
+    omega, bound = (
+        results[name] if name in results.coords else results.attrs[name]
+        for name in ("omega", "f_b")
+    )
+    way = abs(velocity) * 2 * np.pi / omega
+    cost = (work / (bound * way)).values.ravel()
+    speed = abs(velocity).values.ravel()
+    moves = np.isfinite(cost) & (speed > 1e-12)
+    if not moves.any():
+        raise InvalidInput("results", "no cell in which the capsule advances", "some that do")
+    return speed[moves], cost[moves]
+
+
+def non_dominated(speed: Array, cost: Array) -> NDArray[np.int64]:
+    """Indices of the cells that none beats, by increasing cost: none as fast costs less."""
+    order = np.lexsort((-speed, cost))
+    best = np.maximum.accumulate(speed[order])
+    first = np.concatenate([[True], best[1:] > best[:-1]])
+    found: NDArray[np.int64] = order[first]
+    return found

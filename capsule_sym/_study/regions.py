@@ -1,0 +1,185 @@
+"""Regions of a plane of two parameters, bounded by exact curves, each with its itinerary."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import NotInstalled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Curve = Mapping[str, Any]
+"""A curve of bifurcations as plain data; `orbits.records.curve_record` describes it."""
+
+Array = NDArray[np.float64]
+Limits = tuple[float, float]
+
+_GRID = 1e-9  # of the unit square: points of two curves that are nearer are one
+_BESIDE = 0.1  # of half a cell
+_LEAST = 1e-7  # area of what is a region, of the unit square
+
+
+class Region(NamedTuple):
+    """A part of the plane in which all motions have one itinerary.
+
+    `rings` are its outline and the outlines of its holes, each of shape (n, 2); `word` has the
+    fields in the order of time, such as "F5 F2", and is empty where the motion is not periodic.
+    """
+
+    rings: tuple[Array, ...]
+    word: str
+
+    def shape(self) -> Any:
+        """The region as a polygon of shapely."""
+        from shapely import Polygon
+
+        outline, *holes = self.rings
+        return Polygon(outline, holes)
+
+
+class Plane(NamedTuple):
+    """Two parameters and their ranges."""
+
+    first: str
+    second: str
+    x: Limits
+    y: Limits
+
+    def unit(self, points: Any) -> Array:
+        """Points (n, 2) of the plane as points of the unit square."""
+        low, size = self._frame()
+        found: Array = (np.asarray(points, dtype=float).reshape(-1, 2) - low) / size
+        return found
+
+    def back(self, points: Any) -> Array:
+        """Points (n, 2) of the unit square as points of the plane."""
+        low, size = self._frame()
+        found: Array = low + np.asarray(points, dtype=float) * size
+        return found
+
+    def _frame(self) -> tuple[Array, Array]:
+        return np.array([self.x[0], self.y[0]]), np.array([np.ptp(self.x), np.ptp(self.y)])
+
+
+PLANE = Plane("alpha", "gamma", (0.005, 2.0), (1.5, 5.0))
+"""Where the case study's motions are charted."""
+
+
+def faces(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
+    """The parts into which curves cut the unit square of a plane, as polygons of shapely.
+
+    Raises NotInstalled without shapely.
+    """
+    try:
+        from shapely import LineString, box, polygonize, unary_union
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing) from missing
+    square = box(0.0, 0.0, 1.0, 1.0)
+    lines = [square.exterior]
+    for curve in curves:
+        points = plane.unit([(p[plane.first], p[plane.second]) for p in curve["points"]])
+        if len(points) < 2:
+            continue
+        line = LineString(points)
+        meetings = [(p[plane.first], p[plane.second]) for p in curve["codimension_two"]]
+        lines.append(LineString(_through(line, plane.unit(meetings))))
+    cut = polygonize([unary_union(lines, grid_size=_GRID)])
+    return [face for face in cut.geoms if face.area > _LEAST and square.covers(face.centroid)]
+
+
+def _through(line: Any, meetings: Array) -> Array:
+    """The points of a line and the meetings on it, in their order, a last one beyond its end."""
+    from shapely import Point
+
+    known = np.asarray(line.coords)
+    steps = np.hypot(*np.diff(known, axis=0).T)
+    there = [line.project(Point(meeting)) for meeting in meetings]
+    places = [*np.concatenate([[0.0], np.cumsum(steps)]), *there]
+    points = np.concatenate([known, meetings])
+    found = points[np.argsort(places, kind="stable")]
+    # A curve that ends in a meeting is followed up to just before it.
+    if 0.0 in there:
+        found[[0, 1]] = found[[1, 0]]
+    return found
+
+
+def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, float, float]]:
+    """Points within the faces: one of each and those of a grid; each with the face's number."""
+    import shapely
+
+    side = (np.arange(across) + 0.5) / across
+    grid = np.column_stack([v.ravel() for v in np.meshgrid(side, side)])
+    found = []
+    for number, face in enumerate(cut):
+        inner = face.buffer(-0.2 / across)
+        middle = shapely.point_on_surface(face)
+        inside = grid[shapely.contains_xy(inner, *grid.T)]
+        points = plane.back([(middle.x, middle.y), *inside])
+        found += [(number, float(x), float(y)) for x, y in points]
+    return found
+
+
+def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]]) -> list[Region]:
+    """The faces as regions, each with the itinerary that most of its samples have."""
+    words: dict[int, Counter[str]] = {}
+    for number, word in found:
+        words.setdefault(number, Counter())[word] += 1
+    return [
+        _region(plane, face, words[number].most_common(1)[0][0])
+        for number, face in enumerate(cut)
+        if number in words
+    ]
+
+
+def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[Region]]:
+    """The regions of a sweep over two parameters, `results` as `open_results` gives them.
+
+    The curves bound them; within a face in which motions differ, its cells do.
+    """
+    import shapely
+
+    first, second = map(str, results["word"].dims)
+    x, y = (np.asarray(results[name].values, dtype=float) for name in (first, second))
+    plane = Plane(first, second, (x[0], x[-1]), (y[0], y[-1]))
+    cut = faces(plane, curves)
+    codes, attributes = results["word"].values, results["word"].attrs
+    texts = dict(zip(attributes["flag_values"], attributes["flag_meanings"].split(), strict=True))
+    middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)
+    within = np.clip(at, _LEAST, 1 - _LEAST)  # those on the rim are inside
+    steps = [0.5 / (len(v) - 1) for v in (x, y)]
+    rim = shapely.box(0.0, 0.0, 1.0, 1.0).boundary.buffer(_GRID)
+    found = []
+    for face in cut:
+        inside = shapely.contains_xy(face, within[..., 0], within[..., 1])
+        own = face.boundary.difference(rim)
+        known, counts = np.unique(codes[inside], return_counts=True)
+        for rank, code in enumerate(known[np.argsort(-counts)]):
+            word = texts.get(int(code), "").replace("_", " ")
+            if rank == 0:
+                found.append(_region(plane, face, word))
+                continue
+            cells = at[inside & (codes == code)]
+            # Beside a curve a cell may be on the other side of the line between its points.
+            away = shapely.distance(own, shapely.points(cells))
+            if float(np.nan_to_num(away.max(), nan=np.inf)) < _BESIDE * min(steps):
+                continue
+            boxes = shapely.box(*(cells - steps).T, *(cells + steps).T)
+            part = shapely.unary_union(boxes).intersection(face)
+            found += [
+                _region(plane, piece, word)
+                for piece in getattr(part, "geoms", [part])
+                if piece.geom_type == "Polygon"
+            ]
+    return plane, found
+
+
+def _region(plane: Plane, polygon: Any, word: str) -> Region:
+    rings = [polygon.exterior, *polygon.interiors]
+    return Region(tuple(plane.back(np.asarray(ring.coords)) for ring in rings), word)

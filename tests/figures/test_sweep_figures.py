@@ -1,0 +1,89 @@
+"""Pictures of sweeps: cost of transport as the energies of an orbit give it, and the command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, Parameters
+from capsule_sym._figures import sweeps
+from capsule_sym._orbits.metrics.worth import worth
+from capsule_sym._orbits.shooting.search import find_orbit
+from tests.figures.test_command import call
+
+pytest.importorskip("zarr")
+
+
+@pytest.fixture(scope="module")
+def stores(tmp_path_factory) -> Path:
+    from capsule_sym._sweeps import Axis, Sweep, run, run_basin
+
+    where = tmp_path_factory.mktemp("sweeps")
+    axes = Axis.linear("alpha", 0.3, 1.5, 3), Axis.linear("omega", 0.7, 0.9, 2)
+    run(Sweep(axes, Parameters(), compute=("word", "energies")), where / "grid")
+    starts = Axis.linear("x_r", -1.0, 1.0, 3), Axis.linear("v_r", -1.0, 1.0, 2)
+    run_basin(
+        Sweep(starts, Parameters(), compute=("word", "progression", "final")), where / "basin"
+    )
+    return where
+
+
+def test_speed_and_cost_are_those_of_the_orbits(stores: Path) -> None:
+    from capsule_sym._sweeps import open_results
+
+    with open_results(stores / "grid") as results:
+        speed, cost = sweeps.speed_and_cost(results)
+    expected = []
+    for alpha in (0.3, 0.9, 1.5):
+        for omega in (0.7, 0.9):
+            orbit = find_orbit(Parameters(alpha=alpha, omega=omega))
+            way = abs(float(orbit.progression))
+            if way > 1e-12:
+                work = float(worth(orbit).work.value)
+                expected.append((abs(float(orbit.average_velocity)), work / way))
+    assert len(expected) >= 4
+    assert np.column_stack([speed, cost]) == pytest.approx(np.array(expected), rel=1e-9)
+
+
+def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
+    from capsule_sym._sweeps import open_results
+
+    with open_results(stores / "grid") as results:
+        with pytest.raises(InvalidInput, match="a basin over two coordinates"):
+            sweeps.basin(results)
+        still = results.isel(alpha=[0])
+        if float(abs(still["velocity"]).max()) <= 1e-12:
+            with pytest.raises(InvalidInput, match="no cell in which the capsule advances"):
+                sweeps.pareto(still)
+    with (
+        open_results(stores / "basin") as results,
+        pytest.raises(InvalidInput, match="a sweep that computes energies"),
+    ):
+        sweeps.pareto(results)
+
+
+@pytest.mark.parametrize(
+    ("store", "more"), [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])]
+)
+def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
+    done = call("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "part"),
+    [
+        (["nowhere"], "nowhere"),
+        (["STORE", "--curve", "none.json"], "--curve = 'none.json': must be readable"),
+        (["STORE", "--as", "basin"], "a basin over two coordinates"),
+    ],
+)
+def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
+    given = [str(stores / "grid") if one == "STORE" else one for one in arguments]
+    done = call("sweep-figure", *given, "--out", "x.png", cwd=tmp_path)
+    assert done.returncode == 2
+    assert part in done.stderr
+    assert done.stderr.count("\n") == 1
