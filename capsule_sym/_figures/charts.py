@@ -97,10 +97,10 @@ def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:
     """The itineraries of regions, that of the largest area first."""
     areas: dict[str, float] = {}
     for region in regions:
-        if region.word:
+        if region.itinerary:
             outline = region._replace(rings=tuple(map(plane.unit, region.rings)))
-            areas[region.word] = areas.get(region.word, 0.0) + outline.shape().area
-    return sorted(areas, key=lambda word: -areas[word])
+            areas[region.itinerary] = areas.get(region.itinerary, 0.0) + outline.shape().area
+    return sorted(areas, key=lambda one: -areas[one])
 
 
 def _fill(axes: Axes, regions: Sequence[Region]) -> None:
@@ -108,30 +108,40 @@ def _fill(axes: Axes, regions: Sequence[Region]) -> None:
     from matplotlib.path import Path
 
     plane = Plane("", "", axes.get_xlim(), axes.get_ylim())
-    words = by_area(plane, regions)
+    itineraries = by_area(plane, regions)
     for region in regions:
-        if not region.word:
+        if not region.itinerary:
             continue
-        rank = words.index(region.word)
+        rank = itineraries.index(region.itinerary)
         colour = REGIONS[rank % len(REGIONS)]
         # A second round through the colours is striped.
         stripes: dict[str, Any] = (
             {"hatch": "/////", "edgecolor": readable(colour)} if rank >= len(REGIONS) else {}
         )
         path = Path.make_compound_path(*(Path(ring, closed=True) for ring in region.rings))
-        looks = {"facecolor": colour, "linewidth": 0, "zorder": 0.5, "label": f"_{region.word}"}
+        looks = {
+            "facecolor": colour,
+            "linewidth": 0,
+            "zorder": 0.5,
+            "label": f"_{region.itinerary}",
+        }
         axes.add_patch(PathPatch(path, **looks, **stripes))
 
 
 def _name_regions(axes: Axes, plane: Plane, regions: Sequence[Region], names: Names) -> None:
     """The itinerary of each region where it has most room, or beside it where it has none."""
-    words = by_area(plane, regions)
-    named = [region for region in regions if region.word]
+    itineraries = by_area(plane, regions)
+    named = [region for region in regions if region.itinerary]
     for region in sorted(named, key=lambda one: -one.shape().area):
-        rank = words.index(region.word)
+        rank = itineraries.index(region.itinerary)
         colour = REGIONS[rank % len(REGIONS)]
         names.within(
-            axes, _middles(plane, region), region.word, _REACH, fill=colour, color=readable(colour)
+            axes,
+            _middles(plane, region),
+            region.itinerary,
+            _REACH,
+            fill=colour,
+            color=readable(colour),
         )
 
 

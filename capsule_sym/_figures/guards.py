@@ -53,7 +53,7 @@ def margins(
         else:
             figure, alone = figure_of(axes[0]), False
         bar, gap, velocity, force = axes
-        word_bar(drawn, bar, colours)
+        itinerary_bar(drawn, bar, colours)
         for arc in drawn:
             colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
             gap.plot(time, arc.x_r - parameters.delta, color=colour)

@@ -65,7 +65,7 @@ def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Co
     left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")
     steady = motion.steady()
     if steady:
-        right.set_title(itinerary(steady.word), loc="left")
+        right.set_title(itinerary(steady.itinerary), loc="left")
     for axes in (left, right):
         axes.locator_params(axis="y", nbins=4)
         axes.locator_params(axis="x", nbins=5)

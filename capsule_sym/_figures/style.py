@@ -135,7 +135,7 @@ def describe(figure: Figure, title: str, **about: Any) -> Figure:
     Values are plain data for JSON, or have `to_dict`, as parameters do.
     """
     plain = {k: v.to_dict() if hasattr(v, "to_dict") else v for k, v in about.items()}
-    _ABOUT[figure] = {"title": title, **_ABOUT.get(figure, {}), **plain}
+    _ABOUT[figure] = {**_ABOUT.get(figure, {}), **plain, "title": title}
     return figure
 
 

@@ -80,10 +80,10 @@ def _name(results: xr.Dataset, code: int) -> str:
     """An attractor's number, itinerary and share."""
     cells = results["attractor"].values == code
     share = 100 * np.mean(cells)
-    words = results["word"]
-    texts = dict(zip(words.attrs["flag_values"], words.attrs["flag_meanings"].split(), strict=True))
-    word = texts.get(int(words.values[cells].flat[0]), "").replace("_", " ")
-    return f"{word or 'attractor'} ({share:.1f} %)"
+    kept = results["itinerary"]
+    texts = dict(zip(kept.attrs["flag_values"], kept.attrs["flag_meanings"].split(), strict=True))
+    itinerary = texts.get(int(kept.values[cells].flat[0]), "").replace("_", " ")
+    return f"{itinerary or 'attractor'} ({share:.1f} %)"
 
 
 def pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:

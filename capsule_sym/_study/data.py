@@ -34,7 +34,7 @@ _MOST_PERIODS = 4096
 _BRANCH_POINTS = 200
 _STEPS = 30  # of a branch that is followed for its bifurcations only
 _ACROSS = 20  # of a chart, points at which motions are run
-_DRAWN = 3  # excitation periods of a motion that is drawn, or its multiple if that is more
+_DRAWN = 3  # excitation periods of a motion that is drawn, or its period number if that is more
 
 
 class Store:
@@ -118,7 +118,7 @@ class Store:
         def compute() -> list[list[Any]]:
             tracked = self.track(places, "Settling motions", len(places))
             return [
-                [number, _word(parameters.replace(**{plane.first: x, plane.second: y}))]
+                [number, _itinerary(parameters.replace(**{plane.first: x, plane.second: y}))]
                 for number, x, y in tracked
             ]
 
@@ -208,14 +208,14 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
     return saved.orbit_of(record.get("orbit", record))
 
 
-def _word(parameters: Parameters) -> str:
+def _itinerary(parameters: Parameters) -> str:
     """The itinerary of the steady motion from rest, empty where it does not become steady."""
     try:
         record = _settled(parameters)
     except InvalidInput:
         return ""
     steady = _run(parameters, record).steady()
-    return " ".join(steady.word) if steady else ""
+    return " ".join(steady.itinerary) if steady else ""
 
 
 def _settled(parameters: Parameters) -> dict[str, Any]:

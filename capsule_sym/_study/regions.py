@@ -28,12 +28,12 @@ _LEAST = 1e-7  # area of what is a region, of the unit square
 class Region(NamedTuple):
     """A part of the plane in which all motions have one itinerary.
 
-    `rings` are its outline and the outlines of its holes, each of shape (n, 2); `word` has the
+    `rings` are its outline and the outlines of its holes, each of shape (n, 2); `itinerary` has the
     fields in the order of time, such as "F5 F2", and is empty where the motion is not periodic.
     """
 
     rings: tuple[Array, ...]
-    word: str
+    itinerary: str
 
     def shape(self) -> Any:
         """The region as a polygon of shapely."""
@@ -127,13 +127,13 @@ def samples(plane: Plane, cut: Sequence[Any], across: int) -> list[tuple[int, fl
 
 def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]]) -> list[Region]:
     """The faces as regions, each with the itinerary that most of its samples have."""
-    words: dict[int, Counter[str]] = {}
-    for number, word in found:
-        words.setdefault(number, Counter())[word] += 1
+    itineraries: dict[int, Counter[str]] = {}
+    for number, itinerary in found:
+        itineraries.setdefault(number, Counter())[itinerary] += 1
     return [
-        _region(plane, face, words[number].most_common(1)[0][0])
+        _region(plane, face, itineraries[number].most_common(1)[0][0])
         for number, face in enumerate(cut)
-        if number in words
+        if number in itineraries
     ]
 
 
@@ -144,11 +144,11 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     """
     import shapely
 
-    first, second = map(str, results["word"].dims)
+    first, second = map(str, results["itinerary"].dims)
     x, y = (np.asarray(results[name].values, dtype=float) for name in (first, second))
     plane = Plane(first, second, (x[0], x[-1]), (y[0], y[-1]))
     cut = faces(plane, curves)
-    codes, attributes = results["word"].values, results["word"].attrs
+    codes, attributes = results["itinerary"].values, results["itinerary"].attrs
     texts = dict(zip(attributes["flag_values"], attributes["flag_meanings"].split(), strict=True))
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)
@@ -161,9 +161,9 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
         own = face.boundary.difference(rim)
         known, counts = np.unique(codes[inside], return_counts=True)
         for rank, code in enumerate(known[np.argsort(-counts)]):
-            word = texts.get(int(code), "").replace("_", " ")
+            itinerary = texts.get(int(code), "").replace("_", " ")
             if rank == 0:
-                found.append(_region(plane, face, word))
+                found.append(_region(plane, face, itinerary))
                 continue
             cells = at[inside & (codes == code)]
             # Beside a curve a cell may be on the other side of the line between its points.
@@ -173,13 +173,13 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
             boxes = shapely.box(*(cells - steps).T, *(cells + steps).T)
             part = shapely.unary_union(boxes).intersection(face)
             found += [
-                _region(plane, piece, word)
+                _region(plane, piece, itinerary)
                 for piece in getattr(part, "geoms", [part])
                 if piece.geom_type == "Polygon"
             ]
     return plane, found
 
 
-def _region(plane: Plane, polygon: Any, word: str) -> Region:
+def _region(plane: Plane, polygon: Any, itinerary: str) -> Region:
     rings = [polygon.exterior, *polygon.interiors]
-    return Region(tuple(plane.back(np.asarray(ring.coords)) for ring in rings), word)
+    return Region(tuple(plane.back(np.asarray(ring.coords)) for ring in rings), itinerary)

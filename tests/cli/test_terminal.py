@@ -16,7 +16,7 @@ compute = ["itinerary"]
 alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }
 """
-NO_PROGRESS = {"run", "sweep-info", "branch", "curve", "diagram", "explore"}
+NO_PROGRESS = {"run", "sweep-figure", "sweep-info", "branch", "curve", "diagram", "explore"}
 # What each command is called with, and what it shows when it is in the middle of that.
 MIDDLE = {
     "paper": ([], "Running the case study"),

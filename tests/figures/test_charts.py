@@ -37,8 +37,8 @@ CURVE: dict[str, Any] = {
 }
 
 
-def area(regions, word: str) -> float:
-    return sum(region.shape().area for region in regions if region.word == word)
+def area(regions, itinerary: str) -> float:
+    return sum(region.shape().area for region in regions if region.itinerary == itinerary)
 
 
 def test_a_region_is_bounded_by_its_curve_and_not_by_cells(results: xr.Dataset) -> None:
@@ -78,7 +78,7 @@ def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them()
         left = alpha < 0.75 - 0.01 * (gamma - 1)
         assert left == (cut[number].centroid.x < 0.4)
     said = [(number, "F2" if place else "F5 F2") for place, (number, _, _) in enumerate(found)]
-    assert {region.word for region in by_samples(plane, cut, said)} == {"F2"}
+    assert {region.itinerary for region in by_samples(plane, cut, said)} == {"F2"}
 
 
 def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
@@ -115,8 +115,8 @@ def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, mon
     regions = store.regions(Parameters(), plane)
     monkeypatch.setattr("capsule_sym._study.data._settled", lambda *_: pytest.fail("again"))
     again = store.regions(Parameters(), plane)
-    assert [region.word for region in again] == [region.word for region in regions]
-    assert sorted(region.word for region in regions) == ["F5 F2", "F5 F4 F5 F2"]
+    assert [region.itinerary for region in again] == [region.itinerary for region in regions]
+    assert sorted(region.itinerary for region in regions) == ["F5 F2", "F5 F4 F5 F2"]
     # Adding-sliding on L3^(2) does not depend on gamma.
     assert area(regions, "F5 F2") == pytest.approx(0.36877972418 - 0.2, abs=1e-8)
     (curve,) = store.curves(Parameters(), plane)

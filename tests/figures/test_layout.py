@@ -60,14 +60,14 @@ def test_so_it_is_for_branches(draw: Callable[[Any], Any], branch) -> None:
 
 
 def test_so_it_is_for_sweeps() -> None:
-    words = np.where(np.arange(24)[:, None] + np.zeros(16) < 11, 11, 22)
+    itineraries = np.where(np.arange(24)[:, None] + np.zeros(16) < 11, 11, 22)
     flags = {"flag_values": list(CODES), "flag_meanings": " ".join(CODES.values())}
     over = {"alpha": np.linspace(0, 2, 24), "gamma": np.linspace(1, 3, 16)}
     cells = {name: (tuple(over), np.ones((24, 16))) for name in ("velocity", "work")}
     results = xr.Dataset(
         {
-            "word": (tuple(over), words, flags),
-            "attractor": (tuple(over), np.where(words == 11, 0, -1)),
+            "itinerary": (tuple(over), itineraries, flags),
+            "attractor": (tuple(over), np.where(itineraries == 11, 0, -1)),
             **cells,
         },
         coords=over,

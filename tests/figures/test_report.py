@@ -128,11 +128,11 @@ def results(directory: Path) -> None:
         "exact": 0.5,
         "printed": 0.51,
         "printed_place": 4,
-        "word_before": ["F5", "F2"],
-        "word_after": ["F5", "F4", "F5", "F2"],
+        "itinerary_before": ["F5", "F2"],
+        "itinerary_after": ["F5", "F4", "F5", "F2"],
     }
     fold = {"gamma": 3.0, "type": "fold", "line": None, "exact": 0.75, "printed": None}
-    fold |= {"printed_place": None, "word_before": ["F2"], "word_after": None}
+    fold |= {"printed_place": None, "itinerary_before": ["F2"], "itinerary_after": None}
     exact = {"thresholds": [adding, fold], "conclusion": "What follows."}
     for path, content in {
         "paper/casestudy.json": {"cases": [case, unsettled], "bifurcations": exact},

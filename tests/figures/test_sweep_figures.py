@@ -22,10 +22,10 @@ def stores(tmp_path_factory) -> Path:
 
     where = tmp_path_factory.mktemp("sweeps")
     axes = Axis.linear("alpha", 0.3, 1.5, 3), Axis.linear("omega", 0.7, 0.9, 2)
-    run(Sweep(axes, Parameters(), compute=("word", "energies")), where / "grid")
+    run(Sweep(axes, Parameters(), compute=("itinerary", "energies")), where / "grid")
     starts = Axis.linear("x_r", -1.0, 1.0, 3), Axis.linear("v_r", -1.0, 1.0, 2)
     run_basin(
-        Sweep(starts, Parameters(), compute=("word", "progression", "final")), where / "basin"
+        Sweep(starts, Parameters(), compute=("itinerary", "progression", "final")), where / "basin"
     )
     return where
 
