@@ -104,7 +104,16 @@ def certify_bifurcation(
             "kind": "bifurcation",
             # Beside what the checker proves: these follow from the segments next to that of
             # duration 0.
-            "about": {"type": event.type, "line": event.line},
+            "about": {
+                "type": event.type,
+                "line": event.line,
+                "order": event.order,
+                "coefficient": event.coefficient and decimal(event.coefficient),
+                "multipliers": [
+                    {"trace": one.trace.str(30), "minors": one.minors.str(30)}
+                    for one in event.multipliers
+                ],
+            },
             **written,
             "free": values,
             "still": [found.segment],

@@ -15,6 +15,7 @@ from capsule_sym._enclosures.guards import known, prove_admissible
 from capsule_sym._enclosures.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits import guess_at, held, restarted, shooting_of
 from capsule_sym._enclosures.stability import Characteristic, characteristic, monodromy
+from capsule_sym._enclosures.unfolding import growth
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.events import (
     ADDING,
@@ -39,6 +40,8 @@ class Event:
     2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
     a switch. `other` is the tube of the itinerary on the other side around the same orbit, at which
     the equations are regular, and `multipliers` the characteristic polynomials on both sides.
+    `coefficient` is that of `unfolding`, for one segment: the parameter moves by coefficient times
+    duration^order as the segment grows.
     """
 
     type: str
@@ -49,6 +52,7 @@ class Event:
     tube: Tube
     other: Tube | None
     multipliers: tuple[Characteristic, ...]
+    coefficient: Ball | None
 
 
 def place(tube: Tube, segment: int) -> tuple[str, str, int]:
@@ -133,16 +137,17 @@ def prove_event(
     kinds = [place(tube, segment) for segment in segments]
     other = None if len(segments) > 1 else _other(tube, segments[0])
     sides = (tube,) if other is None else (tube, other)
-    hull = tube.hull()
+    hull, order = tube.hull(), max(order for _, _, order in kinds)
     return Event(
         " and ".join(kind for kind, _, _ in kinds),
         " and ".join(line for _, line, _ in kinds),
-        max(order for _, _, order in kinds),
+        order,
         {name: hull[shooting.parameter(name)] for name in free},
         tuple(segments),
         tube,
         other,
         tuple(characteristic(monodromy(side)) for side in sides),
+        None if len(segments) > 1 else growth(tube, segments[0], order, free[0]),
     )
 
 

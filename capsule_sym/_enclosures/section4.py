@@ -97,6 +97,7 @@ def record(section: Section) -> dict[str, Any]:
         value = event.values["alpha"]
         with precision(320):
             text = decimal(value)
+            coefficient = None if event.coefficient is None else decimal(event.coefficient)
         thresholds.append(
             {
                 "type": event.type,
@@ -104,6 +105,7 @@ def record(section: Section) -> dict[str, Any]:
                 "order": event.order,
                 "alpha": text,
                 "radius": float(value.rad()),
+                "coefficient": coefficient,
                 "multipliers": [
                     {"trace": float(c.trace), "minors": float(c.minors)} for c in event.multipliers
                 ],

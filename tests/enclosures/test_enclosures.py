@@ -38,6 +38,7 @@ from capsule_sym._enclosures.krawczyk import enclose
 from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
 from capsule_sym._enclosures.regimes import approximate, regimes, threshold
 from capsule_sym._enclosures.stability import characteristic, monodromy
+from capsule_sym._enclosures.unfolding import growth
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.shooting.orbit import Orbit, close
@@ -278,6 +279,49 @@ def test_thresholds_are_enclosed_with_type_and_line(found, events: list[Event]) 
         touch = "grazing" in event.type or "adding" in event.type
         assert event.order == (2 if touch else 1)
         assert event.other is not None
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 6])
+def test_the_segment_that_is_born_grows_as_its_coefficient_says(events, number: int) -> None:
+    """Against the duration of that segment on orbits found in double precision beside the event."""
+    event = events[number]
+    assert event.coefficient is not None
+    coefficient, alpha = float(event.coefficient), float(event.values["alpha"])
+    (still,) = event.segments
+    sign = 1.0 if coefficient > 0 else -1.0
+    durations = []
+    for away in (1e-7, 4e-7):
+        orbit = find_orbit(Parameters(alpha=alpha + sign * away))
+        assert isinstance(orbit, Orbit)
+        assert str(orbit.itinerary) == str(event.tube.shooting.itinerary)
+        fields = event.tube.shooting.itinerary.fields
+        turn = next(k for k in range(len(fields)) if orbit.itinerary.rotated(k).fields == fields)
+        durations.append(orbit.durations[(still + turn) % len(fields)])
+        expected = (away / abs(coefficient)) ** (1 / event.order)
+        assert durations[-1] == pytest.approx(expected, rel=2e-2)
+    assert durations[1] / durations[0] == pytest.approx(4 ** (1 / event.order), rel=1e-2)
+
+
+def test_multipliers_jump_where_drift_is_grazed_and_nowhere_else(events: list[Event]) -> None:
+    """The map is smooth to first order at every other border (di Bernardo et al.)."""
+    for event in events:
+        one, other = event.multipliers
+        apart = not one.trace.overlaps(other.trace)
+        assert apart == (event.type == "grazing-sliding")
+        assert not (one.determinant.overlaps(other.determinant) and apart) or event.order == 2
+
+
+def test_a_short_segment_of_another_orbit_gives_no_coefficient(
+    events: list[Event], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tube, (still,) = events[2].tube, events[2].segments
+    with precision(320):
+        assert growth(tube, still, 1, "alpha").overlaps(events[2].coefficient)
+        far = tuple(x + (1e-3 if k == 0 else 0) for k, x in enumerate(tube.centre))
+        with pytest.raises(Unproved, match="unfolding"):
+            growth(replace(tube, centre=far), still, 1, "alpha")
+        with pytest.raises(Unproved, match="unfolding"):
+            growth(replace(tube, radii=(1.0,) * len(tube.radii)), still, 1, "alpha")
 
 
 def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> None:
