@@ -13,6 +13,7 @@ from capsule_sym._symbolic import frozen
 from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs import (
     appendices,
+    attraction,
     basis_proofs,
     flow_proofs,
     geometry_proofs,
@@ -64,6 +65,7 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
     "Table 3 as derived": table_proofs.table_3,
     "Appendices A and B": appendices.items,
     "The resting orbit": resting.items,
+    "Where every motion goes": attraction.items,
     "Closed-form flow, Eqs. (7)-(12)": _flow_items,
 }
 """What is verified, in the order of the report: a title and the items under it."""
@@ -79,6 +81,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "Table 3 as derived": ("table3",),
     "Appendices A and B": ("appendix",),
     "The resting orbit": ("grazing",),
+    "Where every motion goes": ("attraction",),
     "Closed-form flow, Eqs. (7)-(12)": ("basis", "flow", "jets", "jacobian"),
 }
 """With what the names of a section's statements begin, so that one is found among few."""

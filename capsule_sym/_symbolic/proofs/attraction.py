@@ -1,0 +1,177 @@
+"""Where every motion goes: bounded for every stiffness, to one orbit without the second spring.
+
+Two motions under the same forcing are compared by the energy of their difference. Dry friction is
+monotone and the one spring linear, so that without the second spring this energy never grows; with
+it the difference of the springs' forces is no multiple of the difference of the states, and
+nothing of the kind is claimed.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.symbols import (
+    STATE,
+    alpha,
+    beta,
+    delta,
+    f_b,
+    gamma,
+    omega,
+    tau,
+    v_c,
+    v_r,
+    x_r,
+    zeta,
+)
+from capsule_sym._symbolic.proofs.items import Item
+
+_OTHER = {symbol: sp.Symbol(f"{symbol}_2", real=True) for symbol in STATE}
+_PUSH = sp.Symbol("w", real=True)  # |w| <= alpha + f_b/gamma
+_SPRING = sp.Function("g")(x_r)  # the force of both springs
+_INERTIA = 1 + 1 / gamma
+
+ENERGY = (x_r**2 + (v_r + v_c) ** 2 + gamma * v_c**2) / 2
+"""The energy of a difference (x_r, v_r, v_c) of two motions: v_r + v_c is of the inner mass."""
+BOUND = v_r**2 / 2 + (v_r + 2 * _INERTIA * zeta * x_r) ** 2 / 2
+"""What, with twice the springs' energy, bounds the motion of the inner mass on the capsule."""
+
+
+def _zero(expression: sp.Expr) -> bool:
+    return bool(sp.expand(sp.together(expression)) == 0)
+
+
+def _at_rest(one: Segment, other: Segment) -> dict[sp.Symbol, int]:
+    """What is 0 where one motion is in a segment and the other in another one."""
+    speeds = ((one, v_c), (other, _OTHER[v_c]))
+    return {speed: 0 for segment, speed in speeds if segment.stick}
+
+
+def _braking(one: Segment, other: Segment) -> sp.Expr:
+    """The difference of both drifts times that of the frictions that oppose them."""
+    return (v_c - _OTHER[v_c]) * (other.friction.subs(_OTHER) - one.friction)
+
+
+def _brakes(one: Segment, other: Segment) -> bool:
+    """Whether that is a sum of products of a speed and a margin of the other motion's friction.
+
+    No speed |v_c| = drift v_c is negative, and no margin f_b + drift friction.
+    """
+    products = one.drift * v_c * (f_b + one.drift * other.friction.subs(_OTHER))
+    products += other.drift * _OTHER[v_c] * (f_b + other.drift * one.friction)
+    return _zero((_braking(one, other) - products).subs(_at_rest(one, other)))
+
+
+def _loses_energy(energy: sp.Expr) -> bool:
+    """Whether, for beta = 0, energy of a difference is lost by the damper and by friction alone."""
+    apart = {symbol: symbol - twin for symbol, twin in _OTHER.items()}
+    slopes = [energy.diff(symbol).subs(apart, simultaneous=True) for symbol in STATE]
+
+    def lost(one: Segment, other: Segment) -> bool:
+        rates = [a - b.subs(_OTHER) for a, b in zip(one.field, other.field, strict=True)]
+        gained = sum((s * rate for s, rate in zip(slopes, rates, strict=True)), sp.S.Zero)
+        told = 2 * zeta * (v_r - _OTHER[v_r]) ** 2 + _braking(one, other)
+        return _zero((gained + told).subs(beta, 0).subs(_at_rest(one, other)))
+
+    pairs = list(product(SEGMENTS, repeat=2))
+    return all(lost(*pair) and _brakes(*pair) for pair in pairs)
+
+
+def _rigid() -> bool:
+    """Whether, for beta = 0, motions of the same v_r differ in v_r + v_c at the rate -x_r."""
+
+    def rate(segment: Segment) -> sp.Expr:
+        return (segment.field[1] + segment.field[2]).subs(beta, 0)
+
+    same = {_OTHER[v_r]: v_r}
+    return all(
+        _zero((rate(one) - rate(other).subs(_OTHER)).subs(same) + x_r - _OTHER[x_r])
+        for one, other in product(SEGMENTS, repeat=2)
+    )
+
+
+def _momentum() -> bool:
+    """Whether v_r + (1 + gamma) v_c gains alpha cos(omega tau) and what friction gives."""
+    return all(
+        _zero(
+            segment.field[1]
+            + (1 + gamma) * segment.field[2]
+            - alpha * sp.cos(omega * tau)
+            - segment.friction
+        )
+        for segment in SEGMENTS
+    )
+
+
+def _bounded(bound: sp.Expr) -> bool:
+    """Whether the bound falls where |x_r| or |v_r| is large, and the momentum is as told.
+
+    With g the springs' force, of energy G, and |w| <= alpha + f_b/gamma,
+    bound + 2 (1 + 1/gamma) G changes at the rate
+    -2 m zeta v_r^2 - 2 m^2 zeta x_r g + 2 w (v_r + m zeta x_r), m = 1 + 1/gamma; and x_r g is at
+    least x_r^2.
+    """
+    m = _INERTIA
+    by_friction = all(
+        _zero(s.field[1] + m * s.interaction - alpha * sp.cos(omega * tau) + s.friction / gamma)
+        for s in SEGMENTS
+    )
+    forces = all(
+        _zero(s.interaction - 2 * zeta * v_r - x_r - beta * (x_r - delta) * int(s.contact))
+        for s in SEGMENTS
+    )
+    rate = -m * (_SPRING + 2 * zeta * v_r) + _PUSH
+    gained = bound.diff(x_r) * v_r + bound.diff(v_r) * rate + 2 * m * _SPRING * v_r
+    told = -2 * m * zeta * v_r**2 - 2 * m**2 * zeta * x_r * _SPRING
+    told += 2 * _PUSH * (v_r + m * zeta * x_r)
+    return by_friction and forces and _zero(gained - told) and _momentum()
+
+
+def _one_orbit(energy: sp.Expr) -> bool:
+    return _loses_energy(energy) and _rigid() and _bounded(BOUND)
+
+
+def items() -> tuple[Item, ...]:
+    """Boundedness for every stiffness, and global attraction without the second spring."""
+    return (
+        Item(
+            id="attraction.bounded",
+            equation="beyond the paper",
+            statement="for zeta > 0 every motion enters one bounded set of (x_r, v_r, v_c) and "
+            "stays there",
+            claim=BOUND,
+            check=_bounded,
+            mutant=BOUND - x_r * v_r * zeta,
+            formula=lambda: sp.latex(BOUND) + r"+2\left(1+\tfrac{1}{\gamma}\right)G(x_r)",
+            proof="with m = 1 + 1/gamma the bound changes at the rate -2 m zeta v_r^2 - 2 m^2 zeta "
+            "x_r g(x_r) + 2 w (v_r + m zeta x_r), |w| <= alpha + f_b/gamma, x_r g >= x_r^2: "
+            "negative outside an ellipse. So x_r, v_r and the forces are bounded in the end. A "
+            "drift that is fast enough keeps its direction for a period, in which v_r + (1 + "
+            "gamma) v_c loses f_b 2 pi/omega",
+        ),
+        Item(
+            id="attraction.beta0",
+            equation="beyond the paper",
+            statement="for beta = 0 and zeta > 0 there is one orbit of period 2 pi/omega in (x_r, "
+            "v_r, v_c), and every motion tends to it",
+            claim=ENERGY,
+            check=_one_orbit,
+            mutant=ENERGY.subs(gamma, 1),
+            formula=lambda: (
+                r"\dot E=-2\zeta\,\Delta v_r^2-\Delta v_c\,\Delta f\le 0,\quad E="
+                + sp.latex(ENERGY)
+            ),
+            proof="the energy E of the difference of two motions never grows: the damper loses "
+            "2 zeta (difference of v_r)^2, friction f a sum of products of a speed and a margin. "
+            "So the map over a period does not expand; its motions are bounded, so that it has a "
+            "fixed point (Browder). On the limit set of any other motion E is constant against "
+            "that orbit: v_r is the same, so x_r differs by a constant d and v_r + v_c changes "
+            "its difference at the rate -d; E constant makes d = 0, v_c differ by a constant c, "
+            "and f equal. If c > 0, no instant has |f| < f_b, where both stick; f = f_b needs the "
+            "faster v_c >= c, f = -f_b needs it <= 0; v_c is continuous, so that f is one of them "
+            "for ever, and the momentum v_r + (1 + gamma) v_c is not bounded. So c = 0",
+        ),
+    )
