@@ -143,4 +143,4 @@ def margin_error(c: Any, at: Point, unit: Number) -> Number:
     """Bound on the error of P - friction: of the point's quantities, and of adding them up."""
     added = formulas.margin_at_size(c, abs(at.x_r), abs(at.gap), abs(at.v_r))
     carried = formulas.force_change_size(c, at.error_x, at.error_v)
-    return carried + 6 * unit * added
+    return carried + formulas.MARGIN_AT_UNITS * unit * added

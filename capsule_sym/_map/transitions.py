@@ -102,7 +102,7 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
     c = constants[FIELDS[int(state.gap > 0), 0] - 1]
     force = formulas.force(c, state.x_r, state.gap, state.v_r)
     added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
-    if abs(abs(force) - c.f_b) <= 6 * backend.unit * added + backend.unit * c.f_b:
+    if abs(abs(force) - c.f_b) <= (formulas.FORCE_UNITS + 1) * backend.unit * (added + c.f_b):
         return None
     return PLACES.get((*signs, 3 * _sign(force) if abs(force) > c.f_b else 0))
 

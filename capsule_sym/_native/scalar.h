@@ -103,12 +103,12 @@ static int is_successor(const segment *c, int field, const known *p)
     const double v = size_of(near_to(s.v_r));
     const real rate = v_rate(c, s.x_r, s.gap, s.v_r, s.cosine);
     const double rate_size = v_rate_size(b, x, gap, v);
-    const double turned = 2.0 * UNIT * near_to(s.angle); /* error of the angle */
-    const double margin_error = 6.0 * UNIT * margin_at_size(b, x, gap, v);
+    const double margin_error = MARGIN_AT_UNITS * UNIT * margin_at_size(b, x, gap, v);
     const real force_rate = force_change(c, s.v_r, rate);
-    const double force_error = (24.0 * UNIT + turned) * force_change_size(b, v, rate_size);
+    const double force_error = (FORCE_CHANGE_UNITS + V_RATE_UNITS) * UNIT *
+                               force_change_size(b, v, rate_size);
     const double gaps[3] = {side * near_to(s.gap), side * near_to(s.v_r), side * near_to(rate)};
-    const double gap_errors[3] = {0.0, 0.0, (24.0 * UNIT + turned) * rate_size};
+    const double gap_errors[3] = {0.0, 0.0, V_RATE_UNITS * UNIT * rate_size};
     int sign = first_sign(gaps, gap_errors, (int)s.gap_zeros), open = sign == 0;
     if (sign < 0)
         return 0;
@@ -122,7 +122,7 @@ static int is_successor(const segment *c, int field, const known *p)
     for (int turn = -1; turn <= 1; turn += 2) {
         const double first = near_to(mad(num(turn), s.margin, c->f_b));
         const double values[2] = {first, turn * near_to(force_rate)};
-        const double errors[2] = {margin_error + 2.0 * UNIT * fabs(first), force_error};
+        const double errors[2] = {margin_error, force_error}; /* a sum has its sign exactly */
         sign = first_sign(values, errors, p->bound_at == -turn);
         if (sign < 0)
             return 0;
@@ -167,25 +167,22 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
 {
     segment_sizes room;
     const segment_sizes *b = sizes_of(c, &room);
-    /* Rounding of K - omega^2 is felt near resonance; there the proof is not tried. */
+    /* Rounding of K - omega^2 is felt near resonance. It is 32 units at least, for what is rounded
+       below: an error of x_r and v_r adds to the energy. */
     const double distance = sqrt(k->Z2), rounded = 4.0 * 0x1p-53 * (b->K + b->omega * b->omega);
-    if (distance <= 64.0 * rounded)
-        return 0;
-    const double relative = 4.0 * rounded / distance;
-    const double amplitude = b->alpha / distance * (1.0 + relative);
+    const double relative = 8.0 * rounded / distance, amplitude = b->alpha / distance;
     real x, v;
     forced(c, s->cosine, s->sine, &x, &v);
-    const double rounding = 32.0 * UNIT + relative + 2.0 * UNIT * near_to(s->angle);
-    const double error =
-        s->energy_error + rounding * (fabs(near_to(s->v_r)) + fabs(near_to(s->x_r)) +
-                                      (1.0 + b->omega) * amplitude);
+    const double roundings =
+        (relative + s->angle_error) *
+        (fabs(near_to(s->v_r)) + fabs(near_to(s->x_r)) + (1.0 + b->omega) * amplitude);
+    const double error = s->energy_error + roundings;
     const double low = fabs(near_to(sub(s->x_r, x))) + error;
     const double high = fabs(near_to(sub(s->v_r, v))) + error;
-    const double inflation = 1.0 + 64.0 * 0x1p-53 + relative, root_K = sqrt(b->K);
-    const double energy = inflation * sqrt(high * high + b->K * low * low);
-    const double reach = inflation * (amplitude + energy / root_K);
-    const double most = inflation * (amplitude * sqrt(near_to(force_gain2(c))) +
-                                     near_to(force_per_energy(c, num(root_K))) * energy);
+    const double root_K = sqrt(b->K), energy = sqrt(high * high + b->K * low * low);
+    const double reach = amplitude + energy / root_K;
+    const double most = amplitude * sqrt(near_to(force_gain2(c))) +
+                        near_to(force_per_energy(c, num(root_K))) * energy;
     return reach < b->delta && most < b->f_b;
 }
 

@@ -59,7 +59,8 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     e.size[0] = rest_force_size(b, x, gap);
     e.size[1] = v;
     forcing_terms_size(b, &e.size[2], &e.size[3]);
-    const bound margin_error = 6.0 * UNIT * (margin_at_size(b, x, gap, v) + b->f_b);
+    const bound margin_error =
+        (MARGIN_AT_UNITS + 1) * UNIT * (margin_at_size(b, x, gap, v) + b->f_b);
     for (int i = 0; i < CAPSULE_LIMITS; i++)
         e.limit[i] = (t->limit[0][i] * e.size[0] + t->limit[1][i] * e.size[1]) +
                      (t->limit[2][i] * e.size[2] + t->limit[3][i] * e.size[3]);
@@ -415,7 +416,9 @@ again:
            there the bounds that were counted have their one crossing each. */
         const bound apart = tail * (r2 * reached) + 1.5 * rounding;
         const bound straight = smaller(0.5 * steepness / bend, here);
-        error = 4.0 * UNIT * here + (rounding + rounding) / steepness;
+        /* Twice the rounding is 12 units of the root's own or more, for a slope's terms are counted in
+           it: so it holds what the root is rounded by as well. */
+        error = (rounding + rounding) / steepness;
         const mask simple = (steepness > 0.0) & (0.5 * steepness * straight > apart + apart);
         open |= sure & not(simple);
         sure &= simple;
@@ -566,10 +569,11 @@ again:
     to->energy_error = to->v_c_error = to->angle_error = zero;
     if (!some(not(crossing)))
         return;
-    const bound x_size = size_of(near_to(to->x_r)), v_size = size_of(near_to(to->v_r));
+    const bound x_size = size_of(near_to(to->x_r));
+    /* The rounding of v_r is counted in its own error, 27 units or more of all that it adds up. */
     /* A forcing out of phase works on the motion for as long as the next expansion reaches. */
     const bound angle_error = s->angle_error + 4.0 * UNIT * TWO_PI;
-    const bound energy = s->energy_error + bound_dot(t->v_error, e.size) + 2.0 * UNIT * v_size +
+    const bound energy = s->energy_error + bound_dot(t->v_error, e.size) +
                          t->root_K * (e.x_own + 2.0 * UNIT * x_size) +
                          angle_error * b->alpha * t->reach;
     /* That of momentum, by which the whole expansion's v_c is tabulated, is among those of v_r. */

@@ -50,10 +50,12 @@ static void economize(const bases *b, real (*a)[4], int from, int to, double *ch
                       double *bend)
 {
     for (int k = from - 3; k > to - 3; k--) {
-        double part[4];
+        double part[4], sizes = 0.0;
+        for (int i = 0; i <= k; i++)
+            sizes += fabs(b->chebyshev[k][i]);
         for (int m = 0; m < 4; m++) {
             part[m] = near_to(a[k + 3][m]) / b->chebyshev[k][k];
-            change[m] += 1.0001 * fabs(part[m]);
+            change[m] += (1.0001 + 4.0 * UNIT * sizes) * fabs(part[m]);
             speed[m] += 1.0001 * fabs(part[m]) * (3 + 2 * k * k);
             bend[m] += 1.0001 * fabs(part[m]) * (6 + 12 * k * k + 4 * k * k * k * k);
         }
@@ -63,22 +65,37 @@ static void economize(const bases *b, real (*a)[4], int from, int to, double *ch
     }
 }
 
-/* Coefficients n = 0 .. FULL + 1 of a response in powers of s, and their magnitudes: what the
-   recurrence adds up without the signs. Coefficient n is computed within 5 n roundings of it. */
+/* Coefficients n = 0 .. FULL + 1 of a response in powers of s, their magnitudes, which are what the
+   recurrence adds up without the signs, and by how many units of these they are off. */
 static void response(const segment *c, const segment_sizes *b, double reach, int which, real *phi,
-                     double *size)
+                     double *size, int *units)
 {
     real term = num(which == 1 ? 0.0 : which == 3 ? reach : 1.0); /* of the drive */
     const int parity = which == 3;
     phi[0] = num(0.0), size[0] = 0.0;
     phi[1] = num(which == 1 ? reach : 0.0), size[1] = which == 1 ? reach : 0.0;
+    units[0] = units[1] = 0;
     for (int n = 0; n < FULL; n++) {
+        const int drive_units = RESPONSE_NEXT_DRIVE_UNITS + n / 2 * FORCING_NEXT_BEFORE_UNITS;
+        const int last_units = RESPONSE_NEXT_LAST_UNITS + units[n + 1];
+        const int before_units = RESPONSE_NEXT_BEFORE_UNITS + units[n];
+        units[n + 2] = last_units > before_units ? last_units : before_units;
+        units[n + 2] = units[n + 2] > drive_units ? units[n + 2] : drive_units;
         const real drive = n % 2 == parity ? term : num(0.0), index = num((double)n);
         if (n % 2 == parity)
             term = which == 0 ? num(0.0) : forcing_next(c, index, num(reach), term);
         phi[n + 2] = response_next(c, index, num(reach), drive, phi[n + 1], phi[n]);
         size[n + 2] = response_next_size(b, n, reach, fabs(near_to(drive)), size[n + 1], size[n]);
     }
+}
+
+/* By how many units more a term of a motion is off where it is evaluated: the state's multiple of its
+   response, a product and two sums of `combined`, products and sums of Horner's method or of another
+   basis for each power, and six about them. */
+static int evaluation_units(int n)
+{
+    const int state = REST_FORCE_UNITS > FORCING_TERMS_UNITS ? REST_FORCE_UNITS : FORCING_TERMS_UNITS;
+    return state + 3 + 2 * n + 6;
 }
 
 /* Bound on the Taylor remainder of a response after coefficient FULL at s = 1. With
@@ -96,24 +113,28 @@ static double remainder_of(const segment_sizes *b, double reach, int which, cons
 }
 
 /* The responses at the end of an expansion: by the closed form where it has the digits, for in a
-   segment of hundreds of expansions an error of their sum would be the same each time. */
+   segment of hundreds of expansions an error of their sum would be the same each time. By how much it
+   differs from the series, whose error is bounded, adds to that bound: so it is proved as well. */
 static void wholes_make(const capsule_constants *field, const segment *c, const real (*x)[4],
-                        const real (*second)[4], table *t)
+                        const real *by, const real *rate, table *t)
 {
-#ifdef WIDE
-    (void)field, (void)c;
+    const int drift = field->drift != 0.0;
     for (int k = 0; k < 4; k++) {
         t->x_whole[k] = t->v_whole[k] = t->second_whole[k] = num(0.0);
-        for (int n = FULL; n >= 1; n--) {
+        for (int n = FULL + drift; n >= 1; n--) {
+            const real next = n - drift < FULL ? x[n + 1 - drift][k] : num(0.0);
+            const real second = mad(by[n], x[n - drift][k], mul(rate[n], next));
+            t->second_whole[k] = add(t->second_whole[k], second);
+            if (n > FULL)
+                continue;
             t->x_whole[k] = add(t->x_whole[k], x[n][k]);
             t->v_whole[k] = add(t->v_whole[k], mul(num((double)n), x[n][k]));
         }
         t->v_whole[k] = over(t->v_whole[k], num(t->reach));
-        for (int n = TERMS + 1; n >= 1; n--)
-            t->second_whole[k] = add(t->second_whole[k], second[n][k]);
     }
+#ifdef WIDE
+    (void)field, (void)c;
 #else
-    (void)x, (void)second;
     const double h = t->reach, omega = c->omega, half = sin(0.5 * omega * h) / omega;
     const capsule_start push = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     const capsule_start kick = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0};
@@ -128,20 +149,24 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
         unit.push = k == 0;
         unit.alpha = k == 3 ? 1.0 / omega : k == 2;
         capsule_flow(&unit, start[k], h, change);
-        t->x_whole[k] = change[0];
-        t->v_whole[k] = change[1];
         const double gained = change[1] - (k == 1);
-        t->second_whole[k] =
+        const double second_whole =
             c->drift != 0.0
                 ? (impulse[k] - gained - force_change(c, 0.0, h * (k == 1) * c->m)) / (c->gamma + 1.0)
                 : force_change(c, change[0], gained);
+        t->limit[k][X_ERROR] += fabs(change[0] - t->x_whole[k]);
+        t->v_error[k] += fabs(change[1] - t->v_whole[k]);
+        t->limit[k][SECOND_ERROR] += fabs(second_whole - t->second_whole[k]);
+        t->x_whole[k] = change[0];
+        t->v_whole[k] = change[1];
+        t->second_whole[k] = second_whole;
     }
 #endif
 }
 
 static void table_make(const bases *b, const capsule_constants *field, const segment *c, table *t)
 {
-        segment_sizes room;
+    segment_sizes room;
     const segment_sizes *z = sizes_of(c, &room);
     memset(t, 0, sizeof *t);
     t->root_K = sqrt(z->K);
@@ -177,23 +202,27 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
     for (int k = 0; k < 4; k++) {
         real phi[FULL + 2];
         double size[FULL + 2];
-        response(c, z, t->reach, k, phi, size);
+        int units[FULL + 2];
+        response(c, z, t->reach, k, phi, size, units);
         rest[k] = remainder_of(z, t->reach, k, phi);
         for (int n = 0; n <= FULL; n++)
             x[n][k] = phi[n];
         for (int n = 1; n <= FULL; n++) {
-            const double units = (5 * n + 32) * UNIT;
+            const double off = (units[n] + evaluation_units(n)) * UNIT;
+            /* By P's change, in drift over gamma, and products and quotients on the way. */
+            const double second_off = off + (FORCE_CHANGE_UNITS + 8) * UNIT;
             const double second_size =
                 near_to(by[n]) * size[n - drift] + near_to(rate[n]) * size[n + 1 - drift];
-            t->limit[k][X_ERROR] += units * size[n];
-            t->v_error[k] += units * n * size[n] / t->reach;
-            t->limit[k][SECOND_ERROR] += units * second_size;
+            t->limit[k][X_ERROR] += off * size[n];
+            t->v_error[k] += off * n * size[n] / t->reach;
+            t->limit[k][SECOND_ERROR] += second_off * second_size;
             t->x_speed[k] += n * size[n];
             t->second_speed[k] += n * second_size;
             t->limit[k][X_BEND] += n * (n - 1) * size[n];
             t->limit[k][SECOND_BEND] += n * (n - 1) * second_size;
         }
     }
+    wholes_make(field, c, (const real(*)[4])x, by, rate, t);
     double change[4] = {0}, speed[4] = {0}, bend[4] = {0}, tail[4] = {0}, unused[2][4] = {{0}};
     economize(b, x, FULL, TERMS, change, speed, bend);
     for (int n = 1; n <= TERMS + drift; n++)
@@ -201,7 +230,6 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
             const real last = n - drift < TERMS ? x[n + 1 - drift][k] : none_;
             second[n][k] = mad(by[n], x[n - drift][k], mul(rate[n], last));
         }
-    wholes_make(field, c, (const real(*)[4])x, (const real(*)[4])second, t);
     for (int k = 0; k < 4; k++) {
         const double x_left = rest[k] + change[k];
         const double v_left = ((FULL + 1) * rest[k] + speed[k]) / t->reach;

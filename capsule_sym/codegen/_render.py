@@ -6,6 +6,7 @@ import ast
 import hashlib
 import json
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from string import Template
@@ -22,6 +23,7 @@ from capsule_sym.codegen._fields import field_texts
 from capsule_sym.codegen._interface import c_interface, cython_interface, python_interface
 from capsule_sym.codegen._lower import Kernel, lower, wrapped
 from capsule_sym.codegen._printers import LANGUAGES, Language
+from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
 from capsule_sym.codegen._tables import c_classification, table_text
 
 COMMAND = "python -m capsule_sym.codegen"
@@ -78,6 +80,25 @@ def _formula(formula: Formula) -> Kernel:
     plain = tuple(str(name).removeprefix("_") for name in returns)
     values = tuple(steps.pop(name) for name in returns)
     return replace(kernel, steps=tuple(steps.items()), results=values, returns=plain, typed=True)
+
+
+def _units(derived: Sequence[Formula]) -> dict[str, int]:
+    """Names and numbers of the roundings of all formulas that have a size."""
+    given = dict.fromkeys(("cos_theta", "sin_theta"), CIRCULAR_UNITS)
+    for segment in SEGMENTS:
+        for name, value in segment_constants(segment.index):
+            block = [(sp.Symbol("_value"), value)]
+            kernel = lower(str(name), "", block, _PARAMETER_NAMES, ("_value",), frozenset())
+            given[str(name)] = max(given.get(str(name), 0), units(kernel, {}) - 1)
+    found = {}
+    for formula in derived:
+        if formula.sized:
+            kernel = _formula(formula)
+            for argument in formula.carried:
+                found[f"{formula.name}_{argument}_units"] = units(kernel, given, str(argument))
+            if not formula.carried:
+                found[f"{formula.name}_units"] = units(kernel, given)
+    return {name.upper(): number for name, number in found.items()}
 
 
 def _kernels(config: dict[str, Any]) -> dict[str, list[Kernel]]:
@@ -160,6 +181,7 @@ def render() -> dict[str, str]:
     derived = formulas()
     inline = [_formula(f) for f in derived]
     sizes = [_formula(f.size) for f in derived if f.sized]
+    roundings = _units(derived)
     operations: dict[str, int] = {}
     interface = tomllib.loads((INPUTS / "interface.toml").read_text(encoding="utf-8"))
     stamp = digest()
@@ -189,6 +211,8 @@ def render() -> dict[str, str]:
             "formulas": "\n\n".join(kernel.text(language) for kernel in [*inline, *sizes])
             if language.comment == "#"
             else "",
+            "units": "\n".join(f"{name} = {number}" for name, number in roundings.items()),
+            "c_units": ", ".join(f"{name} = {number}" for name, number in roundings.items()),
             "real_formulas": "\n".join(kernel.text(LANGUAGES["real"]) for kernel in inline),
             "bound_formulas": "\n".join(kernel.text(LANGUAGES["bound"]) for kernel in sizes),
             "field_constants": _field_constants(),

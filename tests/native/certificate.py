@@ -131,6 +131,7 @@ class Truth:
         way = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}[start.field]
         contact = start.field > 3
         self.way, self.side, self.f_b, self.gamma = way, 1 if contact else -1, f_b, gamma
+        self.alpha = alpha
         x, v, v_c, angle = (
             mpf(a) + mpf(b) for a, b in zip((*start.state, start.angle), start.off, strict=True)
         )
@@ -149,6 +150,7 @@ class Truth:
         still = x + (beta * self.gap if contact else 0)
         push = way * f_b / gamma
         self.rest = (push - m * still) / self.K
+        self.rate = push - m * still - rate * v + alpha * mp.cos(angle)
         self.forced = alpha * mp.expj(angle) / (self.K - omega**2 + 1j * rate * omega)
         root = mp.sqrt(mp.mpc(rate**2 / 4 - self.K))
         self.rates = (-rate / 2 + root, -rate / 2 - root)
@@ -194,6 +196,27 @@ class Truth:
             return self.way or rest
         return (pull > self.f_b) - (pull < -self.f_b)
 
+    def takes_over(self) -> bool:
+        """Whether every guard is positive just after the start, by its first derivatives."""
+        guards = [tuple(self.side * d for d in (self.gap, self.v, self.rate))]
+        pull_rate = self.pull_rate()
+        if self.way:
+            slip = self.way * (self.pull - self.way * self.f_b)
+            guards.append((self.way * self.v_c, slip, self.way * pull_rate))
+        else:
+            guards += [(self.f_b - self.pull, -pull_rate), (self.f_b + self.pull, pull_rate)]
+        signs = [next((d for d in derivatives if d), mpf(0)) for derivatives in guards]
+        return min(signs) > 0
+
+    def pull_rate(self) -> mpf:
+        """P' at the start."""
+        return self.stiff * self.v + self.damp * self.rate
+
+    def farthest(self) -> mpf:
+        """The least upper bound of |x_r| at rest without damping and off resonance."""
+        x, v = -self.rest - self.forced.real, self.v + self.omega * self.forced.imag
+        return abs(self.forced) + mp.hypot(x, v / mp.sqrt(self.K))
+
 
 def number(pair: Sequence[float]) -> mpf:
     """A double-double."""
@@ -227,6 +250,16 @@ class Core:
             pointer[0], first.field, first.level, first.steps, pointer[1], pointer[2]
         )
         return [[out[i, lane] for i in range(made)] for lane in range(lanes)]
+
+    def asked(self, what: str, width: str, start: Start) -> int:
+        """What the scalar code says of a start: whether its field takes over, or rests for ever."""
+        row = np.array([(*start.state, start.angle, *start.zeros, *start.errors)], dtype=float)
+        values = np.array(list(start.parameters.to_dict().values()))
+        pointer = [ctypes.c_void_p(a.ctypes.data) for a in (values, row)]
+        found = getattr(self.library, f"{_NAMES[width]}_{what}")(
+            pointer[0], start.field, pointer[1]
+        )
+        return int(found)
 
 
 GRID = (1.0, 0.83, 0.5, 0.21, 0.03, 1e-3, 1e-5, 1e-8)

@@ -217,6 +217,74 @@ def stopped(random: Random) -> Start:
     return _before(p, field, target, random.uniform(0, 2 * math.pi), random.uniform(0.02, 0.1))
 
 
+def inflected(random: Random) -> Start:
+    """The gap levels out within rounding of zero, comes back a little, and crosses."""
+    angle, speed = random.uniform(5.1, 6.0), -(10.0 ** random.uniform(-12, -9))
+    p = Parameters(1.0, random.uniform(0.8, 1.5), random.uniform(0.2, 1.0), 0.05, 1.5, 3.3, 100.0)
+    alpha = (p.delta + 2 * p.zeta * speed) / math.cos(angle)
+    p, t = p.replace(alpha=alpha), random.uniform(0.2, 0.9)
+    bend = -alpha * p.omega * math.sin(angle) - speed
+    past = random.uniform(-1.0, 1.0) * 1e-15
+    start = _before(p, 2, (p.delta + past, speed, 0.0), angle, t)
+    return replace(start, hints=(t - math.sqrt(-2 * speed / bend), t))
+
+
+def grazed(random: Random) -> Start:
+    """The gap dips below zero for an instant, just before v_c vanishes."""
+    p, depth = _parameters(random), 10.0 ** random.uniform(-7, -3.5)
+    p = p.replace(alpha=random.uniform(1, 3), delta=random.uniform(0.1, 0.7), zeta=0.05, omega=1.0)
+    rate, pull = random.uniform(0.3, 1.5), p.delta - (1 + p.beta) * depth
+    slowing = (p.f_b - pull) / p.gamma
+    if abs(rate + pull - slowing) > p.alpha:
+        return grazed(random)
+    angle = random.choice((1, -1)) * math.acos((rate + pull - slowing) / p.alpha)
+    later = math.sqrt(2 * depth / rate) * random.uniform(1.05, 3.0)
+    target = (p.delta - depth, 0.0, slowing * later)
+    return _before(p, 4, target, angle % (2 * math.pi), random.uniform(0.2, 0.9) / _rate(p, 4))
+
+
+def level(random: Random) -> Start:
+    """P is +-f_b, and neither rises nor falls there but by a rounding; then it comes back."""
+    p = Parameters(1.0, random.uniform(0.5, 2), 9.0, random.uniform(0.1, 0.5), 1.5, 3.3)
+    x_r, v_r, angle = random.gauss(0, 1), random.gauss(0, 1), random.uniform(0, 2 * math.pi)
+    pull = x_r + 2 * p.zeta * v_r
+    p = p.replace(f_b=abs(pull), alpha=abs((pull - v_r / 2 / p.zeta) / math.cos(angle)))
+    start = Start(p, 2, (x_r, v_r, 0.0), angle, zeros=(0, 1 if pull > 0 else -1))
+    truth, step = Truth(start), mpf(10) ** -20
+    rate = truth.pull_rate() * start.zeros[1]
+    bend = (truth.moved(step)[1] - truth.moved(-step)[1]) / (2 * step)
+    bend = start.zeros[1] * (bend + truth.damp * _second(truth, step))
+    if abs(rate) > 1e-14 or bend > -0.1:
+        return level(random)
+    return replace(start, hints=(float(-rate / bend),) if rate > 0 else ())
+
+
+def _second(truth: Truth, step: mpf) -> mpf:
+    """v_r'' at the start."""
+    one, none, other = (truth.moved(k * step)[1] for k in (1, 0, -1))
+    return (one - 2 * none + other) / step**2
+
+
+def tiny(random: Random) -> Start:
+    """So small that products are rounded below the normal range."""
+    return _scaled(random, 1e-310)
+
+
+def tiny_wide(random: Random) -> Start:
+    """So small that the second halves of 106 bits are."""
+    return _scaled(random, 1e-300)
+
+
+def _scaled(random: Random, scale: float) -> Start:
+    start = moving(random)
+    if start.zeros != (0, 0):
+        return _scaled(random, scale)
+    p = start.parameters
+    p = p.replace(alpha=p.alpha * scale, delta=p.delta * scale, f_b=p.f_b * scale)
+    x_r, v_r, v_c = (value * scale for value in start.state)
+    return replace(start, parameters=p, state=(x_r, v_r, v_c))
+
+
 def _growth(p: Parameters, field: int) -> float:
     """What the length of an expansion is measured by, of an underdamped flow."""
     truth = Truth(Start(p, field, (0.0, 0.0, 0.0), 0.0))
@@ -263,6 +331,11 @@ FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = 
     "ending": (ending, 3.0, DOUBLES),
     "ending wide": (ending_wide, 12.0, ("106 bits",)),
     "late": (late, 4.5, (*WIDTHS,)),
+    "inflected": (inflected, 0.0, DOUBLES),
+    "grazed": (grazed, 0.0, (*WIDTHS,)),
+    "level": (level, 0.0, DOUBLES),
+    "tiny": (tiny, 0.0, DOUBLES),
+    "tiny, 106 bits": (tiny_wide, 0.0, ("106 bits",)),
     "creeping": (creeping, 0.0, (*WIDTHS,)),
     "corner": (corner, 0.0, (*WIDTHS,)),
     "stopped": (stopped, 0.0, DOUBLES),

@@ -55,6 +55,8 @@ class Formula:
     arguments: tuple[sp.Symbol, ...]
     results: tuple[tuple[str, sp.Expr], ...]
     sized: bool = False
+    carried: tuple[sp.Symbol, ...] = ()
+    """Arguments that have errors of their own in units of a size, as terms of a recurrence have."""
 
     @property
     def size(self) -> Formula:
@@ -197,12 +199,15 @@ def formulas() -> tuple[Formula, ...]:
             (index, reach, drive, last, before),
             (("next", _next(Q, drive)),),
             True,
+            (drive, last, before),
         ),
         Formula(
             "forcing_next",
             "Coefficient n + 2 of cos(omega h) or sin(omega h) in h/reach, from coefficient n.",
             (index, reach, before),
             (("next", _next(W, sp.S.Zero)),),
+            True,
+            (before,),
         ),
     )
 

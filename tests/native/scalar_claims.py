@@ -1,0 +1,126 @@
+"""What the scalar code says of a start alone: whether its field takes over or rests for ever.
+
+Starts where a rounding decides, and which of these answers are false.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from random import Random
+
+from capsule_sym import Parameters
+from tests.native.certificate import Core, Start, Truth
+
+_WAY = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}
+
+
+def _any(random: Random) -> Parameters:
+    delta, omega, zeta = (random.uniform(0.2, 2.0) for _ in range(3))
+    return Parameters(1.0, omega, delta, zeta, random.uniform(0.1, 3), random.uniform(0.5, 4))
+
+
+def touching(random: Random) -> Start:
+    """x_r is delta, at rest there, and the forcing holds it but for a rounding."""
+    p, field, angle = _any(random), random.choice((2, 5)), random.uniform(0, 1.2)
+    p = p.replace(alpha=p.delta / math.cos(angle), f_b=9.0)
+    return Start(p, field, (p.delta, 0.0, 0.0), angle, zeros=(2, 0))
+
+
+def bound(random: Random) -> Start:
+    """A resting capsule whose P is +-f_b but for a rounding."""
+    return _at_bound(random, random.choice((1, 2, 3, 4, 5, 6)))
+
+
+def _at_bound(random: Random, field: int) -> Start:
+    p, side = _any(random), 1 if field > 3 else -1
+    x_r = p.delta + side * random.uniform(0.1, 2.0)
+    spring = p.beta * (x_r - p.delta) if field > 3 else 0.0
+    sign = _WAY[field] or random.choice((1, -1))
+    v_r = (sign * p.f_b - x_r - spring) / (2 * p.zeta)
+    zeros = (0, 1 if _WAY[field] else 0)
+    return Start(p, field, (x_r, v_r, 0.0), random.uniform(0, 2 * math.pi), zeros=zeros)
+
+
+def turning(random: Random) -> Start:
+    """P is +-f_b exactly, and neither rises nor falls there but for a rounding."""
+    start = _at_bound(random, random.choice((1, 2, 3, 4, 5, 6)))
+    p, way = start.parameters, _WAY[start.field]
+    x_r, v_r, _ = start.state
+    pull = x_r + 2 * p.zeta * v_r + (p.beta * (x_r - p.delta) if start.field > 3 else 0.0)
+    stiff = 1 + (p.beta if start.field > 3 else 0.0)
+    # P' = stiff v + 2 zeta v' vanishes where v' = alpha cos(angle) - P - v_c' is this.
+    needed = pull - stiff * v_r / (2 * p.zeta) + (pull - way * p.f_b) / p.gamma * (way != 0)
+    p = p.replace(alpha=abs(needed / math.cos(start.angle)))
+    if needed / math.cos(start.angle) < 0:
+        start = replace(start, angle=(start.angle + math.pi) % (2 * math.pi))
+    zeros = (0, 2 if way else (1 if pull > 0 else -1))
+    return replace(start, parameters=p, zeros=zeros)
+
+
+def resting(random: Random) -> Start:
+    """Without damping |x_r| comes as close to delta as to a rounding."""
+    omega = random.choice((random.uniform(0.2, 3.0), 10.0 ** random.uniform(2, 4)))
+    alpha = random.uniform(0.1, 0.5) * omega if omega > 3 else 0.3
+    p = Parameters(alpha, omega, 1.0, 0.0, 1.5, 3.3)
+    angle, x_r = random.uniform(0, 2 * math.pi), 1e-3 * random.gauss(0, 1)
+    v_r = (
+        p.alpha / (1 - omega**2) * -omega * math.sin(angle) if omega > 3 else 0.1 * random.random()
+    )
+    return _meeting(random, Start(p, 2, (x_r, v_r, 0.0), angle), 1e-15)
+
+
+def resonant(random: Random) -> Start:
+    """The same near resonance, where K - omega^2 cancels."""
+    p = Parameters(1e-6, 1.0 + 10.0 ** random.uniform(-6, -4), 1.0, 0.0, 1.5, 3.3)
+    angle = random.uniform(0, 2 * math.pi)
+    return _meeting(random, Start(p, 2, (0.1 * random.random(), 0.0, 0.0), angle), 1e-12)
+
+
+def resting_displaced(random: Random) -> Start:
+    """The same, where the true motion is off by what the errors allow."""
+    start, turn, size = resting(random), random.uniform(0, 2 * math.pi), 1e-4
+    off = (size * math.cos(turn), size * math.sin(turn), 0.0, 0.0)
+    return _meeting(random, replace(start, errors=(size, 0.0, 0.0), off=off), 1e-5)
+
+
+def resting_out_of_phase(random: Random) -> Start:
+    """The same, where the forcing's angle is off."""
+    start, size = resting(random), 1e-4
+    off = (0.0, 0.0, 0.0, random.choice((1, -1)) * size)
+    return _meeting(random, replace(start, errors=(0.0, 0.0, size), off=off), 1e-5)
+
+
+def _meeting(random: Random, start: Start, within: float) -> Start:
+    """With delta or f_b where |x_r|, which is |P|, comes to."""
+    most = float(Truth(start).farthest()) * (1 + within * random.uniform(-1, 1))
+    bounds = (most, 9.0 * most) if random.random() < 0.5 else (9.0 * most, most)
+    return replace(start, parameters=start.parameters.replace(delta=bounds[0], f_b=bounds[1]))
+
+
+CLAIMS: dict[str, tuple[str, Callable[[Random], Start]]] = {
+    "touching": ("successor", touching),
+    "bound": ("successor", bound),
+    "turning": ("successor", turning),
+    "resting": ("rests", resting),
+    "resonant": ("rests", resonant),
+    "resting displaced": ("rests", resting_displaced),
+    "resting out of phase": ("rests", resting_out_of_phase),
+}
+"""Families of starts, and what is asked of them."""
+
+
+def first_false_answer(core: Core, family: str, width: str, starts: range) -> str:
+    """A start of which the scalar code says what is false, empty if there is none."""
+    question, draw = CLAIMS[family]
+    core.reach.value = 0.0
+    for number in starts:
+        start = draw(Random(f"{family} {number}"))
+        said, truth = core.asked(question, width, start), Truth(start)
+        if question == "successor" and said >= 0 and bool(said) != truth.takes_over():
+            return f"takes over: {said}, {start}"
+        p = start.parameters
+        if question == "rests" and said and truth.farthest() >= min(p.delta, p.f_b):
+            return f"rests for ever: {start}"
+    return ""
