@@ -1,57 +1,78 @@
 """The exact three-dimensional map of a piecewise-linear capsule system with bidirectional drifts.
 
-The public names are imported on first use, so that importing the package costs next to nothing.
+Everything that is called stands here, and is imported on first use: importing the package costs
+next to nothing. `__init__.pyi` has the same names for type checkers.
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from capsule_sym._errors import InvalidInput, Outcome, Status
-    from capsule_sym._map import Trajectory, simulate
-    from capsule_sym._map.many import Trajectories, simulate_many
-    from capsule_sym._parameters import Parameters, PhysicalParameters, load_parameters
-
-    __version__: str
-
-__all__ = [
-    "InvalidInput",
-    "Outcome",
-    "Parameters",
-    "PhysicalParameters",
-    "Status",
-    "Trajectories",
-    "Trajectory",
-    "__version__",
-    "load_parameters",
-    "simulate",
-    "simulate_many",
-]
-
-_HOME = {
-    "InvalidInput": "_errors",
-    "Outcome": "_errors",
-    "Parameters": "_parameters",
-    "PhysicalParameters": "_parameters",
-    "Status": "_errors",
-    "Trajectories": "_map.many",
-    "Trajectory": "_map",
-    "load_parameters": "_parameters",
-    "simulate": "_map",
-    "simulate_many": "_map.many",
+_NAMES = {
+    "_enclosures.certificates": "certify_bifurcation certify_orbit certify_run",
+    "_enclosures.checker": "Rejected check_certificate",
+    "_errors": "CapsuleError InvalidInput NotInstalled Outcome Status",
+    "_figures.animation": "animate",
+    "_figures.charts": "plot_chart",
+    "_figures.diagrams": "plot_diagram",
+    "_figures.device": "plot_fig1",
+    "_figures.sweeps": "plot_basin plot_pareto",
+    "_figures.branches": "plot_bifurcations",
+    "_figures.energy": "plot_energies",
+    "_figures.events": "plot_events",
+    "_figures.evolution": "plot_fig6 plot_itineraries",
+    "_figures.guards": "plot_margins",
+    "_figures.panels": "plot_fig7",
+    "_figures.plots": "plot",
+    "_figures.portraits": "plot_displacements plot_motion plot_phase_portrait",
+    "_figures.precision": "plot_work_precision",
+    "_figures.statespace": "plot_fig2",
+    "_figures.style": "figure_style save_figure",
+    "_figures.switching": "plot_fig3 plot_fig4 plot_fig5",
+    "_map.many": "Trajectories simulate_many",
+    "_map.segments": "Instant Segment",
+    "_map.simulate": "simulate",
+    "_map.steady": "SteadyMotion",
+    "_map.trajectory": "Trajectory",
+    "_orbits.continuation.bifurcations": "Bifurcation",
+    "_orbits.continuation.continuation": "Branch BranchPoint continue_orbit",
+    "_orbits.continuation.curves": "CodimensionTwoPoint Curve CurvePoint continue_bifurcation",
+    "_orbits.continuation.parameter_paths": "ParameterPath device_path parameter_path",
+    "_orbits.continuation.saved": "labelled_point orbit_from_record read_branch",
+    "_orbits.continuation.states": "Ending",
+    "_orbits.continuation.switching": "continue_from period_doubling_cascade",
+    "_orbits.metrics.performance": "Metric Performance performance",
+    "_orbits.shooting.admissibility": "Inequality is_admissible tightest",
+    "_orbits.shooting.itinerary": "Itinerary ItinerarySegment",
+    "_orbits.shooting.orbit": "Orbit NoOrbit Reason solve_itinerary",
+    "_orbits.shooting.search": "solve_admissible solve_orbit search_orbits orbit_at",
+    "_orbits.shooting.stability": (
+        "floquet_multipliers jacobian lyapunov_exponents monodromy_matrix saltation_matrix"
+    ),
+    "_orbits.shooting.symmetry": "half_orbit mirror_image whole_orbit",
+    "_parameters": "Parameters PhysicalParameters load_parameters",
+    "_sweeps.axes": "Axis",
+    "_sweeps.basin": "run_basin",
+    "_sweeps.execution": "run_sweep",
+    "_sweeps.plan": "load_sweep read_plan",
+    "_sweeps.refinement": "refine_sweep",
+    "_sweeps.results": "open_results",
+    "_sweeps.sweep": "Sweep",
 }
+_HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+__all__ = ["__version__", *sorted(_HOME)]
 
 
 def __getattr__(name: str) -> object:
-    if name == "__version__":
+    from importlib import import_module
+
+    if name in _HOME:
+        found: object = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    elif name == "__version__":
         from importlib.metadata import version
 
-        return version("capsule-sym")
-    if name in _HOME:
-        return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        found = version("capsule-sym")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:

@@ -60,7 +60,7 @@ class NotInstalled(CapsuleError, ImportError):
 
 
 class Status(StrEnum):
-    """How a run ended."""
+    """How a run ended: its periods are over, or what stopped it before."""
 
     #: Its periods are over.
     FINISHED = "finished"

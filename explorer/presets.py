@@ -6,10 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from capsule_sym._orbits.continuation.continuation import follow
-from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._parameters import Parameters
+from capsule_sym import Orbit, Parameters, continue_orbit, solve_orbit
 from capsule_sym._study.casestudy import GAMMAS, PANELS, printed_map
 from capsule_sym._study.thresholds import FIRST, LAST, PRINTED
 
@@ -27,7 +24,7 @@ def presets() -> dict[str, Any]:
 
 
 def _bifurcations(gamma: float) -> list[dict[str, Any]]:
-    start = find_orbit(Parameters(alpha=FIRST, gamma=gamma))
+    start = solve_orbit(Parameters(alpha=FIRST, gamma=gamma))
     if not isinstance(start, Orbit):
         raise ArithmeticError(start.detail)
     return [
@@ -41,7 +38,7 @@ def _bifurcations(gamma: float) -> list[dict[str, Any]]:
                 None,
             ),
         }
-        for one in follow(start, "alpha", LAST).bifurcations
+        for one in continue_orbit(start, "alpha", LAST).bifurcations
     ]
 
 

@@ -13,8 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._parameters import Parameters, PhysicalParameters, load_parameters
+from capsule_sym import CapsuleError, InvalidInput, Parameters, PhysicalParameters, load_parameters
 
 CASE_STUDY = {
     "alpha": 0.7,

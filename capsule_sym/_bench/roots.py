@@ -17,7 +17,7 @@ from capsule_sym._bench.model import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym.generated import formulas
@@ -115,7 +115,7 @@ def _value_and_slope(b: Bracket, h: float) -> tuple[float, float]:
 
 
 def _brackets(start: Start) -> Iterator[Bracket]:
-    run = _Located(NumpyBackend(), start.parameters, settle=True)
+    run = _Located(NumpyBackend(), start.parameters, escalate=True)
     run.found = []
     run.go(start.state, 0.0, start.periods, 10**6)
     for flow, true in run.found:
@@ -134,12 +134,12 @@ class _Located(Run):
 
     found: list[tuple[Flow, Switch]]
 
-    def first_switch(self, state: State, departure: Departure, limit: float) -> tuple[Flow, Switch]:
-        flow, switch = super().first_switch(state, departure, limit)
+    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Flow, Switch]:
+        flow, switch = super().first_switch(state, begin, limit)
         with fifty_digits() as numbers:
-            c = numbers.constants(departure.field, self.parameters)
+            c = numbers.constants(begin.field, self.parameters)
             given = start_at(c, self.exactly(numbers, state))
-            exact = Departure(departure.field, given._replace(zeros=departure.start.zeros))
+            exact = SegmentStart(begin.field, given._replace(zeros=begin.start.zeros))
             true = locate(Flow(numbers, c, exact), numbers.number(limit))
         if true.certain and true.guards:
             self.found.append((flow, true))

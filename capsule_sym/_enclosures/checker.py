@@ -207,7 +207,7 @@ class Shooting:
             raise Rejected("stability")
 
 
-def check(given: dict[str, Any]) -> None:
+def check_certificate(given: dict[str, Any]) -> None:
     """Accept a certificate, or raise Rejected."""
     try:
         ctx.prec = BITS + 4 * len(given["fields"])  # roundings grow along a run
@@ -221,7 +221,7 @@ if __name__ == "__main__":
         held = json.loads(Path(path).read_text(encoding="utf-8"))
         for number, one in enumerate(held.get("certificates", [held])):
             try:
-                check(one)
+                check_certificate(one)
             except Rejected as error:
                 sys.exit(f"{path} [{number}]: rejected ({error})")
             print(f"{path} [{number}]: accepted")

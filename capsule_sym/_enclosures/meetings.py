@@ -13,7 +13,7 @@ from capsule_sym._enclosures.events import NEAR, Event, beyond, prove_event
 from capsule_sym._enclosures.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits import held
 from capsule_sym._enclosures.regimes import approximate
-from capsule_sym._orbits.continuation.curves import CodimensionTwo, trace
+from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint, continue_bifurcation
 from capsule_sym._orbits.continuation.events import CROSSING
 from capsule_sym._parameters import Parameters
 
@@ -34,7 +34,7 @@ class Meeting:
     slopes: tuple[Ball, Ball]
 
 
-def prove_meeting(found: CodimensionTwo, exact: Mapping[str, Any]) -> Meeting:
+def prove_meeting(found: CodimensionTwoPoint, exact: Mapping[str, Any]) -> Meeting:
     """A point of a curve where a second segment has the duration 0; raises Unproved."""
     segments = [i for i, h in enumerate(found.orbit.durations) if h == 0]
     if len(segments) != 2:
@@ -91,5 +91,5 @@ def section4(exact: Mapping[str, str]) -> list[Meeting]:
     """
     found, _ = approximate(Parameters(gamma=_BETWEEN), float(Fraction(1, 1000)), 2.0)
     (crossing,) = (one for one in found if one.type == CROSSING)
-    curve = trace(crossing, "gamma", _RANGES)
+    curve = continue_bifurcation(crossing, "gamma", _RANGES)
     return [prove_meeting(one, exact) for one in curve.codimension_two]

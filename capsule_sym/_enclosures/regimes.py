@@ -17,10 +17,10 @@ from capsule_sym._enclosures.guards import Watch
 from capsule_sym._enclosures.krawczyk import enclose
 from capsule_sym._enclosures.orbits import guess_of, held, shooting_of, turned
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.continuation.continuation import follow
+from capsule_sym._orbits.continuation.continuation import continue_orbit
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128
@@ -46,10 +46,10 @@ def approximate(
     parameters: Parameters, first: float, last: float
 ) -> tuple[tuple[Bifurcation, ...], Orbit]:
     """The bifurcations between two amplitudes, in double precision, and the orbit at the first."""
-    start = find_orbit(parameters.replace(alpha=first))
+    start = solve_orbit(parameters.replace(alpha=first))
     if not isinstance(start, Orbit):
         raise Unproved("search", start.detail)
-    branch = follow(start, "alpha", last)
+    branch = continue_orbit(start, "alpha", last)
     return branch.bifurcations, start
 
 

@@ -14,7 +14,7 @@ from capsule_sym._enclosures.events import Event
 from capsule_sym._enclosures.regimes import Regime, approximate, regimes, threshold
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._paper import panels, read
 from capsule_sym._parameters import Parameters
 
@@ -73,7 +73,7 @@ def certified(gamma: str) -> tuple[list[dict[str, Any]], list[str]]:
     exact = EXACT | {"gamma": gamma}
     found, _ = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
     orbits = [
-        find_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
+        solve_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
         for alpha in panels(read()).values()
     ]
     kept, missing = [], []

@@ -9,9 +9,9 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.device import Frame, draw_capsule, ground
-from capsule_sym._figures.portraits import field_handles, phase_portrait
+from capsule_sym._figures.portraits import field_handles, plot_phase_portrait
 from capsule_sym._figures.sizes import MOVING
-from capsule_sym._figures.style import Colours, field_colour, new_figure, styled
+from capsule_sym._figures.style import Colours, field_colour, figure_style, new_figure
 from capsule_sym._study.arcs import Motion, arcs, cycle
 
 if TYPE_CHECKING:
@@ -50,12 +50,14 @@ def animate(
     instants = time[0] + duration * np.arange(count) / count
     scale = _LARGEST / max(float(np.max(abs(x_r))), 1e-300)
     travelled = scale * (x_c - x_c[0])
-    with styled():
+    with figure_style():
         figure = new_figure(width, 0.46 * width)
         left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
         right = figure.add_axes((0.66, 0.15, 0.32, 0.66))
         ground(left, -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max()))
-        phase_portrait(result, right, periods=1 if periods is None else periods, colours=colours)
+        plot_phase_portrait(
+            result, right, periods=1 if periods is None else periods, colours=colours
+        )
         right.set(xlabel="$x_r$", ylabel="$v_r$")
         figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
         (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)

@@ -16,9 +16,9 @@ from capsule_sym._figures.style import (
     describe,
     draw_points,
     figure_of,
+    figure_style,
     mathematical,
     new_figure,
-    styled,
 )
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ Record = Mapping[str, Any]
 _ROOM = 0.028  # least distance of names, over the width of the axes
 
 
-def bifurcations(
+def plot_bifurcations(
     record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None = None
 ) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
@@ -39,7 +39,7 @@ def bifurcations(
     A marker stands at every exact bifurcation point, its name above it. Drawn into three `axes`,
     without the names, if they are given.
     """
-    with styled():
+    with figure_style():
         if axes is None:
             figure = new_figure(width, 6.0)
             rows: Sequence[Axes] = figure.subplots(3, 1, sharex=True)

@@ -71,15 +71,15 @@ class Study:
 
 
 def _fig1(study: Study) -> Figure:
-    from capsule_sym._figures.device import fig1
+    from capsule_sym._figures.device import plot_fig1
 
-    return fig1(width=study.width)
+    return plot_fig1(width=study.width)
 
 
 def _fig2(study: Study) -> Figure:
-    from capsule_sym._figures.statespace import fig2
+    from capsule_sym._figures.statespace import plot_fig2
 
-    return fig2(study.schematic, **study.looks)
+    return plot_fig2(study.schematic, **study.looks)
 
 
 def _bundles(study: Study, which: int) -> Figure:
@@ -87,36 +87,36 @@ def _bundles(study: Study, which: int) -> Figure:
     from capsule_sym._study.sections import sections
 
     parameters = study.schematic
-    draw = {3: switching.fig3, 4: switching.fig4, 5: switching.fig5}[which]
+    draw = {3: switching.plot_fig3, 4: switching.plot_fig4, 5: switching.plot_fig5}[which]
     bundles = [study.store.bundle(one, parameters) for one in sections(parameters)[which - 3]]
     return draw(bundles, parameters, **study.looks)
 
 
 def _fig6(study: Study) -> Figure:
-    from capsule_sym._figures.evolution import fig6
+    from capsule_sym._figures.evolution import plot_fig6
     from capsule_sym._study.data import orbit_of
 
     record = study.branch()
     exact = [orbit_of(one) for one in record["bifurcations"]]
-    return fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
+    return plot_fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
 
 
 def _fig7(study: Study) -> Figure:
-    from capsule_sym._figures.panels import fig7
+    from capsule_sym._figures.panels import plot_fig7
     from capsule_sym._study.casestudy import PANELS
 
-    return fig7(study.motions(list(PANELS.values())), **study.looks)
+    return plot_fig7(study.motions(list(PANELS.values())), **study.looks)
 
 
 def _around(study: Study, which: int, exactly: bool) -> Figure:
-    from capsule_sym._figures.events import around
+    from capsule_sym._figures.events import plot_events
     from capsule_sym._study.data import orbit_of
     from capsule_sym._study.events import CROSSINGS, SLIDINGS, exact
 
     events = {8: CROSSINGS, 9: SLIDINGS}[which]
     if not exactly:
         groups = [study.motions(list(event.alphas)) for event in events]
-        return around(events, groups, **study.looks)
+        return plot_events(events, groups, **study.looks)
     record = study.branch()
     found = exact(events, record["bifurcations"])
     orbits: list[list[Motion]] = [
@@ -126,40 +126,40 @@ def _around(study: Study, which: int, exactly: bool) -> Figure:
         ]
         for event, one in found
     ]
-    return around([event for event, _ in found], orbits, **study.looks)
+    return plot_events([event for event, _ in found], orbits, **study.looks)
 
 
 def _bifurcations(study: Study) -> Figure:
-    from capsule_sym._figures.branches import bifurcations
+    from capsule_sym._figures.branches import plot_bifurcations
 
-    return bifurcations(study.branch(), width=study.width)
+    return plot_bifurcations(study.branch(), width=study.width)
 
 
 def _itineraries(study: Study) -> Figure:
-    from capsule_sym._figures.evolution import itineraries
+    from capsule_sym._figures.evolution import plot_itineraries
 
     motions = study.motions(study.evenly(_SAMPLES))
-    return itineraries(motions, study.branch(), **study.looks)
+    return plot_itineraries(motions, study.branch(), **study.looks)
 
 
 def _motion(study: Study) -> Figure:
-    from capsule_sym._figures.portraits import motion
+    from capsule_sym._figures.portraits import plot_motion
 
     (found,) = study.store.motions([study.system])
-    return motion(found, **study.looks)
+    return plot_motion(found, **study.looks)
 
 
 def _margins(study: Study) -> Figure:
-    from capsule_sym._figures.guards import margins
+    from capsule_sym._figures.guards import plot_margins
 
-    (motion,) = study.motions([study.system.alpha if study.chosen else 1.5])
-    return margins(motion, **study.looks)
+    (plot_motion,) = study.motions([study.system.alpha if study.chosen else 1.5])
+    return plot_margins(plot_motion, **study.looks)
 
 
 def _energies(study: Study) -> Figure:
-    from capsule_sym._figures.energy import energies
+    from capsule_sym._figures.energy import plot_energies
 
-    return energies(study.branch(), width=study.width)
+    return plot_energies(study.branch(), width=study.width)
 
 
 def _chart(study: Study) -> Figure:
@@ -179,13 +179,13 @@ def measured() -> Path:
 
 
 def _work_precision(study: Study) -> Figure:
-    from capsule_sym._figures.precision import work_precision
+    from capsule_sym._figures.precision import plot_work_precision
 
     path = measured()
     if not path.exists():
         made = "there; make it with: capsule-sym bench"
         raise InvalidInput("results", str(path), made)
-    return work_precision(json.loads(path.read_text(encoding="utf-8")), width=study.width)
+    return plot_work_precision(json.loads(path.read_text(encoding="utf-8")), width=study.width)
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from capsule_sym._figures.style import (
     describe,
     draw_points,
     figure_of,
+    figure_style,
     new_figure,
     readable,
-    styled,
 )
 from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
 
@@ -39,7 +39,7 @@ _CURVES = {
 _OTHER_CURVE = ("0.3", "--")
 
 
-def chart(
+def plot_chart(
     results: xr.Dataset,
     curves: Sequence[Curve] = (),
     *,
@@ -68,8 +68,8 @@ def draw_regions(
     width: float = PAGE,
     axes: Axes | None = None,
 ) -> Figure:
-    """A `chart` of given regions."""
-    with styled():
+    """A `plot_chart` of given regions."""
+    with figure_style():
         alone = axes is None
         if axes is None:
             figure = new_figure(width, 5.0)

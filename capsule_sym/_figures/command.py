@@ -83,7 +83,7 @@ def figure(
     directory, so that drawing it again takes a second; the parameters are in the picture's
     metadata.
     """
-    from capsule_sym._figures.style import describe, save
+    from capsule_sym._figures.style import describe, save_figure
     from capsule_sym._study.data import Store
 
     moving = name == "motion" and out.suffix.lower() in MOVING
@@ -99,7 +99,7 @@ def figure(
             (motion,) = study.store.motions([system])
             animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0)
         else:
-            save(describe(FIGURES[name].make(study), FIGURES[name].title), out, dpi=dpi)
+            save_figure(describe(FIGURES[name].make(study), FIGURES[name].title), out, dpi=dpi)
     click.echo(f"wrote {out}", err=True)
 
 
@@ -122,7 +122,7 @@ def figure(
 )
 @_width_option
 @_dpi_option
-def diagram(
+def plot_diagram(
     paths: tuple[Path, ...], out: Path, quantity: str, width: float | None, dpi: float | None
 ) -> None:
     """Draw files that `branch --out` wrote, with the branches that leave theirs.
@@ -130,12 +130,12 @@ def diagram(
     A colour is a branch; stable orbits are solid, unstable ones dashed; every bifurcation has its
     label.
     """
-    from capsule_sym._figures.diagrams import diagram as draw
-    from capsule_sym._figures.style import save
-    from capsule_sym._orbits.continuation.saved import read
+    from capsule_sym._figures.diagrams import plot_diagram as draw
+    from capsule_sym._figures.style import save_figure
+    from capsule_sym._orbits.continuation.saved import read_branch
 
     wide = _check_picture(out, width, 3.3, dpi)
-    records = [read(path) for path in paths]
+    records = [read_branch(path) for path in paths]
     with _needs_plotting():
         try:
             drawn = draw(records, quantity, width=wide)
@@ -144,7 +144,7 @@ def diagram(
                 raise
             whole = "a whole branch.json, which this is not"
             raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
-        save(drawn, out, dpi=dpi)
+        save_figure(drawn, out, dpi=dpi)
     click.echo(f"wrote {out}", err=True)
 
 
@@ -176,28 +176,30 @@ def sweep_figure(
     width: float | None,
     dpi: float | None,
 ) -> None:
-    """Draw the results of `sweep` or `basin`.
+    """Draw the results of `sweep` or `plot_basin`.
 
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
     wide = _check_picture(out, width, 3.3, dpi)
     with _needs_plotting():
         try:
-            from capsule_sym._sweeps import open_results
+            from capsule_sym._sweeps.results import open_results
         except ModuleNotFoundError as missing:
             raise NotInstalled(missing, "sweep") from missing
         from capsule_sym._figures import charts, sweeps
-        from capsule_sym._figures.style import save
+        from capsule_sym._figures.style import save_figure
 
-        read = [_curve(path) for path in curves]
+        read_branch = [_curve(path) for path in curves]
         with open_results(store) as results:
             if kind is None:
                 kind = "basin" if "attractor" in results else "chart"
             if kind == "chart":
-                drawn = charts.chart(results, read, width=wide)
+                drawn = charts.plot_chart(results, read_branch, width=wide)
             else:
-                drawn = {"basin": sweeps.basin, "pareto": sweeps.pareto}[kind](results, width=wide)
-            save(drawn, out, dpi=dpi)
+                drawn = {"basin": sweeps.plot_basin, "pareto": sweeps.plot_pareto}[kind](
+                    results, width=wide
+                )
+            save_figure(drawn, out, dpi=dpi)
     click.echo(f"wrote {out}", err=True)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, new_figure, styled
+from capsule_sym._figures.style import describe, figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -98,9 +98,9 @@ def ground(axes: Axes, left: float, right: float) -> None:
     axes.set_axis_off()
 
 
-def fig1(*, width: float = PAGE) -> Figure:
+def plot_fig1(*, width: float = PAGE) -> Figure:
     """The capsule with its mass, springs, damper and gap, and the symbols of each (Fig. 1)."""
-    with styled():
+    with figure_style():
         figure = new_figure(width, 0.41 * width)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         ground(axes, -4.4, 4.4)

@@ -16,8 +16,8 @@ from capsule_sym._figures.style import (
     describe,
     draw_points,
     figure_of,
+    figure_style,
     new_figure,
-    styled,
 )
 from capsule_sym._study.data import orbit_of, strobe
 
@@ -34,7 +34,7 @@ QUANTITIES = ("x_r", "v_r", "v_c", "velocity")
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
-def diagram(
+def plot_diagram(
     record: Record | Sequence[Record],
     quantity: str = "x_r",
     *,
@@ -55,7 +55,7 @@ def diagram(
         raise InvalidInput("parameter", parameters, "the same of all branches")
     branches = [branch for one in records for branch in (one, *one["switched"])]
     colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
-    with styled():
+    with figure_style():
         if axes is None:
             figure = new_figure(width, 3.6)
             axes = figure.subplots()

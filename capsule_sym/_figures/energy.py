@@ -14,8 +14,8 @@ from capsule_sym._figures.style import (
     column_edges,
     describe,
     figure_of,
+    figure_style,
     new_figure,
-    styled,
 )
 
 if TYPE_CHECKING:
@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 DAMPER, FRICTION, WORK = "#56B4E9", "#E69F00", "black"
 
 
-def energies(record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None = None) -> Figure:
+def plot_energies(
+    record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None = None
+) -> Figure:
     """Energy per excitation period along a branch: what damper and friction take of the work.
 
     The two losses are stacked bars, the drive's work a line; they meet but for rounding. Below
@@ -40,7 +42,7 @@ def energies(record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None
         np.array([point["energy"][name] for point in points])
         for name in ("work", "damper_loss", "friction_loss")
     )
-    with styled():
+    with figure_style():
         if axes is None:
             figure = new_figure(width, 4.8)
             upper, lower = figure.subplots(

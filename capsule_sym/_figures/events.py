@@ -12,7 +12,14 @@ from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
 from capsule_sym._figures.statespace import along, projected
-from capsule_sym._figures.style import LOOKS, Colours, describe, mathematical, new_figure, styled
+from capsule_sym._figures.style import (
+    LOOKS,
+    Colours,
+    describe,
+    figure_style,
+    mathematical,
+    new_figure,
+)
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Motion, cycle
 from capsule_sym._study.boundaries import lines as boundary_lines
@@ -29,7 +36,7 @@ _STYLES: dict[int, Any] = {
 }  # below, at and above the bifurcation
 
 
-def around(
+def plot_events(
     events: Sequence[Event],
     motions: Sequence[Sequence[Motion]],
     *,
@@ -41,7 +48,7 @@ def around(
     Fig. 8 with the events `CROSSINGS`, Fig. 9 with `SLIDINGS`; the motions of an event are those
     at its `alphas`, in their order.
     """
-    with styled():
+    with figure_style():
         height = 2.1 * len(events) + 0.45
         figure = new_figure(width, height)
         names = Names(figure)

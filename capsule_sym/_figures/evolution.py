@@ -18,8 +18,8 @@ from capsule_sym._figures.style import (
     describe,
     field_colour,
     figure_of,
+    figure_style,
     new_figure,
-    styled,
 )
 from capsule_sym._study.arcs import Motion, cycle
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def fig6(
+def plot_fig6(
     motions: Sequence[Motion],
     heavy: Sequence[Motion] = (),
     *,
@@ -36,7 +36,7 @@ def fig6(
     width: float = PAGE,
 ) -> Figure:
     """Motions in (x_r, v_r), one behind the other by alpha; the `heavy` in wide lines (Fig. 6)."""
-    with styled():
+    with figure_style():
         figure = new_figure(width, 4.8)
         axes: Any = figure.add_axes((0.0, 0.05, 1.0, 0.95), projection="3d", computed_zorder=False)
         axes.view_init(20, -62)
@@ -70,7 +70,7 @@ def fig6(
         return describe(figure, "Phase trajectories over the amplitude", parameters=system)
 
 
-def itineraries(
+def plot_itineraries(
     motions: Sequence[Motion],
     record: Record,
     *,
@@ -82,7 +82,7 @@ def itineraries(
 
     Drawn into `axes`, without the names, if they are given.
     """
-    with styled():
+    with figure_style():
         alone = axes is None
         if axes is None:
             figure = new_figure(width, 4.4)

@@ -13,9 +13,9 @@ from capsule_sym._figures.style import (
     describe,
     field_colour,
     figure_of,
+    figure_style,
     new_figure,
     readable,
-    styled,
 )
 from capsule_sym._study.arcs import Arc, Motion, arcs, interaction
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _NAMED = 0.04  # excitation periods of a segment whose name fits into its piece of the bar
 
 
-def margins(
+def plot_margins(
     result: Motion,
     *,
     periods: int = 1,
@@ -43,7 +43,7 @@ def margins(
     """
     drawn = arcs(result, periods)
     begin, parameters = drawn[0].time[0], result.parameters
-    with styled():
+    with figure_style():
         if axes is None:
             figure = new_figure(width, 4.6, layout="constrained")
             axes = figure.subplots(

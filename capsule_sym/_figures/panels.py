@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from capsule_sym._figures.portraits import (
     boundary_handles,
-    displacements,
     field_handles,
-    phase_portrait,
+    plot_displacements,
+    plot_phase_portrait,
 )
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import Colours, describe, itinerary, new_figure, styled
+from capsule_sym._figures.style import Colours, describe, figure_style, itinerary, new_figure
 from capsule_sym._map import Trajectory
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ _ACROSS = 2  # panels side by side, each a pair of axes
 _ROW, _HEAD, _FOOT = 1.1, 0.5, 0.35  # heights in inches: a row, the legend, the lowest labels
 
 
-def fig7(
+def plot_fig7(
     motions: Sequence[Trajectory], *, colours: Colours = "safe", width: float = PAGE
 ) -> Figure:
     """Displacements of mass and capsule, and phase portraits, one panel a motion (Fig. 7)."""
     rows = -(-len(motions) // _ACROSS)
     height = _HEAD + rows * _ROW + _FOOT
-    with styled():
+    with figure_style():
         figure = new_figure(width, height)
         grid = figure.subplots(rows, 2 * _ACROSS, squeeze=False)
         figure.subplots_adjust(
@@ -57,9 +57,9 @@ def fig7(
 
 
 def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Colours) -> None:
-    displacements(motion, left, colours=colours)
+    plot_displacements(motion, left, colours=colours)
     left.set_ylabel("$x_m$, $x_c$")
-    phase_portrait(motion, right, colours=colours)
+    plot_phase_portrait(motion, right, colours=colours)
     right.set_xlabel("$x_r$")
     right.set_ylabel("$v_r$", labelpad=0)
     left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")

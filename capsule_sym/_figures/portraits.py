@@ -15,9 +15,9 @@ from capsule_sym._figures.style import (
     describe,
     field_colour,
     figure_of,
+    figure_style,
     mathematical,
     new_figure,
-    styled,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Motion, arcs
@@ -32,7 +32,7 @@ MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
 _MARGIN = 0.08  # of the range of a curve, left free around it
 
 
-def displacements(
+def plot_displacements(
     result: Motion, axes: Axes, *, periods: int = 3, colours: Colours = "safe"
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
@@ -53,7 +53,7 @@ def displacements(
     axes.set_ylabel(LABELS["x"])
 
 
-def phase_portrait(
+def plot_phase_portrait(
     result: Motion, axes: Axes, *, periods: int = 1, colours: Colours = "safe"
 ) -> None:
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right)."""
@@ -77,7 +77,7 @@ def _frame(axes: Axes, drawn: list[Arc]) -> None:
         limit(low - room, high + room)
 
 
-def motion(
+def plot_motion(
     result: Motion,
     *,
     periods: int = 3,
@@ -89,15 +89,15 @@ def motion(
 
     Drawn into two `axes` if they are given.
     """
-    with styled():
+    with figure_style():
         if axes is None:
             figure = new_figure(width, 2.6, layout="constrained")
             left, right = figure.subplots(1, 2)
         else:
             left, right = axes
             figure = figure_of(left)
-        displacements(result, left, periods=periods, colours=colours)
-        phase_portrait(result, right, periods=periods, colours=colours)
+        plot_displacements(result, left, periods=periods, colours=colours)
+        plot_phase_portrait(result, right, periods=periods, colours=colours)
         if axes is None:
             handles = field_handles(figure, colours) + boundary_handles(figure)
             figure.legend(handles=handles, loc="outside upper center", ncols=6)

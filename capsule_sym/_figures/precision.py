@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, new_figure, styled
+from capsule_sym._figures.style import describe, figure_style, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,7 @@ _TITLES = {
 }
 
 
-def work_precision(record: Mapping[str, Any], *, width: float = PAGE) -> Figure:
+def plot_work_precision(record: Mapping[str, Any], *, width: float = PAGE) -> Figure:
     """Time per excitation period against the largest error, one curve a tool and way to use it.
 
     `record` is what `capsule-sym bench` writes; the way is what follows the tolerance in a
@@ -33,7 +33,7 @@ def work_precision(record: Mapping[str, Any], *, width: float = PAGE) -> Figure:
     rows = {name: _measured(record.get(name, ())) for name in _TITLES}
     shown = [name for name in _TITLES if rows[name]]
     ways = list(dict.fromkeys(_way(row) for name in shown for row in rows[name]))
-    with styled():
+    with figure_style():
         figure = new_figure(width, 4.2, layout="constrained")
         panels = figure.subplots(1, max(1, len(shown)), squeeze=False, sharey=True)
         for axes, name in zip(panels.flat, shown, strict=False):

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from capsule_sym import _explorer as explorer
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.catalogue import BENCH, FIGURES, Study, measured
-from capsule_sym._figures.style import Colours, styled
+from capsule_sym._figures.style import Colours, figure_style
 from capsule_sym._options import Track
 from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
@@ -152,7 +152,7 @@ def _drawing(one: tuple[str, float]) -> str:
 
 def _data_uri(figure: Any) -> str:
     text = io.BytesIO()
-    with styled():
+    with figure_style():
         figure.savefig(text, format="svg", dpi=_RESOLUTION, metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode("ascii")
 

@@ -15,9 +15,9 @@ from capsule_sym._figures.style import (
     Colours,
     describe,
     field_colour,
+    figure_style,
     mathematical,
     new_figure,
-    styled,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
@@ -47,11 +47,11 @@ def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, 
     return (left - room, right + room / 2), (low, high)
 
 
-def fig2(
+def plot_fig2(
     parameters: Parameters = SCHEMATIC, *, colours: Colours = "safe", width: float = PAGE
 ) -> Figure:
     """The state space with Omega1-6, S1-S10 and L1-L9, and top views for three gaps (Fig. 2)."""
-    with styled():
+    with figure_style():
         figure = new_figure(width, 6.6)
         names = Names(figure)
         grid = figure.add_gridspec(

@@ -89,7 +89,7 @@ def mathematical(name: str) -> str:
 
 
 @contextmanager
-def styled() -> Iterator[None]:
+def figure_style() -> Iterator[None]:
     """The style file in force, for making, drawing and saving a figure."""
     try:
         import matplotlib
@@ -139,7 +139,7 @@ def describe(figure: Figure, title: str, **about: Any) -> Figure:
     return figure
 
 
-def save(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
+def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
     What the figure shows is in the file's metadata: `Title`, and `Description` (PDF: `Subject`), a
@@ -149,7 +149,7 @@ def save(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
     """
     kind = check_ending(path)
     check_resolution(dpi)
-    with styled():
+    with figure_style():
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(path, metadata=_metadata(figure, kind), dpi=dpi or RESOLUTION)

@@ -15,8 +15,8 @@ from capsule_sym._figures.style import (
     STABLE,
     describe,
     figure_of,
+    figure_style,
     new_figure,
-    styled,
 )
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
+def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Which attractor each start leads to, over the two coordinates of a basin's cells.
 
     `results` is what `open_results` gives of a basin. A colour is an attractor, the most frequent
@@ -47,7 +47,7 @@ def basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None)
     for place, code in enumerate(order):
         rank[codes.values == code] = place
     colours = [REGIONS[place % len(REGIONS)] for place in range(max(1, len(order)))]
-    with styled():
+    with figure_style():
         alone = axes is None
         if axes is None:
             figure = new_figure(width, 0.62 * width, layout="constrained")
@@ -86,7 +86,7 @@ def _name(results: xr.Dataset, code: int) -> str:
     return f"{itinerary or 'attractor'} ({share:.1f} %)"
 
 
-def pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
+def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Speed against cost of transport of a sweep's cells, and those that no other cell beats.
 
     The speed is the average velocity's size, the cost of transport the work of the drive over
@@ -96,7 +96,7 @@ def pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None
     """
     speed, cost = speed_and_cost(results)
     front = non_dominated(speed, cost)
-    with styled():
+    with figure_style():
         if axes is None:
             figure = new_figure(width, 0.6 * width, layout="constrained")
             axes = figure.subplots()

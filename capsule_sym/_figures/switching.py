@@ -12,7 +12,7 @@ from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.statespace import top_view, window
-from capsule_sym._figures.style import Colours, describe, mathematical, new_figure, styled
+from capsule_sym._figures.style import Colours, describe, figure_style, mathematical, new_figure
 from capsule_sym._map import Trajectory
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, lines
@@ -33,7 +33,7 @@ _ARROW: dict[str, Any] = {
 }
 
 
-def fig3(
+def plot_fig3(
     bundles: Bundles,
     parameters: Parameters = SCHEMATIC,
     *,
@@ -44,7 +44,7 @@ def fig3(
 
     `bundles` are those of the first of `sections` at the parameters, in their order.
     """
-    with styled():
+    with figure_style():
         figure = new_figure(width, 2.7, layout="constrained")
         for index, (axes, section, bundle) in enumerate(
             zip(figure.subplots(1, 3), sections(parameters)[0], bundles, strict=True)
@@ -56,7 +56,7 @@ def fig3(
         return describe(figure, "Switching on surfaces", parameters=parameters)
 
 
-def fig4(
+def plot_fig4(
     bundles: Bundles,
     parameters: Parameters = SCHEMATIC,
     *,
@@ -77,7 +77,7 @@ def fig4(
     return _plane_and_sections(parameters, 1, bundles, arrows, colours, width)
 
 
-def fig5(
+def plot_fig5(
     bundles: Bundles,
     parameters: Parameters = SCHEMATIC,
     *,
@@ -86,7 +86,7 @@ def fig5(
 ) -> Figure:
     """The plane P1 = 0 with the directions across L5 to L8, and sections of them (Fig. 5).
 
-    `bundles` are those of the third of `sections`, in their order; arrows as in `fig4`.
+    `bundles` are those of the third of `sections`, in their order; arrows as in `plot_fig4`.
     """
 
     def arrows(axes: Axes) -> None:
@@ -105,7 +105,7 @@ def _plane_and_sections(
     width: float,
 ) -> Figure:
     shown = sections(parameters)[which]
-    with styled():
+    with figure_style():
         figure = new_figure(width, 4.4, layout="constrained")
         columns = -(-len(shown) // 2)
         grid = figure.add_gridspec(2, 1 + columns, width_ratios=(1.75, *[1] * columns))

@@ -26,7 +26,7 @@ from capsule_sym._map import Segment
 from capsule_sym._map.backend import Backend, default_backend
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Departure, Switch
+from capsule_sym._map.location import SegmentStart, Switch
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State
 from capsule_sym._native import core
@@ -220,37 +220,37 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
     return tally
 
 
-def _first_switch(numbers: Backend, start: Start) -> tuple[Departure | None, Switch | None]:
+def _first_switch(numbers: Backend, start: Start) -> tuple[SegmentStart | None, Switch | None]:
     """What takes over at a start, and the first switch before the run's end."""
     number, parameters = numbers.number, start.parameters
-    run = Run(numbers, parameters, settle=False)
+    run = Run(numbers, parameters, escalate=False)
     x_r, v_r, v_c = (number(value) for value in start.state)
     angle = number(start.phase) * number(parameters.omega)
     state = State(x_r, x_r - number(parameters.delta), v_r, v_c, angle)
-    departure = run.take_over(state)
-    if departure is None:
+    begin = run.next_segment(state)
+    if begin is None:
         return None, None
     limit = (start.periods * numbers.full_turn - angle) / number(parameters.omega)
-    return departure, run.first_switch(state, departure, limit)[1]
+    return begin, run.first_switch(state, begin, limit)[1]
 
 
 def _problem(
     numbers: Backend,
     start: Start,
     switch: LaneSwitch | None,
-    departure: Departure | None,
+    begin: SegmentStart | None,
     true: Switch | None,
 ) -> tuple[str, float]:
     """What is wrong with a first switch, empty if nothing is, and the error of its duration."""
     found = f"F{switch.field}" if switch else "no field"
-    expected = f"F{departure.field}" if departure else "no field"
+    expected = f"F{begin.field}" if begin else "no field"
     if (
         switch is None
-        or departure is None
+        or begin is None
         or true is None
         or switch.field
         not in (
-            departure.field,
+            begin.field,
             0,
         )
     ):
@@ -263,7 +263,7 @@ def _problem(
     # With M = 0 the error is larger than it is.
     off = float(abs(switch.duration / true.duration - 1)) * 2**53 if true.duration else math.inf
     if off > _SMALL:
-        judged = error(numbers, start.parameters, departure, switch.duration, true, _SMALL)
+        judged = error(numbers, start.parameters, begin, switch.duration, true, _SMALL)
         off = judged.amplitude
     return "", off
 

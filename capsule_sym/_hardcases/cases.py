@@ -11,7 +11,7 @@ from typing import Any
 from capsule_sym._hardcases.judge import Start
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard, Point
-from capsule_sym._map.location import Departure, Flow
+from capsule_sym._map.location import Flow, SegmentStart
 from capsule_sym._map.location import Start as Beginning
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
@@ -100,7 +100,7 @@ def flow_from(
     gap = x_r - c.delta
     margin = formulas.margin_at(c, x_r, gap, v_r)
     angle = number(phase) * c.omega
-    return Flow(numbers, c, Departure(field, Beginning(x_r, gap, v_r, v_c, margin, angle, {})))
+    return Flow(numbers, c, SegmentStart(field, Beginning(x_r, gap, v_r, v_c, margin, angle, {})))
 
 
 def _rate(flow: Flow, guard: Guard, at: Point) -> Number:

@@ -11,7 +11,7 @@ from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, NumpyBackend
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Guard, expand
-from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.native import NativeRun
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
@@ -41,7 +41,7 @@ class Start:
     def run(self, backend: str | None = None) -> Trajectory:
         """The run, by a backend of `simulate`, or by the C core in 106 bits (`WIDE`)."""
         if backend == WIDE:
-            run = NativeRun(self.parameters, settle=True)
+            run = NativeRun(self.parameters, escalate=True)
             run.precision = Precision.DOUBLE_DOUBLE
             return run.go(self.state, self.phase, self.periods, self.max_segments)
         return simulate(
@@ -76,7 +76,7 @@ class Judgement:
 
 def judge(start: Start) -> Judgement:
     """The run from a start, judged segment by segment and as a whole."""
-    run = _Judged(NumpyBackend(), start.parameters, settle=True)
+    run = _Judged(NumpyBackend(), start.parameters, escalate=True)
     found = run.go(start.state, start.phase, start.periods, start.max_segments)
     return Judgement(found, _fields(found), _fields(start.run("mpmath")), run.error, run.wrong)
 
@@ -96,7 +96,7 @@ class Error(NamedTuple):
 def error(
     numbers: Backend,
     parameters: Parameters,
-    departure: Departure,
+    begin: SegmentStart,
     duration: float,
     exact: Switch,
     negligible: float = 0.0,
@@ -106,7 +106,7 @@ def error(
     Zero where g'(t*) = 0: there the contract asks for no digits. An error that is certainly no more
     than `negligible` is given by a bound.
     """
-    c = numbers.constants(departure.field, parameters)
+    c = numbers.constants(begin.field, parameters)
     guard = exact.guards[0]
     slope = abs(expand(numbers, c, exact.point)[guard].values[1])
     if slope == 0:
@@ -117,14 +117,14 @@ def error(
         return float(off / (exact.duration + term / slope))
 
     # M is no less than a term of the start; mostly the error is little enough with that already.
-    most = units(_term_of_start(c, departure, guard))
+    most = units(_term_of_start(c, begin, guard))
     if most <= negligible:
         return Error(most, most)
-    return Error(*map(units, largest_terms(parameters, departure, guard, float(exact.duration))))
+    return Error(*map(units, largest_terms(parameters, begin, guard, float(exact.duration))))
 
 
-def _term_of_start(c: Any, departure: Departure, guard: Guard) -> float:
-    start = departure.start
+def _term_of_start(c: Any, begin: SegmentStart, guard: Guard) -> float:
+    start = begin.start
     if guard is Guard.DRIFT:
         return float(abs(start.v_c))
     x_r = max(abs(start.x_r), c.delta)
@@ -132,7 +132,7 @@ def _term_of_start(c: Any, departure: Departure, guard: Guard) -> float:
 
 
 def largest_terms(
-    parameters: Parameters, departure: Departure, guard: Guard, h: float
+    parameters: Parameters, begin: SegmentStart, guard: Guard, h: float
 ) -> tuple[float, float]:
     """The largest value that a term of a guard's closed form takes up to a duration h: M.
 
@@ -142,7 +142,7 @@ def largest_terms(
     the second as it is at the start's phase.
     """
     numbers = NumpyBackend()
-    c, begun = numbers.constants(departure.field, parameters), departure.start
+    c, begun = numbers.constants(begin.field, parameters), begin.start
     x, gap, v, v_c, _, angle = (float(value) for value in begun[:6])
     kernels, times = numbers.kernels, h * _GRID
     free = c._replace(alpha=0.0, push=0.0)
@@ -191,21 +191,17 @@ class _Judged(Run):
 
     error, wrong = Error(0.0, 0.0), ""
 
-    def first_switch(
-        self, state: State, departure: Departure, limit: Number
-    ) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Flow, Switch]:
         with fifty_digits() as numbers:
             given = self.exactly(numbers, state)
-        flow, switch = super().first_switch(state, departure, limit)
+        flow, switch = super().first_switch(state, begin, limit)
         with fifty_digits() as numbers:
-            c = numbers.constants(departure.field, self.parameters)
-            exact = replace(
-                departure, start=start_at(c, given)._replace(zeros=departure.start.zeros)
-            )
+            c = numbers.constants(begin.field, self.parameters)
+            exact = replace(begin, start=start_at(c, given)._replace(zeros=begin.start.zeros))
             true = locate(Flow(numbers, c, exact), numbers.number(limit))
             if set(switch.guards) != set(true.guards):
                 self.wrong = self.wrong or f"F{flow.field}: {names(switch)}, not {names(true)}"
             elif true.guards:
-                off = error(numbers, self.parameters, departure, switch.duration, true)
+                off = error(numbers, self.parameters, begin, switch.duration, true)
                 self.error = Error(*map(max, self.error, off))
         return flow, switch

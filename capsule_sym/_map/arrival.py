@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Departure, Flow, Switch
+from capsule_sym._map.location import Flow, SegmentStart, Switch
 from capsule_sym._map.transitions import State
 from capsule_sym.generated.switching import IMPACT_PLANES
 
@@ -59,7 +59,7 @@ def reached(flow: Flow, switch: Switch, angle: Number) -> State:
     return state
 
 
-def plane(state: State, following: Departure | None) -> str:
+def plane(state: State, following: SegmentStart | None) -> str:
     """The switching plane of a state, Eq. (24): by the field to come where the capsule rests."""
     if following is None:
         return ""

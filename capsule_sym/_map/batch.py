@@ -164,7 +164,7 @@ def final_state(
     values = check_start(parameters, state, phase, periods)
     found = _alone(_row(parameters), values, phase, periods)
     if found is None:
-        run = Run(NumpyBackend(), parameters, settle=True)
+        run = Run(NumpyBackend(), parameters, escalate=True)
         record = core().Map(np.array(_row(parameters))).state_at(*values, phase)
         _finish(run, record, periods, None, False)
         if record["turn"] < periods:
@@ -207,12 +207,12 @@ def _finish(
         run.segments.clear()
         run.stroboscopic.clear()
         run.stroboscopic_periods.clear()
-        journey = step(run, record, periods)
+        run_state = step(run, record, periods)
         if strobe is not None:
             passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
-            strobe[journey.turns - len(passed) + 1 : journey.turns + 1] = passed
-        write(record, journey)
-        if journey.departure is None:
+            strobe[run_state.turns - len(passed) + 1 : run_state.turns + 1] = passed
+        write(record, run_state)
+        if run_state.begin is None:
             return
         native.run(record, periods, strobe=strobe, position=positions, watch=watch)
 

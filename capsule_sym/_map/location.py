@@ -43,7 +43,7 @@ class Start(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Departure:
+class SegmentStart:
     """The field that takes over at a state, and the start of its segment."""
 
     field: int
@@ -90,9 +90,9 @@ _CERTAIN = (Outcome.REGULAR, Outcome.END, Outcome.NEVER)
 class Flow:
     """The closed form of one segment from one start, with error bounds and a count of calls."""
 
-    def __init__(self, backend: Backend, c: Any, departure: Departure) -> None:
-        self.backend, self.c, self.start = backend, c, departure.start
-        self.field, start = departure.field, departure.start
+    def __init__(self, backend: Backend, c: Any, begin: SegmentStart) -> None:
+        self.backend, self.c, self.start = backend, c, begin.start
+        self.field, start = begin.field, begin.start
         self.evaluations = 0
         cosine, sine = backend.cos_sin(start.angle, start.angle_rest)
         self.closed = backend.kernels.Start(

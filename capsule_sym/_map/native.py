@@ -35,13 +35,13 @@ class NativeRun:
     def __init__(
         self,
         parameters: Parameters,
-        settle: bool,
+        escalate: bool,
         deadline: float = math.inf,
         progress: Callable[[int], object] | None = None,
     ) -> None:
-        self.parameters, self.settle, self.deadline = parameters, settle, deadline
+        self.parameters, self.escalate, self.deadline = parameters, escalate, deadline
         self.progress = progress
-        self.precision = Precision.AS_NEEDED if settle else Precision.DOUBLE
+        self.precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
         core()
 
     def go(
@@ -91,16 +91,16 @@ class NativeRun:
                 # Imported where it is needed: that takes as long as all the rest.
                 from capsule_sym._map.handover import Run, step, write
 
-                run = Run(NumpyBackend(), self.parameters, self.settle, self.deadline)
-                journey = step(run, record, periods, most - keeper.count)
+                run = Run(NumpyBackend(), self.parameters, self.escalate, self.deadline)
+                run_state = step(run, record, periods, most - keeper.count)
                 tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
                 keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)
-                keeper.escalations += run.settled
+                keeper.escalations += run.escalations
                 marks = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
                 keeper.strobe(marks, np.array(run.stroboscopic_periods, np.int64))
-                if journey.departure is None:
-                    found = run.ended(journey, periods, most)
-                write(record, journey)
+                if run_state.begin is None:
+                    found = run.ended(run_state, periods, most)
+                write(record, run_state)
             if self.progress is not None:
                 self.progress(int(record["turn"]))
             if record["turn"] < periods:

@@ -15,7 +15,7 @@ from capsule_sym._map.arrival import plane, reached, tells
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Point
-from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.segments import Instant, Segment, Triple, instant
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._map.trajectory import (
@@ -26,7 +26,7 @@ from capsule_sym._map.trajectory import (
     Trajectory,
     after,
 )
-from capsule_sym._map.transitions import State, Undetermined, depart, start_at
+from capsule_sym._map.transitions import State, Undetermined, select_field, start_at
 from capsule_sym._parameters import Parameters
 
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
@@ -35,11 +35,11 @@ _NOTHING = 1e-200
 _MOST_STILL = 16
 
 
-class Journey(NamedTuple):
+class RunState(NamedTuple):
     """Where a run stands: state, what follows, switching plane, whole periods passed, and x_c."""
 
     state: State
-    departure: Departure | None
+    begin: SegmentStart | None
     source: str
     turns: int
     position: Number
@@ -52,13 +52,13 @@ class Run:
         self,
         numbers: Backend,
         parameters: Parameters,
-        settle: bool,
+        escalate: bool,
         deadline: float = math.inf,
         progress: Callable[[int], object] | None = None,
     ) -> None:
         self.numbers, self.parameters = numbers, parameters
         self.deadline, self.progress = deadline, progress
-        self.settle = settle and numbers.name != "mpmath"
+        self.escalate = escalate and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
@@ -66,7 +66,7 @@ class Run:
         self.stroboscopic_periods: list[int] = []
         self.marks = 2 * LONGEST
         """At how many periods' ends a segment is recorded: the last ones, which `steady` reads."""
-        self.settled = 0
+        self.escalations = 0
         self.exact: State | None = None
         """The present state in 50 digits, where these settled the switch that led to it."""
         self.still = 0
@@ -83,10 +83,10 @@ class Run:
         if phase == 0.0:
             self.stroboscopic.append((x_r, v_r, v_c))
             self.stroboscopic_periods.append(0)
-        state, departure = self._begin(state)
-        source = f"Σ{departure.field}" if departure and state.v_c == 0 else ""
-        journey = self.follow(Journey(state, departure, source, 0, number(0)), periods, most)
-        status, message = self.ended(journey, periods, most)
+        state, begin = self._begin(state)
+        source = f"Σ{begin.field}" if begin and state.v_c == 0 else ""
+        run_state = self.follow(RunState(state, begin, source, 0, number(0)), periods, most)
+        status, message = self.ended(run_state, periods, most)
         begun = Instant(0, number(phase)), origin
         last = self.segments[-1] if self.segments else None
         marks = np.array(
@@ -101,7 +101,7 @@ class Run:
             last.position + last.advance if last else number(0),
             status,
             message,
-            Statistics(len(self.segments), evaluations, self.settled),
+            Statistics(len(self.segments), evaluations, self.escalations),
             Kept(
                 "segments",
                 tuple(self.segments),
@@ -110,13 +110,13 @@ class Run:
             ),
         )
 
-    def ended(self, journey: Journey, periods: int, most: int) -> tuple[Status, str]:
+    def ended(self, run_state: RunState, periods: int, most: int) -> tuple[Status, str]:
         """How the run ended, and why."""
-        if journey.turns >= periods:
+        if run_state.turns >= periods:
             return Status.FINISHED, FINISHED
         if perf_counter() > self.deadline:
             return Status.TIME_LIMIT, TIME_IS_UP
-        if journey.departure is not None:
+        if run_state.begin is not None:
             return Status.SEGMENT_LIMIT, after(most)
         last = self.segments[-1].outcome if self.segments else None
         if last is Outcome.STALLED:
@@ -127,19 +127,19 @@ class Run:
             why = "undecided: no field leaves the last state with certainty"
         return Status.UNDECIDED, why
 
-    def depart(self, state: State, source: str, turns: int, position: Number) -> Journey:
+    def begin_segment(self, state: State, source: str, turns: int, position: Number) -> RunState:
         """A run that goes on from a state it came to otherwise."""
-        state, departure = self._begin(state)
-        return Journey(state, departure, source, turns, position)
+        state, begin = self._begin(state)
+        return RunState(state, begin, source, turns, position)
 
-    def follow(self, journey: Journey, periods: int, most: int) -> Journey:
+    def follow(self, run_state: RunState, periods: int, most: int) -> RunState:
         """Goes on until the periods are over, for at most so many segments in all."""
-        state, departure, source, turns, position = journey
-        while departure and turns < periods and len(self.segments) < most:
+        state, begin, source, turns, position = run_state
+        while begin and turns < periods and len(self.segments) < most:
             if perf_counter() > self.deadline:
                 break
             limit = self._remaining(periods - turns, state.angle + state.angle_rest)
-            flow, switch = self.first_switch(state, departure, limit)
+            flow, switch = self.first_switch(state, begin, limit)
             passed, angle = self.numbers.turns(
                 state.angle + (self.omega * switch.duration + state.angle_rest)
             )
@@ -153,7 +153,7 @@ class Run:
                 passed, angle = periods - turns, angle * 0
                 switch = replace(switch, point=flow.at_mark(switch.duration))
             self._strobe(flow, state.angle, turns, passed, switch)
-            end_state, departure, target = self._arrive(flow, switch, angle)
+            end_state, begin, target = self._arrive(flow, switch, angle)
             advance = self._advance(flow, switch.duration)
             self.segments.append(
                 Segment(
@@ -177,43 +177,41 @@ class Run:
             state, source, position = end_state, target, position + advance
             if self.progress is not None:
                 self.progress(turns)
-        return Journey(state, departure, source, turns, position)
+        return RunState(state, begin, source, turns, position)
 
     def _remaining(self, periods: int, angle: Number) -> Number:
         return (periods * self.numbers.full_turn - angle) / self.omega
 
-    def _begin(self, state: State, source: int | None = None) -> tuple[State, Departure | None]:
+    def _begin(self, state: State, source: int | None = None) -> tuple[State, SegmentStart | None]:
         """A state that a segment begins at, rest if it is next to that, and the field to come."""
         size = max(abs(state.x_r), abs(state.v_r))
         if self.parameters.alpha == 0 and state.v_c == 0 and 0 < size < _NOTHING:
             self.exact, zero = None, size * 0
             state = state._replace(x_r=zero, gap=zero - self.delta, v_r=zero, bound=0)
-            return state, self.take_over(state)
+            return state, self.next_segment(state)
         if self.exact is None:
-            return state, self.take_over(state, source)
-        return state, self._settle_departure(state, source)
+            return state, self.next_segment(state, source)
+        return state, self._escalate_start(state, source)
 
-    def take_over(self, state: State, source: int | None = None) -> Departure | None:
+    def next_segment(self, state: State, source: int | None = None) -> SegmentStart | None:
         """The field that takes over, after a segment of F`source`; None where that stays open."""
         try:
-            return depart(self.numbers, self.constants, state, source)
+            return select_field(self.numbers, self.constants, state, source)
         except Undetermined:
-            if self.settle:
-                return self._settle_departure(state, source)
+            if self.escalate:
+                return self._escalate_start(state, source)
         try:
-            return depart(self.numbers, self.constants, state, source, vanish=True)
+            return select_field(self.numbers, self.constants, state, source, vanish=True)
         except Undetermined:
             return None
 
-    def first_switch(
-        self, state: State, departure: Departure, limit: Number
-    ) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Flow, Switch]:
         """The closed form of the segment from a state, and its first switch up to a duration."""
-        flow = Flow(self.numbers, self.constants[departure.field - 1], departure)
+        flow = Flow(self.numbers, self.constants[begin.field - 1], begin)
         switch = locate(flow, limit, self.deadline)
         decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
-        if self.settle and not decided:
-            switch = self._settle_switch(state, departure, limit)
+        if self.escalate and not decided:
+            switch = self._escalate_switch(state, begin, limit)
         else:
             self.exact = None
         return flow, switch
@@ -226,23 +224,23 @@ class Run:
             return self.exact
         return state.exactly(numbers.number, self.parameters.delta)
 
-    def _settle_departure(self, state: State, source: int | None) -> Departure | None:
-        self.settled += self.exact is None
+    def _escalate_start(self, state: State, source: int | None) -> SegmentStart | None:
+        self.escalations += self.exact is None
         with fifty_digits() as numbers:
             exact = self.exactly(numbers, state)
-            settled = Run(numbers, self.parameters, False).take_over(exact, source)
+            settled = Run(numbers, self.parameters, False).next_segment(exact, source)
             if settled is None:
                 return None
             start = start_at(self.constants[settled.field - 1], state)
             return replace(settled, start=start._replace(zeros=settled.start.zeros))
 
-    def _settle_switch(self, state: State, departure: Departure, limit: Number) -> Switch:
-        self.settled += 1
+    def _escalate_switch(self, state: State, begin: SegmentStart, limit: Number) -> Switch:
+        self.escalations += 1
         with fifty_digits() as numbers:
-            c = numbers.constants(departure.field, self.parameters)
+            c = numbers.constants(begin.field, self.parameters)
             given = self.exactly(numbers, state)
-            start = start_at(c, given)._replace(zeros=departure.start.zeros)
-            flow = Flow(numbers, c, replace(departure, start=start))
+            start = start_at(c, given)._replace(zeros=begin.start.zeros)
+            flow = Flow(numbers, c, replace(begin, start=start))
             switch = locate(flow, numbers.number(limit), self.deadline)
             _, angle = numbers.turns(given.angle + c.omega * switch.duration)
             self.exact = reached(flow, switch, angle)
@@ -255,7 +253,7 @@ class Run:
 
     def _arrive(
         self, flow: Flow, switch: Switch, angle: Number
-    ) -> tuple[State, Departure | None, str]:
+    ) -> tuple[State, SegmentStart | None, str]:
         """State at a switch with what is known exactly there, what follows, and its plane."""
         state = reached(flow, switch, angle)
         if not switch.guards:

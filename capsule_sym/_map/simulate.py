@@ -26,7 +26,7 @@ def simulate(
     *,
     keep: str | ArrayLike = "segments",
     backend: str | None = None,
-    settle: bool = True,
+    escalate: bool = True,
     max_segments: int | None = None,
     max_seconds: float = math.inf,
     progress: Callable[[int], object] | None = None,
@@ -36,7 +36,7 @@ def simulate(
     All quantities are dimensionless; the phase is a time in [0, 2 pi/omega), the run ends at
     phase 0 after `periods` periods. The backend is "c" (the compiled core; the default where it
     is there), "numpy" (double precision too, the readable reference) or "mpmath" (50 digits).
-    With `settle`, 50 digits decide what double precision cannot; the trajectory's `statistics`
+    With `escalate`, 50 digits decide what double precision cannot; the trajectory's `statistics`
     count how often. What stays open is typed in the segments' outcomes, and taken as the exact
     tangency or corner that it is within the error bound.
 
@@ -60,12 +60,12 @@ def simulate(
     deadline = perf_counter() + checked_seconds(max_seconds)
     chosen = backend or default_backend()
     if chosen == "c":
-        run = NativeRun(parameters, settle, deadline, progress)
+        run = NativeRun(parameters, escalate, deadline, progress)
         return run.go(values, phase, periods, most, kept)
     from capsule_sym._map.reference import Run
 
     with backend_of(chosen) as numbers:
-        whole = Run(numbers, parameters, settle, deadline, progress)
+        whole = Run(numbers, parameters, escalate, deadline, progress)
         found = whole.go(values, phase, periods, most)
     if isinstance(kept, str) and kept == "segments":
         return found

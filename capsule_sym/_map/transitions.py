@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
-from capsule_sym._map.location import Departure, Start
+from capsule_sym._map.location import SegmentStart, Start
 from capsule_sym.generated import formulas
 from capsule_sym.generated.switching import FIELDS, PLACES, TRANSITIONS
 
@@ -51,14 +51,14 @@ class Undetermined(Exception):
     """No field, or more than one, takes over with certainty at this precision."""
 
 
-def depart(
+def select_field(
     backend: Backend,
     constants: Any,
     state: State,
     source: int | None = None,
     *,
     vanish: bool = False,
-) -> Departure:
+) -> SegmentStart:
     """The field that takes over at a state; `constants` are those of F1 to F6, in order.
 
     After a segment of field F`source` only those fields are considered that the derived switching
@@ -66,7 +66,7 @@ def depart(
     with `vanish`, is taken to be zero. Raises Undetermined where no field, or more than one, may
     take over.
     """
-    departures = []
+    begins = []
     candidates = _candidates(state)
     place = place_of(backend, constants, state)
     if source is not None and place is not None:
@@ -77,10 +77,10 @@ def depart(
         start = start_at(c, state)
         zeros = _departing(backend, c, state, start, vanish)
         if zeros is not None:
-            departures.append(Departure(field, start._replace(zeros=zeros)))
-    if len(departures) != 1:
-        raise Undetermined(f"fields {[d.field for d in departures]} at {state}")
-    return departures[0]
+            begins.append(SegmentStart(field, start._replace(zeros=zeros)))
+    if len(begins) != 1:
+        raise Undetermined(f"fields {[d.field for d in begins]} at {state}")
+    return begins[0]
 
 
 def _candidates(state: State) -> list[int]:

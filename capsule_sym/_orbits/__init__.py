@@ -1,1 +1,1 @@
-"""Periodic orbits of the map: their equations, their stability, and what they are worth."""
+"""Periodic orbits of the map: their equations, their stability, continuation and performance."""

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--cascade",
+    "depth",
     type=click.IntRange(min=0),
     default=0,
     show_default=True,
@@ -66,7 +67,7 @@ def branch(
     end: float,
     points: int,
     restart: tuple[str, str] | None,
-    cascade: int,
+    depth: int,
     ties: tuple[str, ...],
     state: tuple[float, float, float],
     out: Path | None,
@@ -114,7 +115,7 @@ def branch(
         found = (followed(parameters, parameter, begin, end, points, state, tied),)
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
-    found += _cascade(found, cascade, points)
+    found += _cascade(found, depth, points)
     first, *others = found
     if out is not None:
         texts = {"branch.json": dumps(branch_record(first, others)) + "\n"}
@@ -162,9 +163,9 @@ def _ties(given: Sequence[str]) -> dict[str, str]:
 
 
 def _cascade(found: tuple[Branch, ...], depth: int, points: int) -> tuple[Branch, ...]:
-    from capsule_sym._orbits.continuation.switching import cascade
+    from capsule_sym._orbits.continuation.switching import period_doubling_cascade
 
-    return tuple(new for one in found for new in cascade(one, depth, points=points))
+    return tuple(new for one in found for new in period_doubling_cascade(one, depth, points=points))
 
 
 def tell_early_end(found: Branch) -> None:
@@ -186,7 +187,7 @@ def followed(
     ties: Mapping[str, str] | None = None,
 ) -> Branch:
     """The branch of the motion that settles from a state; exits with 3 where none does."""
-    from capsule_sym._orbits.continuation.continuation import follow
+    from capsule_sym._orbits.continuation.continuation import continue_orbit
     from capsule_sym._orbits.continuation.parameter_paths import parameter_path
     from capsule_sym._parameters import Parameters
 
@@ -194,7 +195,7 @@ def followed(
     path.check(parameters, begin, end)
     placed = path.placed([*parameters.to_dict().values()], begin)
     start = settled(Parameters(*placed), state)
-    return follow(start, parameter, end, points=points, ties=ties)
+    return continue_orbit(start, parameter, end, points=points, ties=ties)
 
 
 def _print_branch(found: Branch) -> None:

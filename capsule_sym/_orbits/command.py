@@ -67,7 +67,7 @@ def orbit(
     """
     from capsule_sym._orbits.continuation.records import failure_record, orbit_record
     from capsule_sym._orbits.shooting.orbit import NoOrbit
-    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
 
     parameters, _ = chosen_parameters(file, dimensionless)
@@ -82,7 +82,7 @@ def orbit(
         if certify is not None:
             certify_found(certify, found)
         return
-    settled = find_orbit(parameters, state)
+    settled = solve_orbit(parameters, state)
     if isinstance(settled, NoOrbit):
         if as_json:
             click.echo(dumps(failure_record(settled)))
@@ -119,11 +119,11 @@ def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
-    from capsule_sym._orbits.shooting.search import random_search
+    from capsule_sym._orbits.shooting.search import search_orbits
 
     with make_progress() as progress:
         task = progress.add_task("Searching", total=starts)
-        return random_search(
+        return search_orbits(
             parameters,
             starts,
             seed=seed,
@@ -134,9 +134,9 @@ def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
 def settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
     """The orbit on which the motion settles from a state; exits with 3 where there is none."""
     from capsule_sym._orbits.shooting.orbit import Orbit
-    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym._orbits.shooting.search import solve_orbit
 
-    found = find_orbit(parameters, state)
+    found = solve_orbit(parameters, state)
     if isinstance(found, Orbit):
         return found
     _give_up(found)

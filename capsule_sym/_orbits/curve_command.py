@@ -79,7 +79,7 @@ def curve(
     point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
     points, and with 4 where --certify does not prove all.
     """
-    from capsule_sym._orbits.continuation.curves import check, trace
+    from capsule_sym._orbits.continuation.curves import check, continue_bifurcation
     from capsule_sym._orbits.continuation.records import (
         codimension_two_rows,
         curve_record,
@@ -104,7 +104,7 @@ def curve(
     if inside is not parameters:
         middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
-    curves = [trace(one, names[1], (first, second), points=points) for one in chosen]
+    curves = [continue_bifurcation(one, names[1], (first, second), points=points) for one in chosen]
     record = {"branch": found.ending.value, "curves": [curve_record(one) for one in curves]}
     if out is not None:
         texts = {"curves.json": dumps(record) + "\n"}

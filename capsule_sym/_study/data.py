@@ -93,14 +93,17 @@ class Store:
         Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
         at the low end of the first range.
         """
-        from capsule_sym._orbits.continuation.curves import trace
+        from capsule_sym._orbits.continuation.curves import continue_bifurcation
         from capsule_sym._orbits.continuation.records import curve_record
 
         def compute() -> list[dict[str, Any]]:
             start = parameters.replace(**{plane.first: plane.x[0]})
             found = _followed(start, plane.first, plane.x[1], _STEPS).bifurcations
             tracked = self.track(found, "Following the curves", len(found))
-            return [curve_record(trace(one, plane.second, (plane.x, plane.y))) for one in tracked]
+            return [
+                curve_record(continue_bifurcation(one, plane.second, (plane.x, plane.y)))
+                for one in tracked
+            ]
 
         return self.get("curves", [parameters.to_dict(), plane], compute)
 
@@ -154,15 +157,15 @@ def _provenance() -> dict[str, str]:
 
 
 def _followed(parameters: Parameters, parameter: str, to: float, points: int) -> Branch:
-    from capsule_sym._orbits.continuation.continuation import follow
+    from capsule_sym._orbits.continuation.continuation import continue_orbit
     from capsule_sym._orbits.shooting.orbit import NoOrbit
-    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym._orbits.shooting.search import solve_orbit
 
-    orbit = find_orbit(parameters)
+    orbit = solve_orbit(parameters)
     if isinstance(orbit, NoOrbit):
         allowed = f"where a run from rest becomes periodic ({orbit.detail})"
         raise InvalidInput("parameters", parameters.to_dict(), allowed)
-    return follow(orbit, parameter, to, points=points)
+    return continue_orbit(orbit, parameter, to, points=points)
 
 
 def branch_record(branch: Branch) -> dict[str, Any]:
@@ -190,11 +193,11 @@ def strobe(orbit: Orbit) -> list[list[float]]:
 
 
 def _energies(orbit: Orbit) -> dict[str, float] | None:
-    """Energies per excitation period; None at a fold, where `worth` has no gradient."""
-    from capsule_sym._orbits.metrics.worth import worth
+    """Energies per excitation period; None at a fold, where `performance` has no gradient."""
+    from capsule_sym._orbits.metrics.performance import performance
 
     try:
-        figures = worth(orbit)
+        figures = performance(orbit)
     except np.linalg.LinAlgError:
         return None
     names = ("work", "damper_loss", "friction_loss")
@@ -205,7 +208,7 @@ def orbit_of(record: Mapping[str, Any]) -> Orbit:
     """The orbit at a point or a bifurcation of a branch's record."""
     from capsule_sym._orbits.continuation import saved
 
-    return saved.orbit_of(record.get("orbit", record))
+    return saved.orbit_from_record(record.get("orbit", record))
 
 
 def _itinerary(parameters: Parameters) -> str:

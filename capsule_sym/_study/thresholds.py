@@ -11,15 +11,15 @@ from typing import Any, NamedTuple
 from capsule_sym import _paper as paper
 from capsule_sym._map.backend import Number, backend
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation, refined
-from capsule_sym._orbits.continuation.continuation import follow
-from capsule_sym._orbits.continuation.curves import Curve, trace
-from capsule_sym._orbits.continuation.events import locate
+from capsule_sym._orbits.continuation.continuation import continue_orbit
+from capsule_sym._orbits.continuation.curves import Curve, continue_bifurcation
+from capsule_sym._orbits.continuation.events import solve_event
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import table, write
 from capsule_sym._study.casestudy import GAMMAS
@@ -74,7 +74,9 @@ def compute(report: Callable[[], object] = lambda: None) -> list[Threshold]:
         for one in _branch(gamma):
             name = one.type, one.line
             if name not in curves:
-                curves[name] = trace(one, "gamma", ((FIRST / 2, LAST), GAMMA_RANGE), points=20)
+                curves[name] = continue_bifurcation(
+                    one, "gamma", ((FIRST / 2, LAST), GAMMA_RANGE), points=20
+                )
             printed, exact = _printed(one), refined(one).values[0]
             as_printed = tuple(_gammas_as_printed(curves[name], printed))
             thresholds.append(Threshold(gamma, one, exact, printed, curves[name], as_printed))
@@ -83,10 +85,10 @@ def compute(report: Callable[[], object] = lambda: None) -> list[Threshold]:
 
 
 def _branch(gamma: float) -> tuple[Bifurcation, ...]:
-    start = find_orbit(Parameters(alpha=FIRST, gamma=gamma))
+    start = solve_orbit(Parameters(alpha=FIRST, gamma=gamma))
     if not isinstance(start, Orbit):
         raise ArithmeticError(start.detail)
-    branch = follow(start, "alpha", LAST)
+    branch = continue_orbit(start, "alpha", LAST)
     if branch.ending is not Ending.REACHED:
         raise ArithmeticError(branch.detail)
     return branch.bifurcations
@@ -110,7 +112,7 @@ def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]
         orbit = point.orbit
         values = (printed.alpha, *orbit.values[1:])
         with backend("numpy") as numbers:
-            found = locate(
+            found = solve_event(
                 numbers,
                 values,
                 (ParameterPath("gamma"),),

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.stability import multipliers
+from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import START
-from capsule_sym._sweeps.closing import NotClosed, closed
+from capsule_sym._sweeps.closing import NotSolved, orbit_at_end
 from capsule_sym._sweeps.execution import Settings, Summary, run_then
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.quantities import ATTRACTOR
@@ -119,7 +119,7 @@ def identify(parameters: Parameters, results: xr.Dataset) -> Basin:
             cell = int(left[far])
             try:
                 place = found.index(tuple(ends[cell].tolist()), times, code)
-            except NotClosed:
+            except NotSolved:
                 failures, left = failures + 1, np.delete(left, far)
                 continue
             number[cell] = place
@@ -153,7 +153,7 @@ class _Found:
 
     def index(self, end: tuple[float, float, float], period_number: int, itinerary: int) -> int:
         """The place of the orbit that Newton's method finds; raises NotClosed for none."""
-        orbit = closed(self.parameters, end, period_number, itinerary)
+        orbit = orbit_at_end(self.parameters, end, period_number, itinerary)
         states = _stroboscopic(orbit)
         for i, (_, known) in enumerate(self.orbits):
             if known.shape == states.shape and self.distance(i, states).max() <= _SAME:
@@ -178,7 +178,7 @@ def _attractor(orbit: Orbit, states: NDArray[np.float64], cells: int, total: int
         itinerary=itineraries.text(orbit.itinerary.fields),
         period_number=orbit.itinerary.period_number,
         progression=float(orbit.progression),
-        multiplier=float(abs(multipliers(orbit)[0])),
+        multiplier=float(abs(floquet_multipliers(orbit)[0])),
         residual=float(orbit.residual),
         states=states,
         cells=cells,

@@ -12,12 +12,12 @@ from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import SteadyMotion, simulate
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch, core, live
-from capsule_sym._orbits.metrics.worth import worth
-from capsule_sym._orbits.shooting.stability import lyapunov, multipliers
+from capsule_sym._orbits.metrics.performance import performance
+from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import PARAMETERS
-from capsule_sym._sweeps.closing import closed
+from capsule_sym._sweeps.closing import orbit_at_end
 from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 from capsule_sym.generated.py import DIGEST
@@ -206,18 +206,18 @@ class _Cells:
         if not columns["period_number"][i]:
             if "lyapunov" in part.compute:
                 further = simulate(parameters, state, 0.0, min(part.periods, _FURTHER))
-                columns["lyapunov"][i] = lyapunov(further)[0]
+                columns["lyapunov"][i] = lyapunov_exponents(further)[0]
             return
-        orbit = closed(
+        orbit = orbit_at_end(
             parameters, state, int(columns["period_number"][i]), int(columns["itinerary"][i])
         )
-        found = multipliers(orbit)
+        found = floquet_multipliers(orbit)
         columns["multipliers"][i] = found
         with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
             grown = np.log(abs(found[0]))
         columns["lyapunov"][i] = grown / (orbit.itinerary.period_number * parameters.period)
         if "energies" in part.compute:
-            value = worth(orbit)
+            value = performance(orbit)
             for name in VARIABLES["energies"]:
                 columns[name][i] = getattr(value, name).value
 

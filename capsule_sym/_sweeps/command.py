@@ -88,15 +88,17 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
     an interrupted sweep goes on with --resume. DIR/results.zarr opens with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     _require_extra()
-    from capsule_sym._sweeps import load_sweep, refine, run
+    from capsule_sym._sweeps.execution import run_sweep
+    from capsule_sym._sweeps.plan import load_sweep
+    from capsule_sym._sweeps.refinement import refine_sweep
 
     loaded = load_sweep(file)
     with _executor(**how) as given:
         if stride is None:
-            summary = run(loaded, store, **given)
+            summary = run_sweep(loaded, store, **given)
             record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
         else:
-            chart = refine(loaded, store, stride=stride, **given)
+            chart = refine_sweep(loaded, store, stride=stride, **given)
             record = {
                 "store": store,
                 "cells": loaded.size,
@@ -145,7 +147,9 @@ def basin(
     Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
     """
     _require_extra()
-    from capsule_sym._sweeps import Axis, Sweep, run_basin
+    from capsule_sym._sweeps.axes import Axis
+    from capsule_sym._sweeps.basin import run_basin
+    from capsule_sym._sweeps.sweep import Sweep
 
     windows = {"x_r": x_r, "v_r": v_r, "v_c": v_c, "phase": phase}
     axes = tuple(Axis.linear(name, *window) for name, window in windows.items() if window)
@@ -181,7 +185,7 @@ def _summary(summary: Any, periods: int) -> dict[str, Any]:
 def _executor(
     executor: str, workers: int | None, dask: str | None, resume: bool, any_core: bool
 ) -> Iterator[dict[str, Any]]:
-    """The arguments of `run`, with a progress bar."""
+    """The arguments of `run_sweep`, with a progress bar."""
     given: dict[str, Any] = {
         "executor": executor,
         "workers": workers,

@@ -49,7 +49,7 @@ class Summary(NamedTuple):
         return self.computed * periods / self.seconds / self.workers
 
 
-def run(
+def run_sweep(
     sweep: Sweep,
     store: str | os.PathLike[str],
     *,
@@ -78,7 +78,7 @@ def run(
 
 
 class Settings(NamedTuple):
-    """How a sweep is run: the arguments of `run` that do not change its results."""
+    """How a sweep is run: the arguments of `run_sweep` that do not change its results."""
 
     executor: str | Executor = "threads"
     workers: int | None = None
@@ -91,7 +91,7 @@ class Settings(NamedTuple):
 def run_then(
     sweep: Sweep, path: Path, kind: str, last: Callable[[], dict[str, Added]], how: Settings
 ) -> Summary:
-    """`run`, and when all cells are there further results, which `last` computes from the store."""
+    """`run_sweep`, and when all cells are there further results, by `last` from the store."""
     count = processors() if how.workers is None else how.workers
     check_count("workers", count)
     if not isinstance(how.executor, Executor) and how.executor not in KINDS:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._sweeps.axes import Axis
-from capsule_sym._sweeps.execution import Summary, run
+from capsule_sym._sweeps.execution import Summary, run_sweep
 from capsule_sym._sweeps.quantities import COMPUTED
 from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
 from capsule_sym._sweeps.store import write_chart
@@ -40,7 +40,9 @@ class Chart(NamedTuple):
     damaged: int
 
 
-def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **how: Any) -> Chart:
+def refine_sweep(
+    sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **how: Any
+) -> Chart:
     """The chart of itineraries over two axes, computed only where neighbours differ.
 
     A lattice of every `stride`-th point is computed first. Then, stride by stride halved, the
@@ -48,9 +50,10 @@ def refine(sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **h
     them, are computed at their midpoints; a point of any other square has the label of its corners.
     What is smaller than a stride and lies wholly within a square is not seen. The points of each
     round are a sweep of their own in the store, which is resumed as one is; `how` are the further
-    arguments of `run`. `open_results` gives `outcome`, `itinerary`, `period_number` and `computed`.
+    arguments of `run_sweep`. `open_results` gives `outcome`, `itinerary`, `period_number` and
+    `computed`.
 
-    Raises InvalidInput for anything but two axes of one quantity each, and what `run` raises.
+    Raises InvalidInput for anything but two axes of one quantity each, and what `run_sweep` raises.
     """
     if len(sweep.axes) != 2 or any(len(axis.quantities) != 1 for axis in sweep.axes):
         raise InvalidInput("axes", [a.name for a in sweep.axes], "two, of one quantity each")
@@ -103,7 +106,7 @@ class _Points:
         axis = Axis("point", first.quantities + second.quantities, values)
         part = replace(self.sweep, axes=(axis,), chunk=())
         place = self.store / f"round-{next(self.rounds):03d}"
-        self.summaries.append(run(part, place, **self.how))
+        self.summaries.append(run_sweep(part, place, **self.how))
         self.cores.update(Held(place).tally().cores)
         with open_results(place) as results:
             flags = results["itinerary"].attrs

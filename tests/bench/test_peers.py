@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from capsule_sym import Parameters
 from capsule_sym._bench import truth
 from capsule_sym._bench.model import CONTACT, DRIFT, Clock, Locked, guards, rates
 from capsule_sym._bench.peers import compiled, cvode, scipy_events, taylor
 from capsule_sym._bench.study import error, wrong_switches
-from capsule_sym._parameters import Parameters
 from tests.judges import dop853
 
 needs_cc = pytest.mark.skipif(compiled.compiler() is None, reason="there is no C compiler cc")

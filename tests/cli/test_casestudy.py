@@ -7,9 +7,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._map import simulate
-from capsule_sym._parameters import Parameters
+from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._study import casestudy
 
 LOCAL_MAP = re.compile(r"P_\{Σ(10|[1-9]),F([1-6]),Σ(10|[1-9])\}")

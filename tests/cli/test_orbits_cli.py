@@ -229,11 +229,11 @@ def test_no_orbit_as_json_has_the_reason(capsys) -> None:
 
 
 def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
+    from capsule_sym import NoOrbit, Reason
     from capsule_sym._orbits.shooting import search
-    from capsule_sym._orbits.shooting.orbit import NoOrbit, Reason
 
     nothing = NoOrbit(Reason.NOT_PERIODIC, "it wanders", None, (), 0.0)
-    monkeypatch.setattr(search, "find_orbit", lambda *arguments: nothing)
+    monkeypatch.setattr(search, "solve_orbit", lambda *arguments: nothing)
     for arguments in (
         ("orbit",),
         ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "1"),

@@ -10,9 +10,8 @@ from typing import Any
 import pytest
 
 import capsule_sym
-from capsule_sym._map import simulate
+from capsule_sym import Parameters, simulate
 from capsule_sym._map.batch import final_state
-from capsule_sym._parameters import Parameters
 from capsule_sym._study import casestudy
 from capsule_sym.generated.py import DIGEST
 from tests.examples import MAIN_JOB, ROOT, Page

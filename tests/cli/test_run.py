@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym import Parameters
 from capsule_sym._map.backend import default_backend
-from capsule_sym._parameters import Parameters
 from tests.cli.terminal import in_terminal
 
 OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--fb")

@@ -30,7 +30,7 @@ WITNESSES += tuple(
         "proofs/inner_products",
     )
 )
-LOSS = "_orbits/metrics/worth.py"  # 2 zeta v_r^2 is the damper's loss
+LOSS = "_orbits/metrics/performance.py"  # 2 zeta v_r^2 is the damper's loss
 
 
 def places() -> list[str]:

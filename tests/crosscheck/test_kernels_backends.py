@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.generated.py import kernels as double

@@ -7,7 +7,7 @@ import math
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from capsule_sym.generated.py import kernels as double
 from tests.crosscheck import UNIT, Case, flow_scale
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import kernels as double
 from tests.crosscheck import DIGITS, UNIT, Case, flow_scale

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from tests.judges import Run, dop853
 from tests.judges.test_judges_agree import CASES, DOP853_ERROR, HEYOKA_ERROR, TRUTH, exact
 

@@ -1,5 +1,6 @@
 """Every example of the documentation is run, and prints what the page says; all else parses."""
 
+import ast
 import contextlib
 import io
 import re
@@ -9,6 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
+import capsule_sym
 from capsule_sym._cli import group
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
@@ -94,3 +96,32 @@ def test_what_the_readme_links_to_is_there() -> None:
     linked = re.findall(r"\]\(\s*((?!https?:)[^)\s]+)", README.text)
     assert len(linked) > 10
     assert [path for path in linked if not (ROOT / path).exists()] == []
+
+
+def listed() -> list[str]:
+    """The public names that the pages of the Python interface list."""
+    texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs/api").glob("*.md"))]
+    return re.findall(r"^\.\. auto\w+:: capsule_sym\.(\w+)$", "\n".join(texts), re.M)
+
+
+def test_the_pages_list_every_public_name_once() -> None:
+    assert sorted(listed()) == sorted(set(capsule_sym.__all__) - {"__version__"})
+
+
+def test_type_checkers_see_the_same_names() -> None:
+    stub = (ROOT / "capsule_sym" / "__init__.pyi").read_text(encoding="utf-8")
+    imports = [node for node in ast.parse(stub).body if isinstance(node, ast.ImportFrom)]
+    names = {alias.asname for node in imports for alias in node.names}
+    assert names | {"__version__"} == set(capsule_sym.__all__)
+
+
+@pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__"}))
+def test_a_public_name_says_what_it_is(name: str) -> None:
+    found = getattr(capsule_sym, name)
+    assert found.__name__ == name
+    assert len(found.__doc__ or "") > 20
+
+
+@pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)
+def test_examples_import_from_the_package_alone(page: Page) -> None:
+    assert set(re.findall(r"^ *from (capsule_sym\S*) import", page.text, re.M)) <= {"capsule_sym"}

@@ -11,7 +11,7 @@ from capsule_sym._enclosures import checker
 
 def rejected(certificate: dict) -> bool:
     try:
-        checker.check(certificate)
+        checker.check_certificate(certificate)
     except checker.Rejected:
         return True
     return False

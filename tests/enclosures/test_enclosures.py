@@ -16,7 +16,16 @@ import pytest
 import sympy as sp
 from scipy.linalg import expm
 
-from capsule_sym import Parameters
+from capsule_sym import (
+    Bifurcation,
+    Orbit,
+    Parameters,
+    certify_bifurcation,
+    certify_orbit,
+    floquet_multipliers,
+    solve_itinerary,
+    solve_orbit,
+)
 from capsule_sym._enclosures import checker, fields, guards
 from capsule_sym._enclosures.attraction import tendency
 from capsule_sym._enclosures.balls import (
@@ -30,7 +39,6 @@ from capsule_sym._enclosures.balls import (
     symmetric,
 )
 from capsule_sym._enclosures.branches import glue, march
-from capsule_sym._enclosures.certificates import certify_bifurcation, certify_orbit
 from capsule_sym._enclosures.events import Event
 from capsule_sym._enclosures.fields import Field
 from capsule_sym._enclosures.guards import Line, Watch, prove_admissible
@@ -40,10 +48,6 @@ from capsule_sym._enclosures.regimes import approximate, regimes, threshold
 from capsule_sym._enclosures.stability import characteristic, monodromy
 from capsule_sym._enclosures.unfolding import growth
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.stability import multipliers
 from capsule_sym._symbolic.model.enclosure import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
@@ -64,7 +68,7 @@ def bits():
 
 
 def orbit_at(amplitude: float, gamma: float = 3.3) -> Orbit:
-    found = find_orbit(Parameters(alpha=amplitude, gamma=gamma))
+    found = solve_orbit(Parameters(alpha=amplitude, gamma=gamma))
     assert isinstance(found, Orbit)
     return found
 
@@ -146,7 +150,7 @@ def test_tube_holds_the_orbits_found_at_other_amplitudes() -> None:
     at = tube.shooting.parameter("alpha")
     for share in (-0.9, 0.4, 0.99):
         values = [0.7 + share * 2e-3, *orbit.values[1:]]
-        guess = guess_of(tube.shooting, close(values, orbit.itinerary, list(orbit.z)))
+        guess = guess_of(tube.shooting, solve_itinerary(values, orbit.itinerary, list(orbit.z)))
         assert tube.holds(guess)
         shifted = list(guess)
         shifted[0] += 0.05
@@ -162,7 +166,7 @@ def test_box_that_is_too_wide_is_not_proved() -> None:
 def test_multipliers_are_those_of_double_precision() -> None:
     for amplitude in (0.3, 1.2, 1.9):
         orbit = orbit_at(amplitude)
-        values = multipliers(orbit)
+        values = floquet_multipliers(orbit)
         found = characteristic(monodromy(tube_at(orbit)))
         assert float(found.trace) == pytest.approx(float(np.sum(values).real), abs=1e-9)
         assert float(found.determinant) == pytest.approx(float(np.prod(values).real), abs=1e-9)
@@ -197,7 +201,7 @@ def test_zero_of_the_equations_that_is_no_motion_is_rejected(
     for share in np.linspace(0, 1, 12)[1:]:
         values = list(orbit.values)
         values[0] = amplitude + share * (beyond - amplitude)
-        moved = close(values, orbit.itinerary, list(orbit.z))
+        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert isinstance(moved, Orbit)
         orbit = moved
     tube = tube_at_columns(orbit, orbit)
@@ -291,7 +295,7 @@ def test_the_segment_that_is_born_grows_as_its_coefficient_says(events, number: 
     sign = 1.0 if coefficient > 0 else -1.0
     durations = []
     for away in (1e-7, 4e-7):
-        orbit = find_orbit(Parameters(alpha=alpha + sign * away))
+        orbit = solve_orbit(Parameters(alpha=alpha + sign * away))
         assert isinstance(orbit, Orbit)
         assert str(orbit.itinerary) == str(event.tube.shooting.itinerary)
         fields = event.tube.shooting.itinerary.fields

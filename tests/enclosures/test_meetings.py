@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
+from capsule_sym import Curve, continue_bifurcation
 from capsule_sym._enclosures import meetings
 from capsule_sym._enclosures.balls import Unproved, arb
 from capsule_sym._enclosures.meetings import Meeting, prove_meeting, record
 from capsule_sym._enclosures.section4 import EXACT
-from capsule_sym._orbits.continuation.curves import Curve, trace
 from tests.orbits.branches import upwards
 
 
@@ -18,7 +18,9 @@ from tests.orbits.branches import upwards
 def curves() -> dict[str, Curve]:
     """The curves of the last three bifurcations, between the two mass ratios and beyond."""
     chosen = [one for one in upwards(3.3).bifurcations if one.label in ("CS1", "SS1", "GS1")]
-    return {one.type: trace(one, "gamma", ((1.4, 1.7), (3.0, 3.3))) for one in chosen}
+    return {
+        one.type: continue_bifurcation(one, "gamma", ((1.4, 1.7), (3.0, 3.3))) for one in chosen
+    }
 
 
 @pytest.fixture(scope="module")

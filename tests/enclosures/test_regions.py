@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from flint import arb_mat
 
-from capsule_sym import Parameters
+from capsule_sym import InvalidInput, Orbit, Parameters, solve_itinerary, solve_orbit
 from capsule_sym._enclosures import cells, forms, patches
 from capsule_sym._enclosures.balls import Unproved, arb, ball, floats, largest, precision
 from capsule_sym._enclosures.cells import ALPHA, EXACT, GAMMA, Cell, attempt
@@ -23,10 +23,7 @@ from capsule_sym._enclosures.forms import Form, exponential, polynomial
 from capsule_sym._enclosures.orbits import guess_of, shooting_of
 from capsule_sym._enclosures.patches import Patch
 from capsule_sym._enclosures.regions import begun, code, prove
-from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._orbits.shooting.search import find_orbit
 
 REST = (0.0, 0.0, 0.0)
 
@@ -38,7 +35,7 @@ def bits():
 
 
 def patch_at(alpha: float, gamma: float, radii: tuple[float, float], **other: float) -> Patch:
-    orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma, **other))
+    orbit = solve_orbit(Parameters(alpha=alpha, gamma=gamma, **other))
     assert isinstance(orbit, Orbit)
     exact = {name: text for name, text in EXACT.items() if name not in other}
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha", "gamma"), exact)
@@ -93,13 +90,13 @@ def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> No
     patch = patch_at(alpha, gamma, radii)
     segments = patch.enclose()
     patch.prove()
-    orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma))
+    orbit = solve_orbit(Parameters(alpha=alpha, gamma=gamma))
     assert isinstance(orbit, Orbit)
     for x, y in ((-1.0, -1.0), (-1.0, 1.0), (1.0, 0.3)):
         values = list(orbit.values)
         values[0] += x * radii[0]
         values[PARAMETERS.index("gamma")] += y * radii[1]
-        moved = close(values, orbit.itinerary, list(orbit.z))
+        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert isinstance(moved, Orbit)
         for form, span in zip(segments.starts, moved.shot.spans, strict=True):
             for row in range(2):
@@ -115,10 +112,10 @@ def test_patches_that_are_too_large_or_across_a_border_are_not_proved() -> None:
 
 
 def test_unstable_orbits_are_not_proved_to_be_stable() -> None:
-    orbit = find_orbit(Parameters(alpha=0.0428, zeta=0.005))
+    orbit = solve_orbit(Parameters(alpha=0.0428, zeta=0.005))
     assert isinstance(orbit, Orbit)
     values = [0.045, *orbit.values[1:]]  # between two period doublings
-    unstable = close(values, orbit.itinerary, list(orbit.z))
+    unstable = solve_itinerary(values, orbit.itinerary, list(orbit.z))
     assert isinstance(unstable, Orbit)
     assert unstable.itinerary.period_number == 1
     exact = {**EXACT, "zeta": "0.005"}
@@ -131,9 +128,9 @@ def test_unstable_orbits_are_not_proved_to_be_stable() -> None:
 
 def test_a_guard_that_is_negative_somewhere_is_found_in_no_part() -> None:
     """The zero of the equations beyond a border is rejected, however small the patch."""
-    orbit = find_orbit(Parameters(alpha=0.36))
+    orbit = solve_orbit(Parameters(alpha=0.36))
     assert isinstance(orbit, Orbit)
-    beyond = close([0.37, *orbit.values[1:]], orbit.itinerary, list(orbit.z))
+    beyond = solve_itinerary([0.37, *orbit.values[1:]], orbit.itinerary, list(orbit.z))
     assert isinstance(beyond, Orbit)
     shooting = shooting_of(beyond.itinerary, beyond.values, ("alpha", "gamma"), EXACT)
     patch = Patch(shooting, guess_of(shooting, beyond), (1e-6, 1e-6))
@@ -186,7 +183,7 @@ def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
     small = Cell(9, 300, 6, 40)
     alpha, gamma = small.middle
     itinerary = attempt(small, REST).itinerary
-    orbit = find_orbit(Parameters(alpha=alpha, gamma=gamma))
+    orbit = solve_orbit(Parameters(alpha=alpha, gamma=gamma))
     assert isinstance(orbit, Orbit)
     assert itinerary == str(orbit.itinerary)
     large = attempt(Cell(0, 0, 0, 0), REST)

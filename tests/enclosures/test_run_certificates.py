@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import Parameters, certify_run, simulate
 from capsule_sym._cli import group
 from capsule_sym._enclosures.balls import Unproved
-from capsule_sym._enclosures.certificates import certify_run
 from tests.enclosures.certified import digits_changed, rejected
 
 

@@ -13,9 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import Parameters, jacobian, simulate
 from capsule_sym._native import core
-from capsule_sym._orbits.shooting.stability import jacobian
 from explorer import build
 
 PERIODS = 5

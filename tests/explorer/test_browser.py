@@ -8,10 +8,14 @@ from time import monotonic
 
 import pytest
 
-from capsule_sym import Parameters, PhysicalParameters, simulate
-from capsule_sym._orbits.metrics.worth import worth
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.stability import multipliers
+from capsule_sym import (
+    Parameters,
+    PhysicalParameters,
+    floquet_multipliers,
+    performance,
+    simulate,
+    solve_orbit,
+)
 
 from .conftest import AXE
 
@@ -44,16 +48,16 @@ def _settled(tab, change):
 
 def _same_motion(tab, parameters):
     motion = simulate(parameters, periods=400).steady()
-    orbit = find_orbit(parameters)
+    orbit = solve_orbit(parameters)
     assert _itinerary(tab) == motion.itinerary
     assert tab.locator("#map").inner_text().replace("_", "") == re.sub(
         r"[_{}]", "", motion.global_map
     )
     assert _quantity(tab, "progression") == pytest.approx([motion.progression], abs=1e-9)
-    assert _quantity(tab, "work") == pytest.approx([worth(orbit).work.value], rel=1e-8)
-    known = [worth(orbit).damper_loss.value, worth(orbit).friction_loss.value]
+    assert _quantity(tab, "work") == pytest.approx([performance(orbit).work.value], rel=1e-8)
+    known = [performance(orbit).damper_loss.value, performance(orbit).friction_loss.value]
     assert _quantity(tab, "losses") == pytest.approx(known, rel=1e-4)
-    assert _quantity(tab, "multipliers") == pytest.approx(abs(multipliers(orbit)), abs=1e-4)
+    assert _quantity(tab, "multipliers") == pytest.approx(abs(floquet_multipliers(orbit)), abs=1e-4)
 
 
 def test_the_motion_is_the_package_s(open_page):

@@ -7,10 +7,15 @@ import tomllib
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters, load_parameters, simulate
-from capsule_sym._orbits.continuation.continuation import follow
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._sweeps import read_plan
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    continue_orbit,
+    load_parameters,
+    read_plan,
+    simulate,
+    solve_orbit,
+)
 
 from .test_browser import _itinerary, _quantity, _settled, _until
 
@@ -141,8 +146,10 @@ def test_folds_are_those_of_the_package(open_page):
     tab = open_page(f"#view=diagram&{given}&{ends}")
     _finished(tab, "diagram")
     rows = [row for row in tab.locator("#marks tr").all_inner_texts() if "fold" in row]
-    start = find_orbit(Parameters(**system, omega=0.8015))
-    known = [one for one in follow(start, "omega", 0.8025).bifurcations if one.type == "fold"]
+    start = solve_orbit(Parameters(**system, omega=0.8015))
+    known = [
+        one for one in continue_orbit(start, "omega", 0.8025).bifurcations if one.type == "fold"
+    ]
     assert len(rows) >= 1
     value = float(re.search(r"= ([\d.]+)", rows[0])[1])
     assert value == pytest.approx(known[0].value, abs=2e-12)

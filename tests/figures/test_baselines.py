@@ -12,10 +12,7 @@ from typing import Any
 import pytest
 from matplotlib.testing.compare import compare_images
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._figures.portraits import motion
-from capsule_sym._figures.statespace import fig2
-from capsule_sym._figures.style import styled
+from capsule_sym import Parameters, figure_style, plot_fig2, plot_motion, simulate
 
 BASELINES = Path(__file__).parent / "baselines"
 _TOLERANCE = 6.0  # root mean square of pixel values: room for another version of FreeType
@@ -23,17 +20,17 @@ _RESOLUTION = 60  # dots per inch
 
 
 def _motion(colours: Any) -> Any:
-    return motion(simulate(Parameters(alpha=1.2, gamma=3.0), periods=64), colours=colours)
+    return plot_motion(simulate(Parameters(alpha=1.2, gamma=3.0), periods=64), colours=colours)
 
 
 PICTURES: dict[str, Callable[[Any], Any]] = {
-    "fig2": lambda colours: fig2(colours=colours),
+    "fig2": lambda colours: plot_fig2(colours=colours),
     "motion": _motion,
 }
 
 
 def draw(name: str, path: Path, colours: str = "safe") -> None:
-    with styled():
+    with figure_style():
         PICTURES[name](colours).savefig(path, dpi=_RESOLUTION)
 
 
@@ -46,9 +43,9 @@ def test_picture_is_the_one_of_before(name: str, tmp_path: Path) -> None:
 
 def test_another_motion_is_another_picture(tmp_path: Path) -> None:
     drawn = tmp_path / "motion.png"
-    with styled():
+    with figure_style():
         other = simulate(Parameters(alpha=1.3, gamma=3.0), periods=64)
-        motion(other).savefig(drawn, dpi=_RESOLUTION)
+        plot_motion(other).savefig(drawn, dpi=_RESOLUTION)
     assert compare_images(BASELINES / "motion.png", drawn, _TOLERANCE) is not None
 
 

@@ -9,10 +9,10 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 
-from capsule_sym import Parameters
+from capsule_sym import Parameters, plot_fig2
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.space import Box, add_space, box_of, draw_space, walls
-from capsule_sym._figures.statespace import GAPS, fig2, top_view
+from capsule_sym._figures.statespace import GAPS, top_view
 from capsule_sym._study.boundaries import corners, lines, surfaces
 
 X, V = (-2.6, 4.2), (-8.5, 5.0)
@@ -108,7 +108,7 @@ def test_top_view_draws_corners_and_lines_by_name() -> None:
 
 
 def test_fig2_names_everything_once_in_space() -> None:
-    space, *views = fig2().axes
+    space, *views = plot_fig2().axes
     shown = [text.get_text() for text in space.texts]
     expected = [f"$S_{{{i}}}$" for i in range(1, 11)] + [f"$L_{{{i}}}$" for i in range(1, 9)]
     assert sorted(shown) == sorted(

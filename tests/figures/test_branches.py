@@ -12,10 +12,9 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym._figures.branches import bifurcations, spread
-from capsule_sym._figures.energy import energies
-from capsule_sym._figures.events import around
-from capsule_sym._figures.evolution import draw_itineraries, fig6, itineraries
+from capsule_sym import plot_bifurcations, plot_energies, plot_events, plot_fig6, plot_itineraries
+from capsule_sym._figures.branches import spread
+from capsule_sym._figures.evolution import draw_itineraries
 from capsule_sym._study.arcs import cycle
 from capsule_sym._study.data import orbit_of
 from capsule_sym._study.events import CROSSINGS, SLIDINGS, exact, nearest
@@ -63,7 +62,7 @@ SMALL = {
 
 
 def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
-    x_r, v_r, velocity = bifurcations(SMALL).axes
+    x_r, v_r, velocity = plot_bifurcations(SMALL).axes
     for axes, first, second, markers in (
         (x_r, [0.1, 0.2], [0.3, 0.4], [0.25, 0.26]),
         (v_r, [0.2, 0.3], [0.4, 0.5], [0.35, 0.36]),
@@ -91,7 +90,7 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
 
 
 def test_the_case_study_has_the_printed_bifurcations(branch) -> None:
-    velocity = bifurcations(branch).axes[2]
+    velocity = plot_bifurcations(branch).axes[2]
     (marked,) = [line for line in velocity.lines if line.get_marker() == "o"]
     assert list(marked.get_xdata()) == pytest.approx(PRINTED, rel=0.01)
     uprights = [line.get_xdata() for line in velocity.lines if list(line.get_ydata()) == [0, 1]]
@@ -111,7 +110,7 @@ def test_names_stay_where_there_is_room() -> None:
 
 
 def test_losses_stack_to_the_work(branch) -> None:
-    upper, lower = energies(branch).axes
+    upper, lower = plot_energies(branch).axes
     damper, friction = (container.patches for container in upper.containers)
     (work,) = [line for line in upper.lines if line.get_label() == "work of the drive"]
     tops = [bar.get_y() + bar.get_height() for bar in friction]
@@ -148,7 +147,7 @@ def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
 
 
 def test_itineraries_name_the_bifurcations(settled, branch) -> None:
-    axes = itineraries([settled(0.7), settled(1.9)], branch).axes[0]
+    axes = plot_itineraries([settled(0.7), settled(1.9)], branch).axes[0]
     assert [line.get_xdata()[0] for line in axes.lines] == [
         one["value"] for one in branch["bifurcations"]
     ]
@@ -157,7 +156,7 @@ def test_itineraries_name_the_bifurcations(settled, branch) -> None:
 
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
     heavy = orbit_of(branch["bifurcations"][3])
-    axes = fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
+    axes = plot_fig6([settled(0.7), settled(1.9)], [heavy]).axes[0]
     found = {}
     for line in axes.lines:
         x_r, alpha, v_r = line.get_data_3d()
@@ -208,13 +207,13 @@ def test_an_exact_orbit_meets_its_line(branch) -> None:
 
 def test_fig8_draws_below_at_and_above_in_three_styles(settled) -> None:
     groups = [[settled(alpha) for alpha in event.alphas] for event in CROSSINGS]
-    axes = around(CROSSINGS, groups).axes
+    axes = plot_events(CROSSINGS, groups).axes
     assert len(axes) == 4
     for row, group in zip((axes[0:2], axes[2:4]), groups, strict=True):
-        itineraries = [len(cycle(run)) for run in group]
+        plot_itineraries = [len(cycle(run)) for run in group]
         for view in row:
             arcs = [line for line in view.lines if line.get_label().startswith("F")]
-            assert len(arcs) == sum(itineraries)
+            assert len(arcs) == sum(plot_itineraries)
             styles = [line._unscaled_dash_pattern for line in arcs]
             assert [len({str(style) for style in styles})] == [3]
     box, close = axes[0], axes[1]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from capsule_sym import Parameters
-from capsule_sym._figures.charts import by_area, chart, draw_regions
+from capsule_sym import Parameters, plot_chart
+from capsule_sym._figures.charts import by_area, draw_regions
 from capsule_sym._study.data import Store
 from capsule_sym._study.regions import Plane, by_cells, by_samples, faces, samples
 
@@ -82,7 +82,7 @@ def test_samples_lie_in_their_faces_and_the_most_frequent_itinerary_names_them()
 
 
 def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
-    axes = chart(results, [CURVE]).axes[0]
+    axes = plot_chart(results, [CURVE]).axes[0]
     labels = [patch.get_label() for patch in axes.patches]
     assert sorted(labels) == ["_F2", "_F5 F2", "_F5 F4 F1 F2"]  # what is unknown stays white
     names = {text.get_text(): text.xy for text in axes.texts}
@@ -92,7 +92,7 @@ def test_regions_are_filled_and_named_inside(results: xr.Dataset) -> None:
 
 
 def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
-    figure = chart(results, [CURVE], levels=(1.5,))
+    figure = plot_chart(results, [CURVE], levels=(1.5,))
     lines = {line.get_label(): line for line in figure.axes[0].lines}
     assert [list(v) for v in lines["crossing-sliding"].get_data()] == [[0.75, 0.73], [1.0, 3.0]]
     assert [list(v) for v in lines["codimension-two point"].get_data()] == [[0.74], [2.0]]
@@ -103,10 +103,10 @@ def test_curves_and_their_points_lie_on_top(results: xr.Dataset) -> None:
 
 
 def test_what_is_not_there_is_not_in_the_legend(results: xr.Dataset) -> None:
-    figure = chart(results, [{**CURVE, "codimension_two": []}])
+    figure = plot_chart(results, [{**CURVE, "codimension_two": []}])
     shown = [text.get_text() for text in figure.legends[0].get_texts()]
     assert shown == ["crossing-sliding"]
-    assert chart(results).legends == []
+    assert plot_chart(results).legends == []
 
 
 def test_regions_are_computed_once_and_their_curve_bounds_them(store: Store, monkeypatch) -> None:

@@ -3,24 +3,21 @@
 import numpy as np
 import pytest
 
+from capsule_sym import InvalidInput, continue_orbit, period_doubling_cascade, plot_diagram
 from capsule_sym._cli import main
-from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.diagrams import diagram
-from capsule_sym._orbits.continuation.continuation import follow
 from capsule_sym._orbits.continuation.records import branch_record
-from capsule_sym._orbits.continuation.switching import cascade
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled
 
 
 @pytest.fixture(scope="module")
 def record():
-    branch = follow(settled(alpha=0.04, zeta=0.005), "alpha", 0.046, points=6)
-    return branch_record(branch, cascade(branch, 1, points=6))
+    branch = continue_orbit(settled(alpha=0.04, zeta=0.005), "alpha", 0.046, points=6)
+    return branch_record(branch, period_doubling_cascade(branch, 1, points=6))
 
 
 def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
-    (axes,) = diagram(record).axes
+    (axes,) = plot_diagram(record).axes
     names = [text.get_text() for text in axes.get_legend().get_texts()]
     assert names == ["branch", "from PD1", "stable", "unstable"]
     assert {text.get_text() for text in axes.texts} == {"PD1"}
@@ -54,4 +51,4 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     assert stopped.value.code == 2
     assert capsys.readouterr().err.count("\n") == 2
     with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity"):
-        diagram(record, "x")
+        plot_diagram(record, "x")

@@ -8,25 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym import InvalidInput
-from capsule_sym import _figures as figures
-from capsule_sym._figures.portraits import motion
+from capsule_sym import InvalidInput, figure_style, plot, plot_motion, save_figure
 from capsule_sym._figures.sizes import COLUMN, PAGE
-from capsule_sym._figures.style import NotInstalled, new_figure, save, styled
-
-
-def test_every_public_name_resolves() -> None:
-    for name in figures.__all__:
-        assert callable(getattr(figures, name))
-        assert name in dir(figures)
-    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
-        _ = figures.nonsense
+from capsule_sym._figures.style import NotInstalled, new_figure
 
 
 def test_matplotlib_is_imported_when_something_is_drawn() -> None:
     code = (
-        "import sys\nfrom capsule_sym import Parameters, simulate\n"
-        "from capsule_sym._figures import plot, motion, fig7\nprint('matplotlib' in sys.modules)\n"
+        "import sys\nfrom capsule_sym import Parameters, simulate, plot, plot_motion, plot_fig7\n"
+        "print('matplotlib' in sys.modules)\n"
         "plot(simulate(Parameters(), periods=4))\n"
         "print('matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
@@ -35,27 +25,26 @@ def test_matplotlib_is_imported_when_something_is_drawn() -> None:
 
 
 def test_plot_draws_what_it_is_given(settled, branch) -> None:
-    from capsule_sym._orbits.continuation.continuation import follow
-    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym import continue_orbit, solve_orbit
 
     run = settled(1.2)
-    orbit = find_orbit(run.parameters)
+    orbit = solve_orbit(run.parameters)
     for result in (run, orbit):
-        left, right = figures.plot(result, colours="paper").axes
+        left, right = plot(result, colours="paper").axes
         assert {line.get_color() for line in left.lines} >= {"green", "magenta"}
         assert right.get_xlabel().startswith("relative displacement")
-    followed = figures.plot(follow(orbit, "alpha", 1.21, points=2))
+    followed = plot(continue_orbit(orbit, "alpha", 1.21, points=2))
     assert followed.axes[2].get_xlim() == (1.2, 1.21)
     with pytest.raises(InvalidInput, match="result = 'str': must be a Trajectory, an Orbit"):
-        figures.plot("alpha")
+        plot("alpha")
 
 
 def test_the_users_settings_are_left_alone(settled) -> None:
     import matplotlib
 
     before = dict(matplotlib.rcParams)
-    motion(settled(1.2))
-    with styled():
+    plot_motion(settled(1.2))
+    with figure_style():
         assert matplotlib.rcParams["font.size"] == 7
     assert dict(matplotlib.rcParams) == before
 
@@ -74,7 +63,7 @@ def test_equal_figures_are_equal_files(tmp_path: Path, kind: str) -> None:
         figure = new_figure(1, 1)
         figure.subplots().plot([0, 1], [0, 1], label=r"$\Sigma_5$")
         figure.legend()
-        save(figure, tmp_path / f"{name}.{kind}")
+        save_figure(figure, tmp_path / f"{name}.{kind}")
     assert (tmp_path / f"one.{kind}").read_bytes().startswith(MAGIC[kind])
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
 
@@ -92,6 +81,6 @@ def test_without_matplotlib_a_message_says_how_to_install_it(monkeypatch) -> Non
         pytest.raises(
             NotInstalled, match=r"matplotlib is missing: pip install 'capsule-sym\[plot\]'"
         ),
-        styled(),
+        figure_style(),
     ):
         new_figure(1, 1)

@@ -10,15 +10,17 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from capsule_sym import Parameters
+from capsule_sym import (
+    Parameters,
+    figure_style,
+    plot_bifurcations,
+    plot_chart,
+    plot_diagram,
+    plot_energies,
+)
 from capsule_sym._figures import sweeps
-from capsule_sym._figures.branches import bifurcations
 from capsule_sym._figures.catalogue import FIGURES, Study
-from capsule_sym._figures.charts import chart
-from capsule_sym._figures.diagrams import diagram
-from capsule_sym._figures.energy import energies
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import styled
 from capsule_sym._study.data import Store
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
@@ -28,7 +30,7 @@ QUICK = {"fig1", "fig2", "motion", "margins"}
 
 
 def looked_at(figure: Any) -> list[str]:
-    with styled():
+    with figure_style():
         return problems(figure)
 
 
@@ -54,7 +56,7 @@ def test_so_it_is_for_another_system(name: str, store: Store) -> None:
     assert looked_at(FIGURES[name].make(Study(store, other, chosen=True))) == []
 
 
-@pytest.mark.parametrize("draw", [bifurcations, energies, diagram])
+@pytest.mark.parametrize("draw", [plot_bifurcations, plot_energies, plot_diagram])
 def test_so_it_is_for_branches(draw: Callable[[Any], Any], branch) -> None:
     assert looked_at(draw({**branch, "switched": [], "origin": None})) == []
 
@@ -73,7 +75,11 @@ def test_so_it_is_for_sweeps() -> None:
         coords=over,
         attrs={"omega": 0.8, "f_b": 1.0},
     )
-    for figure in (chart(results, [CURVE]), sweeps.basin(results), sweeps.pareto(results)):
+    for figure in (
+        plot_chart(results, [CURVE]),
+        sweeps.plot_basin(results),
+        sweeps.plot_pareto(results),
+    ):
         assert looked_at(figure) == []
 
 

@@ -10,10 +10,16 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym import InvalidInput, Parameters, simulate
-from capsule_sym._figures.guards import margins
-from capsule_sym._figures.panels import fig7
-from capsule_sym._figures.portraits import displacements, motion, phase_portrait
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    plot_displacements,
+    plot_fig7,
+    plot_margins,
+    plot_motion,
+    plot_phase_portrait,
+    simulate,
+)
 from capsule_sym._study.arcs import arcs, cycle, opening
 from tests.figures import PAPER, SAFE, integrated
 
@@ -49,7 +55,7 @@ def test_arcs_are_what_their_fields_do(settled, alpha: float) -> None:
 @pytest.mark.parametrize(("colours", "palette"), [("safe", SAFE), ("paper", PAPER)])
 def test_portrait_draws_each_segment_in_its_colour(settled, colours, palette) -> None:
     run, axes = settled(1.5), axes_of()
-    phase_portrait(run, axes, colours=colours)
+    plot_phase_portrait(run, axes, colours=colours)
     steady = run.steady()
     assert steady is not None
     drawn = curves(axes)
@@ -66,7 +72,7 @@ def test_portrait_draws_each_segment_in_its_colour(settled, colours, palette) ->
 
 def test_displacements_are_dashed_for_the_mass_and_solid_for_the_capsule(settled) -> None:
     run, axes = settled(1.2), axes_of()
-    displacements(run, axes, periods=3)
+    plot_displacements(run, axes, periods=3)
     period, steady = run.parameters.period, run.steady()
     dashed = [line for line in axes.lines if line.is_dashed()]
     solid = [line for line in axes.lines if not line.is_dashed()]
@@ -89,7 +95,7 @@ def test_displacements_are_dashed_for_the_mass_and_solid_for_the_capsule(settled
 
 def test_boundary_lines_are_those_of_the_caption(settled) -> None:
     run, axes = settled(1.9), axes_of()
-    phase_portrait(run, axes)
+    plot_phase_portrait(run, axes)
     p = run.parameters
     named = {line.get_label(): line for line in axes.lines if line.get_label().startswith("L")}
     assert set(named) == {"L2", "L3", "L6", "L7"}
@@ -109,7 +115,7 @@ def test_boundary_lines_are_those_of_the_caption(settled) -> None:
 
 def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
     run = settled(1.5)
-    figure = margins(run)
+    figure = plot_margins(run)
     bar, gap, velocity, force = figure.axes
     palette = {colour.lower(): field for field, colour in enumerate(SAFE, start=1)}
     ends = {}
@@ -132,7 +138,7 @@ def test_margins_end_on_their_bounds_where_the_field_changes(settled) -> None:
 
 def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
     runs = [settled(alpha) for alpha in (0.45, 0.7, 1.2)]
-    figure = fig7(runs, colours="paper")
+    figure = plot_fig7(runs, colours="paper")
     shown = [axes for axes in figure.axes if axes.axison]
     assert len(shown) == 6
     titles = [axes.get_title(loc="left") for axes in shown]
@@ -146,13 +152,13 @@ def test_fig7_has_a_pair_of_axes_and_the_word_for_each_motion(settled) -> None:
 
 
 def test_an_orbit_is_drawn_as_its_motion_is(settled) -> None:
-    from capsule_sym._orbits.shooting.search import find_orbit
+    from capsule_sym import solve_orbit
 
     run = settled(1.2)
-    orbit = find_orbit(run.parameters)
+    orbit = solve_orbit(run.parameters)
     left, right = axes_of(), axes_of()
-    phase_portrait(run, left)
-    phase_portrait(orbit, right)
+    plot_phase_portrait(run, left)
+    plot_phase_portrait(orbit, right)
     assert left.get_xlim() == pytest.approx(right.get_xlim(), abs=1e-4)
     assert left.get_ylim() == pytest.approx(right.get_ylim(), abs=1e-3)
     assert {colour for colour, _, _ in curves(left)} == {colour for colour, _, _ in curves(right)}
@@ -179,4 +185,4 @@ def test_a_run_that_has_not_settled_has_no_cycle() -> None:
 
 def test_colours_that_do_not_exist_are_refused(settled) -> None:
     with pytest.raises(InvalidInput, match="colours = 'loud': must be one of safe, paper"):
-        motion(settled(1.2), colours="loud")
+        plot_motion(settled(1.2), colours="loud")

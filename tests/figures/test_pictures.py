@@ -13,19 +13,16 @@ from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
 
-from capsule_sym import InvalidInput, Parameters
+from capsule_sym import InvalidInput, Parameters, animate, plot_margins, plot_motion, save_figure
 from capsule_sym._figures import animation, sweeps
-from capsule_sym._figures.animation import animate
-from capsule_sym._figures.guards import margins
-from capsule_sym._figures.portraits import motion
-from capsule_sym._figures.style import describe, new_figure, save
+from capsule_sym._figures.style import describe, new_figure
 from tests.figures.test_command import call
 
 
 def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
     run = settled(1.2)
     for ending in ("png", "svg", "pdf"):
-        save(motion(run), tmp_path / f"x.{ending}", dpi=50)
+        save_figure(plot_motion(run), tmp_path / f"x.{ending}", dpi=50)
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.text["Title"] == "Displacements and phase portrait"
         assert picture.text["Software"].startswith("capsule-sym ")
@@ -38,29 +35,29 @@ def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
 
 
 def test_resolution_and_width_decide_the_size(tmp_path: Path, settled) -> None:
-    save(motion(settled(1.2), width=5.0), tmp_path / "x.png", dpi=60)
+    save_figure(plot_motion(settled(1.2), width=5.0), tmp_path / "x.png", dpi=60)
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.width == 300
     for dpi in (29.0, 2401.0, float("nan")):
         with pytest.raises(InvalidInput, match=r"dpi = .*: must be in \[30, 2400\]"):
-            save(Figure(), tmp_path / "y.png", dpi=dpi)
+            save_figure(Figure(), tmp_path / "y.png", dpi=dpi)
 
 
 def test_a_figure_is_drawn_into_axes_of_the_users_own(settled) -> None:
     figure = Figure()
     grid = figure.subplots(2, 3)
-    assert motion(settled(1.2), axes=grid[0, :2]) is figure
-    assert margins(settled(1.2), axes=[grid[0, 2], *grid[1]]) is figure
+    assert plot_motion(settled(1.2), axes=grid[0, :2]) is figure
+    assert plot_margins(settled(1.2), axes=[grid[0, 2], *grid[1]]) is figure
     assert all(axes.lines or axes.collections for axes in grid.flat)
     assert figure.legends == []
     part = Figure().subfigures(1, 2)[0]
-    assert motion(settled(1.2), axes=part.subplots(1, 2)) is part.figure
+    assert plot_motion(settled(1.2), axes=part.subplots(1, 2)) is part.figure
 
 
 def test_what_is_described_twice_is_kept_once(tmp_path: Path) -> None:
     figure = new_figure(1, 1)
     describe(describe(figure, "one", a=1), "two", b=2)
-    save(figure, tmp_path / "x.png")
+    save_figure(figure, tmp_path / "x.png")
     with Image.open(tmp_path / "x.png") as picture:
         assert picture.text["Title"] == "two"
         assert json.loads(picture.text["Description"]) == {"a": 1, "b": 2}

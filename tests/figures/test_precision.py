@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
-from capsule_sym._figures.precision import work_precision
+from capsule_sym import plot_work_precision
 
 
 def row(
@@ -39,7 +39,7 @@ RECORD = {
 
 
 def test_tools_are_curves_and_wrong_settings_are_hollow() -> None:
-    figure = work_precision(RECORD)
+    figure = plot_work_precision(RECORD)
     study, tangencies = figure.axes
     assert (study.get_xscale(), study.get_yscale()) == ("log", "log")
     assert study.get_title(loc="left") == "the case study"
@@ -62,5 +62,5 @@ def test_tools_are_curves_and_wrong_settings_are_hollow() -> None:
 
 
 def test_a_record_without_measurements_is_an_empty_picture() -> None:
-    (axes,) = work_precision({"trajectory": []}).axes
+    (axes,) = plot_work_precision({"trajectory": []}).axes
     assert list(axes.lines) == []

@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters
+from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
 from capsule_sym._figures import sweeps
-from capsule_sym._orbits.metrics.worth import worth
-from capsule_sym._orbits.shooting.search import find_orbit
 from tests.figures.test_command import call
 
 pytest.importorskip("zarr")
@@ -18,11 +16,11 @@ pytest.importorskip("zarr")
 
 @pytest.fixture(scope="module")
 def stores(tmp_path_factory) -> Path:
-    from capsule_sym._sweeps import Axis, Sweep, run, run_basin
+    from capsule_sym import Axis, Sweep, run_basin, run_sweep
 
     where = tmp_path_factory.mktemp("sweeps")
     axes = Axis.linear("alpha", 0.3, 1.5, 3), Axis.linear("omega", 0.7, 0.9, 2)
-    run(Sweep(axes, Parameters(), compute=("itinerary", "energies")), where / "grid")
+    run_sweep(Sweep(axes, Parameters(), compute=("itinerary", "energies")), where / "grid")
     starts = Axis.linear("x_r", -1.0, 1.0, 3), Axis.linear("v_r", -1.0, 1.0, 2)
     run_basin(
         Sweep(starts, Parameters(), compute=("itinerary", "progression", "final")), where / "basin"
@@ -31,37 +29,37 @@ def stores(tmp_path_factory) -> Path:
 
 
 def test_speed_and_cost_are_those_of_the_orbits(stores: Path) -> None:
-    from capsule_sym._sweeps import open_results
+    from capsule_sym import open_results
 
     with open_results(stores / "grid") as results:
         speed, cost = sweeps.speed_and_cost(results)
     expected = []
     for alpha in (0.3, 0.9, 1.5):
         for omega in (0.7, 0.9):
-            orbit = find_orbit(Parameters(alpha=alpha, omega=omega))
+            orbit = solve_orbit(Parameters(alpha=alpha, omega=omega))
             way = abs(float(orbit.progression))
             if way > 1e-12:
-                work = float(worth(orbit).work.value)
+                work = float(performance(orbit).work.value)
                 expected.append((abs(float(orbit.average_velocity)), work / way))
     assert len(expected) >= 4
     assert np.column_stack([speed, cost]) == pytest.approx(np.array(expected), rel=1e-9)
 
 
 def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
-    from capsule_sym._sweeps import open_results
+    from capsule_sym import open_results
 
     with open_results(stores / "grid") as results:
         with pytest.raises(InvalidInput, match="a basin over two coordinates"):
-            sweeps.basin(results)
+            sweeps.plot_basin(results)
         still = results.isel(alpha=[0])
         if float(abs(still["velocity"]).max()) <= 1e-12:
             with pytest.raises(InvalidInput, match="no cell in which the capsule advances"):
-                sweeps.pareto(still)
+                sweeps.plot_pareto(still)
     with (
         open_results(stores / "basin") as results,
         pytest.raises(InvalidInput, match="a sweep that computes energies"),
     ):
-        sweeps.pareto(results)
+        sweeps.plot_pareto(results)
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,9 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym import simulate
+from capsule_sym import plot_fig3, plot_fig4, plot_fig5, simulate
 from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.style import mathematical
-from capsule_sym._figures.switching import fig3, fig4, fig5
 from capsule_sym._study import sections
 from capsule_sym._study.data import Store
 from capsule_sym._study.sections import (
@@ -102,7 +101,9 @@ def test_arrows_are_the_fields(field: int, cosine: float) -> None:
     assert derivatives(SCHEMATIC, field, (0.3, -0.4), cosine) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("figure", "shown"), [(fig3, FIG3), (fig4, FIG4), (fig5, FIG5)])
+@pytest.mark.parametrize(
+    ("figure", "shown"), [(plot_fig3, FIG3), (plot_fig4, FIG4), (plot_fig5, FIG5)]
+)
 def test_figures_have_a_panel_for_each_section(figure, shown) -> None:
     # One trajectory for each section, since the bundles are tested above.
     start = (0.0, 1.0, 0.5)
@@ -110,4 +111,4 @@ def test_figures_have_a_panel_for_each_section(figure, shown) -> None:
     titles = [one.get_title(loc="left") for one in axes]
     expected = [mathematical(section.name) for section in shown]
     assert [title.split("  ")[1] for title in titles][-len(shown) :] == expected
-    assert len(axes) == len(shown) + (figure is not fig3)
+    assert len(axes) == len(shown) + (figure is not plot_fig3)

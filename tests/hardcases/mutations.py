@@ -46,12 +46,12 @@ def no_monotonicity(patch: pytest.MonkeyPatch) -> None:
 
 def no_division(patch: pytest.MonkeyPatch) -> None:
     """Leave the zeros at the start in."""
-    begin = location.Flow.__init__
+    honest = location.Flow.__init__
 
-    def weaker(self: Any, backend: Any, c: Any, departure: Any) -> None:
+    def weaker(self: Any, backend: Any, c: Any, begin: Any) -> None:
         if backend.name == "numpy":
-            departure = replace(departure, start=departure.start._replace(zeros={}))
-        begin(self, backend, c, departure)
+            begin = replace(begin, start=begin.start._replace(zeros={}))
+        honest(self, backend, c, begin)
 
     patch.setattr(location.Flow, "__init__", weaker)
 

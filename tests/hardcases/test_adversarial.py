@@ -11,13 +11,12 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import Parameters
+from capsule_sym import Parameters, Segment, Trajectory
 from capsule_sym._hardcases import adversarial
 from capsule_sym._hardcases.adversarial import CHUNK, Tally, chunk, compare, run
 from capsule_sym._hardcases.judge import Start
 from capsule_sym._hardcases.lanes import LaneSwitch
 from capsule_sym._hardcases.starts import KINDS, RandomStart, random_start
-from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import Backend
 from capsule_sym._native import core
 

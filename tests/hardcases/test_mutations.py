@@ -7,8 +7,7 @@ from math import pi
 import pytest
 from mpmath import findroot
 
-from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from capsule_sym._hardcases.cases import cases, flow_from
 from capsule_sym._hardcases.judge import judge
 from capsule_sym._map.backend import backend
@@ -47,7 +46,7 @@ def first(parameters: Parameters, state: tuple[float, float, float], phase: floa
 
 
 def run(parameters: Parameters, state: tuple[float, float, float], phase: float) -> Trajectory:
-    return simulate(parameters, state, phase, 1, settle=False, max_segments=1)
+    return simulate(parameters, state, phase, 1, escalate=False, max_segments=1)
 
 
 @pytest.mark.parametrize(
@@ -89,7 +88,7 @@ def test_near_resonance_rounding_of_the_detuning_does_not_prove_rest() -> None:
         delta=0.000999999997826914,
         zeta=0.0,
     )
-    assert simulate(p, periods=10, settle=False).segments[0].outcome is not Outcome.NEVER
+    assert simulate(p, periods=10, escalate=False).segments[0].outcome is not Outcome.NEVER
 
 
 def test_without_division_of_the_start_zeros_a_slip_ends_at_its_start(

@@ -9,8 +9,7 @@ from random import Random
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import InvalidInput, Outcome, Status
+from capsule_sym import InvalidInput, Outcome, Parameters, Status, simulate
 from capsule_sym._hardcases.cases import cases, flow_from
 from capsule_sym._map import location, native, reference
 from capsule_sym._map.digits import fifty_digits
@@ -48,7 +47,7 @@ def test_an_exact_sliding_tangency_is_one() -> None:
 def test_a_corner_is_left_open_by_double_precision_alone(settle: bool) -> None:
     start = CASES["corner on L6 from F1"].build()
     run = simulate(
-        start.parameters, start.state, start.phase, settle=settle, periods=1, max_segments=1
+        start.parameters, start.state, start.phase, escalate=settle, periods=1, max_segments=1
     )
     assert run.segments[0].outcome is (Outcome.REGULAR if settle else Outcome.CORNER)
     assert run.statistics.escalations == int(settle)
@@ -57,7 +56,7 @@ def test_a_corner_is_left_open_by_double_precision_alone(settle: bool) -> None:
 
 def test_a_graze_within_rounding_is_left_open_by_double_precision_alone() -> None:
     start = CASES["graze from F2, 1e-15 short of it"].build()
-    run = simulate(start.parameters, start.state, start.phase, 2, settle=False, max_segments=1)
+    run = simulate(start.parameters, start.state, start.phase, 2, escalate=False, max_segments=1)
     assert Outcome.GRAZE in {run.segments[0].outcome, *(o for o, _ in run.segments[0].tangencies)}
 
 

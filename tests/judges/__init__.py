@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 
 CONTACT = {1: False, 2: False, 3: False, 4: True, 5: True, 6: True}
 """Whether the second spring acts, by field index."""

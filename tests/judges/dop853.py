@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from tests.judges import CONTACT, DRIFT, Run, Segment, first_field, next_field
 
 RTOL, ATOL = 1e-13, 1e-14

@@ -12,7 +12,7 @@ from typing import Any
 import heyoka as hy  # type: ignore[import-untyped]
 import numpy as np
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from tests.judges import CONTACT, DRIFT, Run, Segment, first_field, next_field
 
 EXTENDED = np.finfo(np.longdouble).nmant == 63

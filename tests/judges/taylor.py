@@ -13,7 +13,7 @@ from typing import Any
 
 from mpmath import mp, mpf
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from tests.judges import CONTACT, DRIFT
 
 _GUARD_DIGITS = 15

@@ -14,7 +14,7 @@ from typing import Any
 
 from mpmath import mp, mpf
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from tests.judges import CONTACT, DRIFT, Run, Segment
 
 DATA = Path(__file__).parent / "data"

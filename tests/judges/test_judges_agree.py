@@ -10,7 +10,7 @@ import pytest
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from tests.judges import DRIFT, Run, dop853, taylor, taylor_events
 from tests.sampling import sampled, some
 

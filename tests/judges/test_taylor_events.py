@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters
 from tests.judges import taylor_events
 from tests.judges.taylor_events import Undecided, _deflate, _first_root, _next_field
 

@@ -14,7 +14,7 @@ from mpmath import mp, mpf
 from capsule_sym import Parameters
 from capsule_sym._map.backend import Backend, NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Departure, Flow, Start
+from capsule_sym._map.location import Flow, SegmentStart, Start
 from tests.judges import CONTACT, DRIFT, taylor
 
 FIELDS = tuple(DRIFT)
@@ -62,7 +62,7 @@ class Motion:
         gap = x_r - number(self.parameters.delta)
         margin = x_r + c.kappa * gap + 2 * c.zeta * v_r - c.friction
         start = Start(x_r, gap, v_r, v_c, margin, number(self.angle), {})
-        return Flow(numbers, c, Departure(self.field, start))
+        return Flow(numbers, c, SegmentStart(self.field, start))
 
     @cache  # noqa: B019 (a test's motions live as long as the test)
     def state_at(self, h: Any) -> Any:

@@ -12,8 +12,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters, simulate
 from capsule_sym._map.arrival import reached, tells
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.expansion import Guard
@@ -43,7 +42,7 @@ def test_what_rounding_makes_zero_is_not_taken_to_be_zero(backend: str) -> None:
 
 def test_where_fifty_digits_are_not_asked_the_proved_sign_is_kept() -> None:
     parameters, state, phase = NAMED
-    run = simulate(parameters, state, phase, 1, backend="numpy", settle=False, max_segments=2)
+    run = simulate(parameters, state, phase, 1, backend="numpy", escalate=False, max_segments=2)
     assert run.segments[0].end_state[0] < 0
     assert [s.name for s in run.segments] == ["F3", "F2"]
 

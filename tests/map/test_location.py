@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Parameters
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.location import Departure, Flow, Start, Switch, locate
-from capsule_sym._map.transitions import State, depart
+from capsule_sym._map.location import Flow, SegmentStart, Start, Switch, locate
+from capsule_sym._map.transitions import State, select_field
 from tests.map import CASES, DIGITS, Motion
 from tests.sampling import many, sampled
 
@@ -30,13 +29,13 @@ def _digits() -> Iterator[None]:
         yield
 
 
-def departure(parameters: Parameters, state: tuple[float, ...], angle: float) -> Departure:
+def begin(parameters: Parameters, state: tuple[float, ...], angle: float) -> SegmentStart:
     every = [NUMPY.constants(field, parameters) for field in range(1, 7)]
     x_r, v_r, v_c = state
-    return depart(NUMPY, every, State(x_r, x_r - parameters.delta, v_r, v_c, angle))
+    return select_field(NUMPY, every, State(x_r, x_r - parameters.delta, v_r, v_c, angle))
 
 
-def flow_of(parameters: Parameters, start: Departure, precise: bool = False) -> Flow:
+def flow_of(parameters: Parameters, start: SegmentStart, precise: bool = False) -> Flow:
     if not precise:
         return Flow(NUMPY, NUMPY.constants(start.field, parameters), start)
     numbers = MpmathBackend()
@@ -48,7 +47,7 @@ def flow_of(parameters: Parameters, start: Departure, precise: bool = False) -> 
     if given.margin == 0:
         margin = mpf(0)
     exact = Start(x_r, gap, v_r, mpf(given.v_c), margin, mpf(given.angle), given.zeros)
-    return Flow(numbers, c, Departure(start.field, exact))
+    return Flow(numbers, c, SegmentStart(start.field, exact))
 
 
 def check_errors(motion: Motion, h: float, truth: Any) -> None:
@@ -84,12 +83,12 @@ def test_error_bounds_hold_where_a_slip_begins_close_to_the_friction_bound() -> 
 
 def switch_from(
     parameters: Parameters, state: tuple[float, ...], angle: float = 0.0, limit: float = inf
-) -> tuple[Departure, Switch]:
-    start = departure(parameters, state, angle)
+) -> tuple[SegmentStart, Switch]:
+    start = begin(parameters, state, angle)
     return start, locate(flow_of(parameters, start), min(limit, 20 * parameters.period))
 
 
-def guard_values(parameters: Parameters, start: Departure, times: Any) -> dict[Guard, Any]:
+def guard_values(parameters: Parameters, start: SegmentStart, times: Any) -> dict[Guard, Any]:
     """All guards at many times at once, straight from the kernels."""
     c = NUMPY.constants(start.field, parameters)
     s = start.start
@@ -117,7 +116,7 @@ def root_near(flow: Flow, guard: Guard, guess: Any, width: Any) -> Any:
     return (low + high) / 2
 
 
-def check_against_samples(parameters: Parameters, start: Departure, switch: Switch) -> None:
+def check_against_samples(parameters: Parameters, start: SegmentStart, switch: Switch) -> None:
     """No sample before the switch shows a guard negative; at the switch one guard crosses zero."""
     end = switch.duration
     samples = np.concatenate([np.linspace(0, end, 4001)[1:-1], end * np.geomspace(1e-9, 1e-3, 200)])
@@ -180,12 +179,12 @@ def test_most_first_switches_are_found_and_certain() -> None:
     assert outcomes.count(Outcome.REGULAR) > SEEDS / 2
 
 
-def on_impact(field: int, parameters: Parameters, v_r: float, angle: float = 0.0) -> Departure:
+def on_impact(field: int, parameters: Parameters, v_r: float, angle: float = 0.0) -> SegmentStart:
     """A start on x_r = delta into a sticking field, the root at the start known exactly."""
     c = NUMPY.constants(field, parameters)
     margin = parameters.delta + 2 * parameters.zeta * v_r - c.friction
     start = Start(parameters.delta, 0.0, v_r, 0.0, margin, angle, {Guard.GAP: 1})
-    return Departure(field, start)
+    return SegmentStart(field, start)
 
 
 @pytest.mark.parametrize("contact", [1e-1, 1e-3, 1e-6, 1e-8])
@@ -217,7 +216,7 @@ def test_a_slip_that_begins_at_the_friction_bound_does_not_end_at_its_start(fiel
     every = [NUMPY.constants(f, case) for f in range(1, 7)]
     x_r = 0.3 if field == 1 else 0.6
     v_r = 10 * (1 - x_r - (1.5 * (x_r - 0.5) if field == 4 else 0.0))
-    start = depart(NUMPY, every, State(x_r, x_r - 0.5, v_r, 0.0, 0.3, bound=1))
+    start = select_field(NUMPY, every, State(x_r, x_r - 0.5, v_r, 0.0, 0.3, bound=1))
     assert start.field == field
     assert start.start.zeros == {Guard.DRIFT: 2}
     switch = locate(flow_of(case, start), 100.0)
@@ -232,7 +231,7 @@ def test_a_micro_slip_is_found_to_its_end(push: float) -> None:
     # zero again near h = 3 push / |P''|. In F1 at zeta = 0, P' = v_r and P'' = alpha - f_b.
     case = Parameters(alpha=0.5, zeta=0.0, delta=2.0)
     every = [NUMPY.constants(field, case) for field in range(1, 7)]
-    start = depart(NUMPY, every, State(1.0, -1.0, push, 0.0, 0.0, bound=1))
+    start = select_field(NUMPY, every, State(1.0, -1.0, push, 0.0, 0.0, bound=1))
     assert (start.field, start.start.zeros) == (1, {Guard.DRIFT: 2})
     switch = locate(flow_of(case, start), 100.0)
     assert (switch.outcome, switch.guards) == (Outcome.REGULAR, (Guard.DRIFT,))
@@ -244,7 +243,7 @@ def test_a_micro_slip_is_found_to_its_end(push: float) -> None:
 
 def test_a_run_that_ends_before_the_switch_ends_in_no_switch() -> None:
     case = Parameters()
-    start = departure(case, (0.0, 0.0, 0.0), 0.0)
+    start = begin(case, (0.0, 0.0, 0.0), 0.0)
     root = locate(flow_of(case, start), 10.0).duration
     assert 0 < root < 10
     for limit in (root / 2, root * (1 - 1e-12)):

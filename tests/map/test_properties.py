@@ -10,8 +10,7 @@ import numpy as np
 from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Parameters, Trajectory, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from tests.judges import CONTACT, DRIFT, taylor
 from tests.sampling import many, sampled
 

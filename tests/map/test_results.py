@@ -8,13 +8,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
+from capsule_sym import (
+    Curve,
+    Ending,
+    InvalidInput,
+    NoOrbit,
+    Orbit,
+    Parameters,
+    Reason,
+    Trajectory,
+    continue_orbit,
+    simulate,
+    solve_itinerary,
+    solve_orbit,
+)
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._orbits.continuation.continuation import follow
-from capsule_sym._orbits.continuation.curves import Curve
-from capsule_sym._orbits.continuation.states import Ending
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
-from capsule_sym._orbits.shooting.search import find_orbit
 
 
 @pytest.fixture(scope="module")
@@ -49,11 +57,11 @@ def test_no_times_give_no_states(run: Trajectory) -> None:
 
 def test_reprs_fit_a_line() -> None:
     run = simulate(Parameters(), periods=400)
-    orbit = find_orbit(Parameters())
+    orbit = solve_orbit(Parameters())
     assert isinstance(orbit, Orbit)
-    near = close(Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
+    near = solve_itinerary(Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
     assert isinstance(near, Orbit)
-    branch = follow(near, "alpha", 0.943, points=2)
+    branch = continue_orbit(near, "alpha", 0.943, points=2)
     ends = (Ending.REACHED, ""), (Ending.REACHED, "")
     curve = Curve("grazing", ("alpha", "gamma"), (), (), ends)
     none = NoOrbit(Reason.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)

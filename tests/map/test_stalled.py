@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import Outcome, Status
+from capsule_sym import Outcome, Parameters, Status, simulate
 from capsule_sym._map.backend import default_backend
 
 _GENEROUS = 120  # seconds, for what takes a few; before, these took hours
@@ -19,7 +18,7 @@ def test_a_search_whose_steps_do_not_advance_ends() -> None:
         Parameters(0.5, 1e-6, 0.02, 1e4, 1, 1e-8, 1e-10),
         (1e-10, 1e-17, 1e-100),
         backend="numpy",
-        settle=False,
+        escalate=False,
         max_seconds=_GENEROUS,
     )
     segment = run.segments[0]
@@ -40,7 +39,7 @@ def test_segments_of_no_duration_do_not_follow_each_other_for_ever() -> None:
         Parameters(1e10, 1, 1, 1e4, 1e10, 3, 1),
         (1.0, -1e-323, 0.0),
         math.pi,
-        settle=False,
+        escalate=False,
         max_segments=500,
         max_seconds=_GENEROUS,
     )

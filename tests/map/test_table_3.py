@@ -12,10 +12,9 @@ from typing import Any
 
 import pytest
 
-from capsule_sym._errors import Status
-from capsule_sym._map import reference, simulate
-from capsule_sym._map.transitions import depart
-from capsule_sym._parameters import Parameters
+from capsule_sym import Parameters, Status, simulate
+from capsule_sym._map import reference
+from capsule_sym._map.transitions import select_field
 from capsule_sym.generated.switching import LOCAL_MAPS
 
 
@@ -33,7 +32,7 @@ def _random_case(rng: random.Random, scenario: int) -> tuple[Parameters, Any, fl
 
 
 def _unrestricted(*arguments: Any, **options: Any) -> Any:
-    return depart(*arguments[:3], **options)
+    return select_field(*arguments[:3], **options)
 
 
 def _visited(count: int, seed: int) -> tuple[int, set[tuple[str, int, str]]]:
@@ -52,7 +51,7 @@ def _visited(count: int, seed: int) -> tuple[int, set[tuple[str, int, str]]]:
 
 @pytest.fixture
 def _free(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference, "depart", _unrestricted)
+    monkeypatch.setattr(reference, "select_field", _unrestricted)
 
 
 @pytest.mark.usefixtures("_free")

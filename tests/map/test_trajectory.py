@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import InvalidInput, Outcome, Parameters, Trajectory, simulate
 from capsule_sym._map.backend import MpmathBackend, NumpyBackend
 from tests.judges import dop853, taylor
 from tests.sampling import sampled, some

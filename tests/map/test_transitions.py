@@ -15,11 +15,10 @@ from typing import Any
 import pytest
 from mpmath import mp
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters, simulate
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.transitions import State, Undetermined, depart, place_of
+from capsule_sym._map.transitions import State, Undetermined, place_of, select_field
 
 NEAR = Parameters(alpha=0.7, gamma=3.0, zeta=0.25, delta=0.5)
 FAR = NEAR.replace(delta=2.0)
@@ -125,8 +124,8 @@ def test_the_field_that_takes_over(
     with mp.workdps(50):
         state, every = state_of(numbers, case, at, bound, angle), constants(numbers, case)
         assert place_of(numbers, every, state) == place
-        departure = depart(numbers, every, state)
-        assert (departure.field, departure.start.zeros) == (field, zeros)
+        begin = select_field(numbers, every, state)
+        assert (begin.field, begin.start.zeros) == (field, zeros)
 
 
 @pytest.mark.parametrize(
@@ -171,7 +170,7 @@ def test_on_the_friction_bound_the_phase_decides(
             state = state_of(numbers, case, (x_r, v_r, 0.0), bound, angle)
             slips = bound * offset > 0
             expected = {(0, 1): 1, (0, 0): 2, (0, -1): 3, (1, 1): 4, (1, 0): 5}
-            assert depart(numbers, every, state).field == expected[contact, slips * bound]
+            assert select_field(numbers, every, state).field == expected[contact, slips * bound]
 
 
 @BACKENDS
@@ -182,10 +181,10 @@ def test_a_force_within_rounding_of_the_bound_is_left_open(numbers: Backend) -> 
         state = state_of(numbers, FAR, (1.0, 0.0, 0.0), 0, 0.0)
         assert place_of(numbers, every, state) is None
         with pytest.raises(Undetermined):
-            depart(numbers, every, state)
-        assert depart(numbers, every, state, vanish=True).field == 2
+            select_field(numbers, every, state)
+        assert select_field(numbers, every, state, vanish=True).field == 2
         beside = state._replace(x_r=state.x_r * (1 + 16 * numbers.unit))
-        assert depart(numbers, every, beside).field == 1
+        assert select_field(numbers, every, beside).field == 1
 
 
 def test_without_what_vanishes_exactly_no_start_on_a_line_is_decided(
@@ -199,4 +198,4 @@ def test_without_what_vanishes_exactly_no_start_on_a_line_is_decided(
         if alpha != NEAR.alpha:
             continue
         with pytest.raises(Undetermined):
-            depart(numbers, every, state_of(numbers, NEAR, at, bound, angle))
+            select_field(numbers, every, state_of(numbers, NEAR, at, bound, angle))

@@ -10,16 +10,15 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
 from capsule_sym import _native as native
-from capsule_sym._errors import InvalidInput, Stopped
+from capsule_sym._errors import Stopped
 from capsule_sym._hardcases.judge import CONTRACT, error
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.batch import final_state, final_states, parameter_rows, switches
 from capsule_sym._map.digits import fifty_digits
-from capsule_sym._map.location import Departure, Flow, Switch, locate
+from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
-from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._map.transitions import State, start_at
 from capsule_sym._native import Watch, core
 from capsule_sym.generated.interface import Precision
@@ -74,11 +73,11 @@ class Beside(Run):
 
     worst = 0.0
 
-    def first_switch(self, state: State, departure: Departure, limit: float) -> tuple[Flow, Switch]:
+    def first_switch(self, state: State, begin: SegmentStart, limit: float) -> tuple[Flow, Switch]:
         known = self.exact is None
         with fifty_digits() as digits:
             given = self.exactly(digits, state)
-        flow, switch = super().first_switch(state, departure, limit)
+        flow, switch = super().first_switch(state, begin, limit)
         if not (known and switch.guards):
             return flow, switch
         record, segments = np.zeros((), core.STATE), np.empty(1, core.SEGMENT)
@@ -86,18 +85,18 @@ class Beside(Run):
         native = core.Map(parameter_rows(self.parameters)[0])
         assert native.run(record, 10**6, segments=segments)[1] == 1
         with fifty_digits() as digits:
-            c = digits.constants(departure.field, self.parameters)
-            start = start_at(c, given)._replace(zeros=departure.start.zeros)
-            true = locate(Flow(digits, c, replace(departure, start=start)), digits.number(limit))
+            c = digits.constants(begin.field, self.parameters)
+            start = start_at(c, given)._replace(zeros=begin.start.zeros)
+            true = locate(Flow(digits, c, replace(begin, start=start)), digits.number(limit))
             duration = float(segments[0]["duration"])
-            off = error(digits, self.parameters, departure, duration, true)
+            off = error(digits, self.parameters, begin, duration, true)
         self.worst = max(self.worst, off.amplitude)
         return flow, switch
 
 
 @pytest.mark.parametrize("alpha", [0.3, 0.939, 1.5, 1.6148])
 def test_switching_times_keep_the_accuracy_contract(alpha: float) -> None:
-    run = Beside(NumpyBackend(), Parameters(alpha=alpha), settle=True)
+    run = Beside(NumpyBackend(), Parameters(alpha=alpha), escalate=True)
     run.go((0.0, 0.0, 0.0), 0.0, 3, 100)
     assert 0 < run.worst <= CONTRACT
 
@@ -115,7 +114,7 @@ def test_switching_times_of_random_motions_keep_the_accuracy_contract() -> None:
             gamma=random.uniform(0.2, 8),
             f_b=random.uniform(0.2, 2),
         )
-        run = Beside(NumpyBackend(), parameters, settle=True)
+        run = Beside(NumpyBackend(), parameters, escalate=True)
         run.go(tuple(random.uniform(-0.5, 0.5, 3).tolist()), 0.0, 1, 8)
         assert run.worst <= CONTRACT, parameters
 
@@ -261,7 +260,7 @@ def test_switches_found_by_more_digits_have_their_angles() -> None:
 
 def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     """The core leaves this start open, and here nothing behind it decides either."""
-    monkeypatch.setattr(Run, "take_over", lambda *_: None)
+    monkeypatch.setattr(Run, "next_segment", lambda *_: None)
     parameters, state = Parameters(alpha=0.0, zeta=0.0, delta=2.0), (1.0, 0.0, 0.0)
     assert final_states(parameter_rows(parameters), state, periods=2).stopped.all()
     for ask in (final_state, switches):

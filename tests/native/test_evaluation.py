@@ -14,11 +14,10 @@ import pytest
 from mpmath import mp, mpf
 from numpy.typing import NDArray
 
-from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
-from capsule_sym._errors import Status
+from capsule_sym import InvalidInput, Parameters, Segment, Status, Trajectory, simulate
 from capsule_sym._map import evaluation, native
 from capsule_sym._map.backend import MpmathBackend
-from capsule_sym._map.segments import Segment, Segments, records_of
+from capsule_sym._map.segments import Segments, records_of
 from capsule_sym._map.trajectory import Kept
 from capsule_sym._native import core
 from tests.judges import dop853

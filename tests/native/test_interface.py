@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome
 from capsule_sym._native import core
 from capsule_sym.generated import interface
 

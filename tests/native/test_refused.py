@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput, Parameters
 from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import core
 

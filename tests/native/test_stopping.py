@@ -10,8 +10,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import Outcome
+from capsule_sym import Outcome, Parameters, simulate
 from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import Watch, core
 

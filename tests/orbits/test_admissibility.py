@@ -2,19 +2,18 @@
 
 import pytest
 
-from capsule_sym._map import simulate
-from capsule_sym._map.backend import backend
-from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.admissibility import (
-    LANDING,
-    MINIMUM,
+from capsule_sym import (
     Inequality,
-    inequalities,
-    realised,
+    Orbit,
+    Parameters,
+    is_admissible,
+    simulate,
+    solve_itinerary,
     tightest,
 )
-from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._parameters import Parameters
+from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, inequalities
 from tests.orbits.branches import settled
 
 
@@ -39,16 +38,16 @@ def test_the_landing_is_the_distance_to_the_edge_of_stick() -> None:
 def test_the_map_follows_a_word_just_where_its_inequalities_hold(alpha: float) -> None:
     # At 0.9409980 the force in F2 reaches the edge of stick.
     start = settled(alpha=0.9)
-    orbit = close(Parameters(alpha=alpha), start.itinerary, start.z)
+    orbit = solve_itinerary(Parameters(alpha=alpha), start.itinerary, start.z)
     assert isinstance(orbit, Orbit)
     least = tightest(orbit)
     assert (least.kind, least.guard) == (MINIMUM, Guard.LOWER)
-    assert (least.value > 0) == (alpha < 0.9409980) == realised(orbit)
+    assert (least.value > 0) == (alpha < 0.9409980) == is_admissible(orbit)
 
 
 def test_legs_and_guards_are_named_from_where_the_paper_begins() -> None:
     orbit = settled(alpha=0.9)
-    turned = close(orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2))
+    turned = solve_itinerary(orbit.parameters, orbit.itinerary.rotated(2), _turned(orbit, 2))
     assert isinstance(turned, Orbit)
     names = {one.named(turned.itinerary) for one in held(turned)}
     assert names == {one.named(orbit.itinerary) for one in held(orbit)}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from capsule_sym import Itinerary, Orbit, ParameterPath, Parameters, solve_itinerary
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation import bifurcations, events
 from capsule_sym._orbits.continuation.bifurcations import (
@@ -11,16 +12,13 @@ from capsule_sym._orbits.continuation.bifurcations import (
     NEIMARK_SACKER,
     PERIOD_DOUBLING,
     refined,
-    root,
+    zero_of_test_function,
 )
-from capsule_sym._orbits.continuation.events import CORNER, locate, place
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.events import CORNER, place, solve_event
 from capsule_sym._orbits.shooting.admissibility import DURATION, inequalities
 from capsule_sym._orbits.shooting.changes import exchanged, inserted, shortened
-from capsule_sym._orbits.shooting.equations import PARAMETERS, shoot
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
-from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._parameters import Parameters
+from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
+from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
 from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
 from capsule_sym._symbolic.model.symbols import STATE
@@ -56,7 +54,7 @@ def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> N
         for side in (-1, 1):
             values = list(exact.values)
             values[0] += side * numbers.number(10) ** -20
-            orbit = close(values, other.itinerary, list(other.z), backend="mpmath")
+            orbit = solve_itinerary(values, other.itinerary, list(other.z), backend="mpmath")
             assert isinstance(orbit, Orbit)
             least = min(i.value for i in inequalities(numbers, orbit.itinerary, orbit.shot))
             assert (least > 0) == (side == ahead)
@@ -116,11 +114,11 @@ def test_a_leg_that_comes_in_can_be_taken_out(gamma: float, index: int) -> None:
         other = exchanged(itinerary, z, one.segment)
         if other is not None:
             assert exchanged(other.itinerary, z, one.segment).itinerary == itinerary
-            again = shoot(numbers, one.orbit.values, other.itinerary, z)
+            again = shooting(numbers, one.orbit.values, other.itinerary, z)
             assert max(abs(again.residual)) < 1e-12
             return
         shorter, inequality = shortened(numbers, itinerary, z, shot, one.segment)
-        short = shoot(numbers, one.orbit.values, shorter.itinerary, shorter.z)
+        short = shooting(numbers, one.orbit.values, shorter.itinerary, shorter.z)
         assert max(abs(short.residual)) < 1e-12
         found = inequalities(numbers, shorter.itinerary, short)
         kind, guard = inequality.kind, inequality.guard
@@ -165,7 +163,7 @@ def test_newton_that_finds_nothing_says_so() -> None:
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
         free = (ParameterPath("alpha"),)
-        assert locate(numbers, orbit.values, free, orbit.itinerary, orbit.z, (1,)) is None
+        assert solve_event(numbers, orbit.values, free, orbit.itinerary, orbit.z, (1,)) is None
     one = upwards(3.3).bifurcations[0]
     with pytest.raises(ValueError, match="no segment"):
         refined(
@@ -187,8 +185,8 @@ def test_the_test_functions_vanish_with_the_multipliers(monkeypatch, seed: int) 
         else:
             block = np.diag([a, b, c])
         matrix = base @ block @ np.linalg.inv(base)
-        monkeypatch.setattr(bifurcations, "monodromy", lambda orbit: matrix)
-        return bifurcations.tests(None)
+        monkeypatch.setattr(bifurcations, "monodromy_matrix", lambda orbit: matrix)
+        return bifurcations.evaluate_test_functions(None)
 
     assert at([1.0, 0.3, -0.4])[FOLD] == pytest.approx(0, abs=1e-12)
     assert at([-1.0, 0.3, 0.5])[PERIOD_DOUBLING] == pytest.approx(0, abs=1e-12)
@@ -209,7 +207,7 @@ def test_smooth_bifurcations_have_their_multiplier() -> None:
     assert [one.type for one in found].count(PERIOD_DOUBLING) == 2
     for one in found:
         expected = 1 if one.type == FOLD else -1
-        values = bifurcations.moduli(one.orbit)
+        values = bifurcations.sorted_multipliers(one.orbit)
         assert min(abs(value - expected) for value in values) < 1e-9
         column = PARAMETERS.index("omega")
         assert one.orbit.values[column] == one.value
@@ -227,7 +225,9 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
         def test(value):
             values = [numbers.number(v) for v in one.orbit.values]
             values[column] = value
-            orbit = close(values, one.orbit.itinerary, list(one.orbit.z), backend="mpmath")
+            orbit = solve_itinerary(
+                values, one.orbit.itinerary, list(one.orbit.z), backend="mpmath"
+            )
             m = bifurcations.monodromy(orbit) + np.eye(3, dtype=int)
             return (
                 m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
@@ -246,8 +246,8 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
 
 def test_no_root_without_a_change_of_sign() -> None:
     orbit = settled(alpha=1.2)
-    assert root(FOLD, lambda share: orbit) is None
-    assert root(FOLD, lambda share: None) is None
+    assert zero_of_test_function(FOLD, lambda share: orbit) is None
+    assert zero_of_test_function(FOLD, lambda share: None) is None
 
 
 def test_parameters_other_than_the_free_one_stay() -> None:

@@ -3,11 +3,22 @@
 import numpy as np
 import pytest
 
-from capsule_sym._errors import InvalidInput, Outcome
-from capsule_sym._map import simulate
+from capsule_sym import (
+    Branch,
+    Ending,
+    InvalidInput,
+    Itinerary,
+    Orbit,
+    Outcome,
+    Parameters,
+    continue_orbit,
+    is_admissible,
+    simulate,
+    solve_itinerary,
+    solve_orbit,
+)
 from capsule_sym._orbits.continuation import continuation
 from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.continuation import Branch, follow
 from capsule_sym._orbits.continuation.events import (
     ADDING,
     CORNER,
@@ -16,13 +27,7 @@ from capsule_sym._orbits.continuation.events import (
     GRAZING_SLIDING,
     SWITCHING,
 )
-from capsule_sym._orbits.continuation.states import Ending
-from capsule_sym._orbits.shooting.admissibility import realised
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, close
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._parameters import Parameters
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
 FIRST_FIVE = [
@@ -122,7 +127,7 @@ def test_every_point_is_a_motion_of_the_map() -> None:
     for point in upwards(3.3).points[::5] + hysteretic().points[::5]:
         assert point.admissibility.value > 0
         assert point.orbit.residual < 1e-12
-        assert realised(point.orbit), point.value
+        assert is_admissible(point.orbit), point.value
 
 
 def test_a_branch_goes_on_through_folds_where_it_is_unstable() -> None:
@@ -146,7 +151,7 @@ def test_nothing_is_found_on_the_other_side_of_a_fold() -> None:
     found = []
     for side in (-1e-7, 1e-7):
         parameters = fold.orbit.parameters.replace(omega=fold.value + side)
-        orbit = close(parameters, fold.orbit.itinerary, guess)
+        orbit = solve_itinerary(parameters, fold.orbit.itinerary, guess)
         found.append(isinstance(orbit, Orbit) and max(abs(orbit.z - fold.orbit.z)) < 0.05)
     assert found == [True, False]
 
@@ -167,7 +172,7 @@ def test_a_period_doubling_is_where_the_period_of_the_map_doubles() -> None:
 
 def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> None:
     orbit = settled(alpha=0.3, omega=1.6, delta=0.3, zeta=0.01, beta=30.0)
-    branch = follow(orbit, "omega", 0.7, points=40)
+    branch = continue_orbit(orbit, "omega", 0.7, points=40)
     assert branch.ending is Ending.TURNED_BACK
     assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
     assert text(branch.points[-1].orbit.itinerary) != text(orbit.itinerary)
@@ -175,10 +180,10 @@ def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> N
 
 def test_other_parameters_serve_as_well() -> None:
     for name, to in (("gamma", 3.0), ("f_b", 0.9), ("delta", 0.1), ("zeta", 0.1), ("beta", 3.0)):
-        branch = follow(settled(alpha=1.2), name, to, points=4)
+        branch = continue_orbit(settled(alpha=1.2), name, to, points=4)
         assert branch.ending is Ending.REACHED, (name, branch.detail)
         end = branch.points[-1].orbit
-        again = find_orbit(end.parameters)
+        again = solve_orbit(end.parameters)
         assert isinstance(again, Orbit)
         assert text(again.itinerary) == text(end.itinerary)
         assert again.progression == pytest.approx(end.progression, abs=1e-10)
@@ -204,20 +209,20 @@ def test_other_parameters_serve_as_well() -> None:
     ],
 )
 def test_of_two_failures_in_a_step_the_first_counts(parameters, name, to, types) -> None:
-    branch = follow(settled(**parameters), name, to, points=20)
+    branch = continue_orbit(settled(**parameters), name, to, points=20)
     assert branch.ending is Ending.REACHED
     assert [(one.type, one.line) for one in branch.bifurcations] == types
 
 
 def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
     """Its value is that of the branch of half the period, and the map says so on both sides."""
-    branch = follow(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
+    branch = continue_orbit(settled(alpha=0.05, zeta=0.005), "alpha", 0.01, points=20)
     (end,) = branch.bifurcations
     assert branch.ending is Ending.PERIOD_HALVED
     assert "the two halves of F5 F2 F5 F2 become one at alpha = 0.0429036183971" in branch.detail
     assert (end.type, end.itinerary_after, end.status) == (PERIOD_DOUBLING, None, "converged")
     assert end.orbit.itinerary == Itinerary.parse("F5 F2")
-    once = follow(settled(alpha=0.04, zeta=0.005), "alpha", 0.044, points=5)
+    once = continue_orbit(settled(alpha=0.04, zeta=0.005), "alpha", 0.044, points=5)
     (there,) = (one for one in once.bifurcations if one.type == PERIOD_DOUBLING)
     assert abs(end.value - there.value) <= end.uncertainty + there.uncertainty < 1e-12
     for side, period_number in ((-3e-4, 1), (3e-4, 2)):
@@ -229,7 +234,7 @@ def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
 def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch) -> None:
     # Begun at the other half, it is the same orbit.
     monkeypatch.setattr(continuation, "halved", lambda *arguments: None)
-    branch = follow(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
+    branch = continue_orbit(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
     assert branch.ending is Ending.RETURNED
     first, last = (point.orbit for point in (branch.points[0], branch.points[-1]))
     assert last.durations == pytest.approx(np.roll(first.durations, 2), abs=1e-9)
@@ -239,7 +244,7 @@ def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch)
 def test_two_events_that_symmetry_brings_about_at_once_are_passed_in_omega() -> None:
     # Without impact the motion is its own mirror image: both edges of stick are touched at once.
     orbit = settled(alpha=1.64431859264762, omega=1.9051752, delta=1.2, beta=0.5)
-    branch = follow(orbit, "omega", 1.55, points=20)
+    branch = continue_orbit(orbit, "omega", 1.55, points=20)
     assert branch.ending is Ending.REACHED
     (one,) = branch.bifurcations
     # There the force of the one spring on a capsule at rest reaches its friction.
@@ -251,17 +256,17 @@ def test_two_events_that_symmetry_brings_about_at_once_are_passed_in_omega() -> 
 
 def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
     start = settled(alpha=0.9)
-    virtual = close(Parameters(alpha=0.95), start.itinerary, start.z)
+    virtual = solve_itinerary(Parameters(alpha=0.95), start.itinerary, start.z)
     assert isinstance(virtual, Orbit)
-    branch = follow(virtual, "alpha", 1.0)
+    branch = continue_orbit(virtual, "alpha", 1.0)
     assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
     assert branch.points == ()
     assert "minimum of lower in segment 4, F2 fails at alpha = 0.95" in branch.detail
 
 
 def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> None:
-    monkeypatch.setattr(continuation, "realised", lambda orbit: False)
-    branch = follow(settled(alpha=0.9), "alpha", 1.0)
+    monkeypatch.setattr(continuation, "is_admissible", lambda orbit: False)
+    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.ending is Ending.NO_ADMISSIBLE_ORBIT
     assert "the map does not follow" in branch.detail
     assert branch.bifurcations[-1].itinerary_after is None
@@ -271,14 +276,14 @@ def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(
         "capsule_sym._orbits.continuation.following.corrected", lambda *arguments: None
     )
-    branch = follow(settled(alpha=0.9), "alpha", 1.0)
+    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.ending is Ending.NOT_CONVERGED
     assert "alpha = 0.9" in branch.detail
 
 
 def test_too_many_points_end_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(continuation, "_MOST_POINTS", 5)
-    branch = follow(settled(alpha=0.9), "alpha", 1.0)
+    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert (branch.ending, len(branch.points)) == (Ending.TOO_MANY_POINTS, 5)
 
 
@@ -296,7 +301,7 @@ def test_too_many_points_end_the_branch(monkeypatch) -> None:
 )
 def test_bad_input_is_refused(parameter: str, to: float, points: int, field: str) -> None:
     with pytest.raises(InvalidInput) as caught:
-        follow(settled(alpha=0.9), parameter, to, points=points)
+        continue_orbit(settled(alpha=0.9), parameter, to, points=points)
     assert caught.value.field == field
 
 
@@ -313,7 +318,7 @@ def test_two_hundred_points_take_few_closed_forms(
         return run(*arguments)
 
     monkeypatch.setattr(ClosedForms, "run", counted)
-    branch = follow(start, "alpha", HIGH, points=160)
+    branch = continue_orbit(start, "alpha", HIGH, points=160)
     # Five segments, and four evaluations a point: Newton's method needs no more from a good guess.
     assert 0 < count < 5 * 4 * 250
     assert len(branch.points) >= 200

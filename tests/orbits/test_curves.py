@@ -5,13 +5,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING, moduli
-from capsule_sym._orbits.continuation.continuation import follow
-from capsule_sym._orbits.continuation.curves import Curve, trace
+from capsule_sym import Curve, Ending, InvalidInput, continue_bifurcation, continue_orbit
+from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING, sorted_multipliers
 from capsule_sym._orbits.continuation.events import CROSSING, GRAZING, GRAZING_SLIDING, SWITCHING
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
-from capsule_sym._orbits.continuation.states import Ending
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -20,7 +17,7 @@ RANGES = ((0.001, 2.0), (3.0, 3.3))
 @lru_cache
 def traced(kind: str, points: int = 8) -> Curve:
     one = next(one for one in upwards(3.3).bifurcations if one.type == kind)
-    return trace(one, "gamma", RANGES, points=points)
+    return continue_bifurcation(one, "gamma", RANGES, points=points)
 
 
 @pytest.mark.parametrize("kind", [GRAZING, SWITCHING, GRAZING_SLIDING, CROSSING])
@@ -56,7 +53,7 @@ def test_the_order_of_events_changes_at_the_meeting() -> None:
     alpha, gamma = meeting.values
     for side, order in ((-1e-4, [CROSSING, SWITCHING]), (1e-4, [SWITCHING, CROSSING])):
         start = settled(alpha=alpha - 0.01, gamma=gamma + side)
-        branch = follow(start, "alpha", alpha + 0.005, points=10)
+        branch = continue_orbit(start, "alpha", alpha + 0.005, points=10)
         assert [one.type for one in branch.bifurcations] == order
         values = [one.value for one in branch.bifurcations]
         assert values == pytest.approx([alpha, alpha], abs=1e-3)
@@ -65,21 +62,21 @@ def test_the_order_of_events_changes_at_the_meeting() -> None:
 @pytest.mark.parametrize(("kind", "multiplier"), [(FOLD, 1), (PERIOD_DOUBLING, -1)])
 def test_smooth_bifurcations_have_curves_as_well(kind: str, multiplier: int) -> None:
     one = next(one for one in hysteretic().bifurcations if one.type == kind)
-    curve = trace(one, "alpha", ((0.5, 1.2), (1.19, 1.21)), points=4)
+    curve = continue_bifurcation(one, "alpha", ((0.5, 1.2), (1.19, 1.21)), points=4)
     assert len(curve.points) >= 3
     for point in curve.points:
-        assert min(abs(value - multiplier) for value in moduli(point.orbit)) < 1e-8
+        assert min(abs(value - multiplier) for value in sorted_multipliers(point.orbit)) < 1e-8
         assert point.segment is None
     # A branch at the other end of the curve has the same bifurcation.
     end = max(curve.points, key=lambda point: point.values[1])
-    branch = follow(settled(alpha=end.values[1], beta=10.0), "omega", 1.2, points=40)
+    branch = continue_orbit(settled(alpha=end.values[1], beta=10.0), "omega", 1.2, points=40)
     values = [other.value for other in branch.bifurcations if other.type == kind]
     assert min(abs(value - end.values[0]) for value in values) < 1e-11
 
 
 def test_a_curve_in_other_parameters() -> None:
     one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
-    curve = trace(one, "delta", ((0.001, 0.02), (0.001, 0.05)), points=10)
+    curve = continue_bifurcation(one, "delta", ((0.001, 0.02), (0.001, 0.05)), points=10)
     # In the shell at rest the motion is linear: its amplitude is that of the force.
     ratios = np.array([point.values[0] / point.values[1] for point in curve.points])
     assert ratios == pytest.approx(one.value / 0.02, rel=1e-12)
@@ -97,7 +94,7 @@ def test_a_curve_in_other_parameters() -> None:
 )
 def test_bad_input_is_refused(second: str, ranges, field: str) -> None:
     with pytest.raises(InvalidInput) as caught:
-        trace(upwards(3.3).bifurcations[0], second, ranges)
+        continue_bifurcation(upwards(3.3).bifurcations[0], second, ranges)
     assert caught.value.field == field
 
 
@@ -107,7 +104,7 @@ def test_a_curve_holds_the_multipliers_along_it() -> None:
     for point in (curve.points[0], curve.points[-1]):
         alpha, gamma = point.values
         below = settled(alpha=alpha - 1e-9, gamma=gamma)
-        assert point.multipliers == pytest.approx(moduli(below), abs=1e-6)
+        assert point.multipliers == pytest.approx(sorted_multipliers(below), abs=1e-6)
     (row, *_) = curve_rows([curve])
     assert row["multiplier_1"] == abs(curve.points[0].multipliers[0])
 
@@ -127,6 +124,6 @@ def test_a_curve_on_which_a_slip_begins_has_no_multipliers() -> None:
 
 
 def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() -> None:
-    branch = follow(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
+    branch = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
     with pytest.raises(InvalidInput, match=r"beta = 0\.0: must be > 0 where it varies"):
-        trace(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
+        continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))

@@ -9,13 +9,11 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Parameters
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput, Itinerary, ItinerarySegment, Parameters
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting import closed
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Shot, shoot, solve
-from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Shooting, shooting, solve
 
 STEP = mpf("1e-20")
 # Every field and guard, with roots divided out once and twice.
@@ -46,14 +44,14 @@ def derivative_error(itinerary: Itinerary, z: list[Any]) -> Any:
     return max(abs((ends[0] - ends[1]) / (2 * STEP) - columns @ along))
 
 
-def everything(shot: Shot) -> Any:
+def everything(shot: Shooting) -> Any:
     return np.array([*shot.residual, shot.advance])
 
 
-def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> Shot:
+def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> Shooting:
     with backend("mpmath") as numbers:
         number = numbers.number
-        return shoot(
+        return shooting(
             numbers, [number(v) for v in values], itinerary, np.array([number(v) for v in z])
         )
 
@@ -96,7 +94,7 @@ def test_gap_over_the_duration_tends_to_the_velocity() -> None:
     itinerary = Itinerary.parse("52")
     z = np.array([VALUES[2], 0.4, 0.0, 1.0, 0.0, 5.0])
     with backend("numpy") as numbers:
-        shot = shoot(numbers, VALUES, itinerary, z)
+        shot = shooting(numbers, VALUES, itinerary, z)
     assert shot.residual[0] == pytest.approx(0.4, rel=1e-15)
 
 
@@ -108,7 +106,7 @@ def test_slip_velocity_over_the_duration_squared_tends_to_half_the_rate_of_the_f
     acceleration = alpha * np.cos(theta) - f_b  # of F5 and of F4 there: Eq. (10), (11)
     rate = (1 + beta) * v_r + 2 * zeta * acceleration
     with backend("numpy") as numbers:
-        shot = shoot(
+        shot = shooting(
             numbers, VALUES, itinerary, np.array([x_r, v_r, 0.0, theta, 0.0, 1.0, 1.0, 1.0])
         )
     assert itinerary.zeros(0) == 2
@@ -124,7 +122,7 @@ def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -
     v_r = (f_b - x_r - beta * (x_r - delta)) / (2 * zeta)
     z = np.array([x_r, v_r, 0.0, 0.6, duration, *unknowns(itinerary)[5:]])
     with backend("numpy") as numbers:
-        shot = shoot(numbers, VALUES, itinerary, z)
+        shot = shooting(numbers, VALUES, itinerary, z)
     exact = shoot_exactly(itinerary, list(z), [mpf(v) for v in VALUES])
     scale = 1 + max(abs(exact.residual))
     with mp.workdps(60):
@@ -136,9 +134,9 @@ def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -
 def test_core_and_kernels_give_the_same(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     itinerary = Itinerary.parse(text)
     with backend("numpy") as numbers:
-        compiled = shoot(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
+        compiled = shooting(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
         monkeypatch.setattr(closed, "core", None)
-        plain = shoot(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
+        plain = shooting(numbers, VALUES, itinerary, np.array(unknowns(itinerary)))
     for name in ("residual", "by_z", "by_p", "advance_by"):
         one, two = getattr(compiled, name), getattr(plain, name)
         assert np.max(abs(one - two)) < 1e-12 * max(1.0, np.max(abs(two)))

@@ -14,13 +14,12 @@ from mpmath import mp, mpf
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from capsule_sym import Parameters
+from capsule_sym import Itinerary, Parameters
 from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend, backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting import extrema
-from capsule_sym._orbits.shooting.equations import Span, shoot
-from capsule_sym._orbits.shooting.extrema import Quantity, Turn, minima, turns
-from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting import extrema as module
+from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
+from capsule_sym._orbits.shooting.extrema import Extremum, Quantity, extrema, minima
 
 WORDS = {1: "14", 2: "21", 3: "36", 4: "41", 5: "54", 6: "63"}
 Values = tuple[float, ...]  # alpha, omega, delta, zeta, beta, gamma, f_b
@@ -32,15 +31,17 @@ SYSTEMS: dict[str, Backend] = {
 }
 
 
-def segment(values: Values, field: int, start: list[float], h: float, name: str = "numpy") -> Span:
+def segment(
+    values: Values, field: int, start: list[float], h: float, name: str = "numpy"
+) -> SegmentFlow:
     """A segment of duration h from x_r, v_r, v_c and forcing angle, the first of an itinerary."""
     numbers = SYSTEMS[name]
     z = np.array([numbers.number(value) for value in (*start, h, 1.0)])
     exact = [numbers.number(value) for value in values]
-    return shoot(numbers, exact, Itinerary.parse(WORDS[field]), z).spans[0]
+    return shooting(numbers, exact, Itinerary.parse(WORDS[field]), z).spans[0]
 
 
-def random_leg(seed: int, name: str = "numpy") -> Span:
+def random_leg(seed: int, name: str = "numpy") -> SegmentFlow:
     random = Random(seed)
     field = random.randint(1, 6)
     values = Parameters(
@@ -56,11 +57,11 @@ def random_leg(seed: int, name: str = "numpy") -> Span:
     return segment(tuple(values.to_dict().values()), field, start, duration, name)
 
 
-def found(span: Span, quantity: Quantity, name: str = "numpy") -> list[Turn]:
-    return list(turns(SYSTEMS[name], span, quantity, {}))
+def found(span: SegmentFlow, quantity: Quantity, name: str = "numpy") -> list[Extremum]:
+    return list(extrema(SYSTEMS[name], span, quantity, {}))
 
 
-def value(span: Span, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
+def value(span: SegmentFlow, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
     """A quantity a duration after the start, one or many, by its definition."""
     c, start = span.c, span.closed
     times = h if name == "numpy" else SYSTEMS[name].number(h)
@@ -73,7 +74,7 @@ def value(span: Span, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
     return start.x_r + position + c.kappa * gap + 2 * c.zeta * v_r
 
 
-def quantities(span: Span) -> list[Quantity]:
+def quantities(span: SegmentFlow) -> list[Quantity]:
     return [quantity for quantity in Quantity if span.c.drift or quantity is not Quantity.SPEED]
 
 
@@ -152,13 +153,13 @@ def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyP
     values, begin = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 2.0), math.pi - 2.999
     span = segment(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
     assert [turn.time for turn in found(span, Quantity.GAP)] == pytest.approx([2.999], abs=1e-14)
-    honest = extrema.expand
+    honest = module.expand
 
     def careless(*arguments: Any) -> Any:
         expansions = honest(*arguments).items()
         return {g: replace(e, rest=0.0, growth=0.0) for g, e in expansions}
 
-    monkeypatch.setattr(extrema, "expand", careless)
+    monkeypatch.setattr(module, "expand", careless)
     assert [turn.time for turn in found(span, Quantity.GAP)] != pytest.approx([2.999], abs=1e-3)
 
 
@@ -202,7 +203,7 @@ def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
         v_r = (1.0 + missed - x_r - 1.5 * (x_r - 0.02)) / 0.1
         span = segment(values, 4, [x_r, v_r, 0.0, 0.2], 2.0)
         with backend("numpy") as numbers:
-            every = list(turns(numbers, span, Quantity.SPEED, {Guard.DRIFT: 2}))
+            every = list(extrema(numbers, span, Quantity.SPEED, {Guard.DRIFT: 2}))
         assert [turn.kind for turn in every] == [-1]
         assert every[0].time > 1e-3
 
@@ -233,14 +234,14 @@ def test_extrema_in_fifty_digits_are_roots_of_the_derivative(seed: int) -> None:
 def counting(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Every expansion that the search makes from here on."""
     made: list[Any] = []
-    for module, name in ((extrema, "expand"), (extrema.quasistatic, "expand_forced")):
-        honest = getattr(module, name)
+    for place, name in ((module, "expand"), (module.quasistatic, "expand_forced")):
+        honest = getattr(place, name)
 
         def counted(*arguments: Any, honest: Any = honest) -> Any:
             made.append(arguments)
             return honest(*arguments)
 
-        monkeypatch.setattr(module, name, counted)
+        monkeypatch.setattr(place, name, counted)
     return made
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from capsule_sym import Itinerary, Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.identity import primitive, same
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, close
 from tests.orbits.branches import settled
 
 
 def twice(orbit: Orbit) -> Orbit:
     """The same orbit gone round two times."""
     itinerary = Itinerary(2 * orbit.itinerary.segments, 2 * orbit.itinerary.period_number)
-    found = close(orbit.values, itinerary, [*orbit.z, *orbit.durations])
+    found = solve_itinerary(orbit.values, itinerary, [*orbit.z, *orbit.durations])
     assert isinstance(found, Orbit)
     return found
 
@@ -23,7 +22,7 @@ def turned(orbit: Orbit, segment: int) -> Orbit:
     """The same orbit begun at another segment."""
     span, h = orbit.shot.spans[segment], orbit.durations
     guess = [*span.start, span.angle, *h[segment:], *h[:segment]]
-    found = close(orbit.values, orbit.itinerary.rotated(segment), guess)
+    found = solve_itinerary(orbit.values, orbit.itinerary.rotated(segment), guess)
     assert isinstance(found, Orbit)
     return found
 

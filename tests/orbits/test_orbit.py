@@ -8,11 +8,17 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import InvalidInput
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
-from capsule_sym._orbits.shooting.search import find_orbit
+from capsule_sym import (
+    InvalidInput,
+    Itinerary,
+    NoOrbit,
+    Orbit,
+    Parameters,
+    Reason,
+    simulate,
+    solve_itinerary,
+    solve_orbit,
+)
 from tests.orbits.branches import settled
 
 # One motion of each kind between the bifurcations of the case study; the itineraries are the
@@ -76,7 +82,7 @@ def simulate_exactly(orbit: Orbit) -> tuple[str, tuple[mpf, ...]]:
 def test_stick_without_impact_is_the_forced_response() -> None:
     """x_r = alpha cos(omega tau - phi) / |1 - omega^2 + 2 i zeta omega|, capsule at rest."""
     parameters = Parameters(alpha=0.005)
-    orbit = close(parameters, Itinerary.parse("2"))
+    orbit = solve_itinerary(parameters, Itinerary.parse("2"))
     assert isinstance(orbit, Orbit)
     response = parameters.alpha / complex(
         1 - parameters.omega**2, 2 * parameters.zeta * parameters.omega
@@ -88,7 +94,7 @@ def test_stick_without_impact_is_the_forced_response() -> None:
 
 
 def test_equilibrium_is_at_rest() -> None:
-    orbit = close(Parameters(alpha=0.0), Itinerary.parse("2"))
+    orbit = solve_itinerary(Parameters(alpha=0.0), Itinerary.parse("2"))
     assert isinstance(orbit, Orbit)
     assert not np.any(orbit.z[:4])
 
@@ -102,7 +108,7 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
         ends = []
         for step in (mpf("1e-18"), -mpf("1e-18")):
             values = [value + step * part for value, part in zip(orbit.values, along, strict=True)]
-            moved = close(values, orbit.itinerary, list(orbit.z), backend="mpmath")
+            moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
             assert isinstance(moved, Orbit)
             ends.append(moved.z)
         slope = (ends[0] - ends[1]) / mpf("2e-18")
@@ -110,20 +116,22 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
 
 
 def test_undamped_resonance_is_singular() -> None:
-    found = close(Parameters(alpha=0.1, zeta=0.0, omega=1.0), Itinerary.parse("2"))
+    found = solve_itinerary(Parameters(alpha=0.1, zeta=0.0, omega=1.0), Itinerary.parse("2"))
     assert isinstance(found, NoOrbit)
     assert found.reason is Reason.SINGULAR
 
 
 def test_word_without_orbit_does_not_converge() -> None:
     """Below the grazing no motion touches the second spring and leaves it again."""
-    found = close(Parameters(alpha=0.003), Itinerary.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0])
+    found = solve_itinerary(
+        Parameters(alpha=0.003), Itinerary.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0]
+    )
     assert isinstance(found, NoOrbit) or min(found.durations) < 0
 
 
 def test_guess_that_overflows_is_typed() -> None:
     itinerary = Itinerary.parse("52")
-    found = close(Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
+    found = solve_itinerary(Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
     assert isinstance(found, NoOrbit)
     assert found.reason is Reason.NOT_FINITE
     assert found.itinerary is itinerary
@@ -131,20 +139,20 @@ def test_guess_that_overflows_is_typed() -> None:
 
 
 def test_motion_that_does_not_settle_is_typed() -> None:
-    found = find_orbit(Parameters(alpha=0.7, omega=0.8, zeta=0.0, delta=0.5), periods=2)
+    found = solve_orbit(Parameters(alpha=0.7, omega=0.8, zeta=0.0, delta=0.5), periods=2)
     assert isinstance(found, NoOrbit)
 
 
 @pytest.mark.parametrize("guess", [None, [0.0] * 5, [0.0] * 7])
 def test_guess_of_the_wrong_size_is_refused(guess: list[float] | None) -> None:
     with pytest.raises(InvalidInput, match="guess"):
-        close(Parameters(), Itinerary.parse("52"), guess)
+        solve_itinerary(Parameters(), Itinerary.parse("52"), guess)
 
 
 def test_guess_may_be_rough() -> None:
     """Ten per cent off in every unknown, Newton's method comes to the same orbit."""
     orbit = settled(alpha=0.7)
-    again = close(orbit.parameters, orbit.itinerary, [1.1 * value for value in orbit.z])
+    again = solve_itinerary(orbit.parameters, orbit.itinerary, [1.1 * value for value in orbit.z])
     assert isinstance(again, Orbit)
     assert max(abs(again.z[:3] - orbit.z[:3])) < 1e-13
     turns = (again.z[3] - orbit.z[3]) / (2 * math.pi)

@@ -3,14 +3,18 @@
 import numpy as np
 import pytest
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._orbits.continuation.continuation import follow
-from capsule_sym._orbits.continuation.parameter_paths import device_path, parameter_path
+from capsule_sym import (
+    Ending,
+    InvalidInput,
+    Parameters,
+    PhysicalParameters,
+    continue_from,
+    continue_orbit,
+    device_path,
+    parameter_path,
+)
 from capsule_sym._orbits.continuation.records import branch_record
-from capsule_sym._orbits.continuation.states import Ending
-from capsule_sym._orbits.continuation.switching import continue_from
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters, PhysicalParameters
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled
 
@@ -19,7 +23,7 @@ ALPHA = PARAMETERS.index("alpha")
 
 def test_base_excitation_meets_the_events_of_the_plain_parameter() -> None:
     start = settled(alpha=0.9 * 0.6**2, omega=0.6)
-    branch = follow(start, "omega", 0.72, points=3, ties={"alpha": "0.9*omega**2"})
+    branch = continue_orbit(start, "omega", 0.72, points=3, ties={"alpha": "0.9*omega**2"})
     assert branch.ending is Ending.REACHED
     for point in branch.points:
         assert point.orbit.values[ALPHA] == pytest.approx(0.9 * point.value**2, rel=1e-14)
@@ -27,7 +31,7 @@ def test_base_excitation_meets_the_events_of_the_plain_parameter() -> None:
     for one in branch.bifurcations[:1]:
         # At the event's omega, a branch in alpha alone meets it at the amplitude of the path.
         omega, amplitude = one.value, 0.9 * one.value**2
-        plain = follow(
+        plain = continue_orbit(
             settled(alpha=amplitude - 3e-3, omega=omega), "alpha", amplitude + 3e-3, points=2
         )
         (known,) = (b for b in plain.bifurcations if (b.type, b.line) == (one.type, one.line))
@@ -40,8 +44,10 @@ def test_a_device_is_followed_in_newtons() -> None:
     )
     ties = device_path(device, "P_d")
     base = device.dimensionless()
-    branch = follow(settled(**base.to_dict()), "P_d", 12.0, points=2, ties=ties)
-    plain = follow(settled(**base.to_dict()), "alpha", 12.0 / device.friction_force, points=2)
+    branch = continue_orbit(settled(**base.to_dict()), "P_d", 12.0, points=2, ties=ties)
+    plain = continue_orbit(
+        settled(**base.to_dict()), "alpha", 12.0 / device.friction_force, points=2
+    )
     assert branch.parameter == "P_d"
     assert branch.ending is Ending.REACHED
     assert [one.label for one in branch.bifurcations] == [one.label for one in plain.bifurcations]
@@ -56,7 +62,7 @@ def test_a_name_of_ones_own_and_a_python_function() -> None:
 
     ties = {"alpha": lambda s: 0.5 + 0.2 * s, "zeta": damping}
     start = settled(alpha=0.5, zeta=0.04)
-    branch = follow(start, "s", 0.5, points=1, ties=ties)
+    branch = continue_orbit(start, "s", 0.5, points=1, ties=ties)
     end = branch.points[-1].orbit
     assert end.parameters.alpha == pytest.approx(0.6)
     assert end.parameters.zeta == pytest.approx(0.04 + 0.01 / 1.5)
@@ -66,7 +72,9 @@ def test_a_name_of_ones_own_and_a_python_function() -> None:
 
 def test_a_path_goes_on_from_its_file(tmp_path) -> None:
     ties = {"alpha": "0.9*omega**2"}
-    branch = follow(settled(alpha=0.9 * 0.6**2, omega=0.6), "omega", 0.64, points=2, ties=ties)
+    branch = continue_orbit(
+        settled(alpha=0.9 * 0.6**2, omega=0.6), "omega", 0.64, points=2, ties=ties
+    )
     path = tmp_path / "branch.json"
     path.write_text(dumps(branch_record(branch)))
     (found,) = continue_from(path, "EP2", 0.66, points=1)
@@ -102,7 +110,7 @@ def test_the_derivative_of_a_formula_is_exact(text: str) -> None:
 def test_a_path_that_is_none_is_refused(name: str, ties: dict[str, str], itineraries: str) -> None:
     orbit = settled(alpha=0.324, omega=0.6)
     with pytest.raises(InvalidInput, match=itineraries):
-        follow(orbit, name, 2.0, ties=ties)
+        continue_orbit(orbit, name, 2.0, ties=ties)
 
 
 def test_only_what_scales_a_parameter_is_followed_of_a_device() -> None:
@@ -129,7 +137,7 @@ def test_a_path_ends_where_its_function_does() -> None:
     """The root of a has no real values beyond the end, where a step may come out."""
     ties = {"alpha": "0.3+a", "delta": "0.05*a**0.5"}
     start = settled(alpha=0.8, delta=0.05 * 0.5**0.5)
-    branch = follow(start, "a", 0.001, points=5, ties=ties)
+    branch = continue_orbit(start, "a", 0.001, points=5, ties=ties)
     assert all(isinstance(value, float) for value in branch.points[-1].orbit.values)
     assert branch.points[-1].value < 0.1
 
@@ -138,4 +146,4 @@ def test_values_between_those_tried_are_refused_where_a_branch_comes_to_them() -
     beta = "1e4*(omega-.8501)*(omega-.8515)"
     start = settled(alpha=0.7, omega=0.84, beta=1e4 * (0.84 - 0.8501) * (0.84 - 0.8515))
     with pytest.raises(InvalidInput, match="beta"):
-        follow(start, "omega", 0.86, points=100, ties={"beta": beta})
+        continue_orbit(start, "omega", 0.86, points=100, ties={"beta": beta})

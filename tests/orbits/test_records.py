@@ -9,11 +9,22 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from capsule_sym import (
+    Bifurcation,
+    Branch,
+    NoOrbit,
+    Orbit,
+    continue_bifurcation,
+    continue_orbit,
+    solve_itinerary,
+)
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation import following
-from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Bifurcation, Root, root
-from capsule_sym._orbits.continuation.continuation import Branch, follow
-from capsule_sym._orbits.continuation.curves import trace
+from capsule_sym._orbits.continuation.bifurcations import (
+    PERIOD_DOUBLING,
+    SmoothEvent,
+    zero_of_test_function,
+)
 from capsule_sym._orbits.continuation.records import (
     bifurcation_rows,
     branch_record,
@@ -24,8 +35,7 @@ from capsule_sym._orbits.continuation.records import (
     orbit_record,
     point_rows,
 )
-from capsule_sym._orbits.shooting.equations import shoot
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, close
+from capsule_sym._orbits.shooting.equations import shooting
 from tests.orbits.branches import settled, upwards
 
 SAID = ("residual", "iterations", "status", "converged")
@@ -47,7 +57,7 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
     # One digit off, it is none.
     z = orbit.z + 1e-6
     with backend("numpy") as numbers:
-        shot = shoot(numbers, orbit.values, orbit.itinerary, z)
+        shot = shooting(numbers, orbit.values, orbit.itinerary, z)
     off = orbit_record(replace(orbit, z=z, shot=shot))
     assert not solved(off)
     assert off["residual"] == float(max(abs(shot.residual))) > 1e-8
@@ -55,7 +65,7 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:
     orbit = settled(alpha=1.2)
-    found = close((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
+    found = solve_itinerary((0.1, *orbit.values[1:]), orbit.itinerary, list(orbit.z))
     assert isinstance(found, NoOrbit)
     record = failure_record(found)
     assert not solved(record)
@@ -64,12 +74,14 @@ def test_no_orbit_tells_where_newtons_method_ended() -> None:
     assert record["residual"] is None or record["residual"] > 1e-13
 
 
-def lost_inside(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+def lost_inside(name: str, between: Callable[[float], Orbit | None]) -> SmoothEvent | None:
     """The root of a path that can be followed at its ends only."""
-    return root(name, lambda share: between(share) if share in (0.0, 1.0) else None)
+    return zero_of_test_function(
+        name, lambda share: between(share) if share in (0.0, 1.0) else None
+    )
 
 
-def astray(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+def astray(name: str, between: Callable[[float], Orbit | None]) -> SmoothEvent | None:
     """The root of a path whose points are not on it."""
 
     def off(share: float) -> Orbit | None:
@@ -78,16 +90,16 @@ def astray(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
             return orbit
         z = orbit.z + np.eye(len(orbit.z))[0] * 1e-5
         with backend("numpy") as numbers:
-            shot = shoot(numbers, orbit.values, orbit.itinerary, z)
+            shot = shooting(numbers, orbit.values, orbit.itinerary, z)
         return replace(orbit, z=z, shot=shot)
 
-    return root(name, off)
+    return zero_of_test_function(name, off)
 
 
 @lru_cache
 def doubled() -> Branch:
     """A short branch with a period doubling."""
-    return follow(settled(alpha=1.2, beta=10.0, omega=0.965), "omega", 0.98, points=4)
+    return continue_orbit(settled(alpha=1.2, beta=10.0, omega=0.965), "omega", 0.98, points=4)
 
 
 def first_doubling(branch: Branch) -> Bifurcation:
@@ -97,7 +109,7 @@ def first_doubling(branch: Branch) -> Bifurcation:
 @pytest.mark.parametrize("failing", [lost_inside, astray])
 def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, failing) -> None:
     whole = first_doubling(doubled())
-    monkeypatch.setattr(following, "root", failing)
+    monkeypatch.setattr(following, "zero_of_test_function", failing)
     branch = doubled.__wrapped__()
     one = first_doubling(branch)
     # Where it is stays true, with the uncertainty that is left: all of the step.
@@ -122,8 +134,10 @@ def test_branches_and_curves_tell_of_every_point() -> None:
     assert all(record["iterations"] > 1 for record in records["bifurcations"])
     sliding = upwards(3.3).bifurcations[-3]
     curves = [
-        trace(first_doubling(branch), "alpha", ((0.97, 0.98), (1.199, 1.201)), points=2),
-        trace(sliding, "gamma", ((0.001, 2.0), (3.0, 3.3)), points=8),
+        continue_bifurcation(
+            first_doubling(branch), "alpha", ((0.97, 0.98), (1.199, 1.201)), points=2
+        ),
+        continue_bifurcation(sliding, "gamma", ((0.001, 2.0), (3.0, 3.3)), points=8),
     ]
     for curve in curves:
         record = curve_record(curve)

@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import (
+    Itinerary,
+    NoOrbit,
+    Orbit,
+    Parameters,
+    Reason,
+    floquet_multipliers,
+    search_orbits,
+    simulate,
+    solve_admissible,
+    solve_orbit,
+)
 from capsule_sym._map.batch import final_states, parameter_rows
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason
-from capsule_sym._orbits.shooting.search import find_orbit, random_search, realise
-from capsule_sym._orbits.shooting.stability import multipliers
 
 # Three capsules with more than one attractor, and the period period_numbers of these.
 MULTISTABLE = {
@@ -57,14 +64,14 @@ def attractors_missed(parameters: Parameters, orbits: list[Orbit], size: int) ->
 
 
 def stable(orbits: tuple[Orbit, ...]) -> list[Orbit]:
-    return [orbit for orbit in orbits if abs(multipliers(orbit)[0]) < 1]
+    return [orbit for orbit in orbits if abs(floquet_multipliers(orbit)[0]) < 1]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", MULTISTABLE)
 def test_every_attractor_of_a_fine_grid_is_found(name: str) -> None:
     parameters, period_numbers = MULTISTABLE[name]
-    found = stable(random_search(parameters, 30))
+    found = stable(search_orbits(parameters, 30))
     assert [orbit.itinerary.period_number for orbit in found] == period_numbers
     *counts, missed = attractors_missed(parameters, found, 100)
     assert missed == 0
@@ -73,7 +80,7 @@ def test_every_attractor_of_a_fine_grid_is_found(name: str) -> None:
 
 def test_every_attractor_of_a_coarse_grid_is_found() -> None:
     parameters, period_numbers = MULTISTABLE["rest beside drift"]
-    found = stable(random_search(parameters, 12))
+    found = stable(search_orbits(parameters, 12))
     assert [orbit.itinerary.period_number for orbit in found] == period_numbers
     assert attractors_missed(parameters, found, 12)[-1] == 0
     # With one attractor withheld the grid tells.
@@ -82,9 +89,9 @@ def test_every_attractor_of_a_coarse_grid_is_found() -> None:
 
 def test_the_unstable_orbit_between_two_attractors_is_found() -> None:
     parameters, _ = MULTISTABLE["rest beside drift"]
-    orbits = random_search(parameters, 12)
+    orbits = search_orbits(parameters, 12)
     (saddle,) = set(orbits) - set(stable(orbits))
-    values = multipliers(saddle)
+    values = floquet_multipliers(saddle)
     assert abs(values[0]) > 1 > abs(values[1])
     # Started on it, the map stays for a while, and then leaves by the unstable direction.
     state = stroboscopic(saddle)[0]
@@ -95,7 +102,7 @@ def test_the_unstable_orbit_between_two_attractors_is_found() -> None:
 
 def test_orbits_are_found_once_and_the_same_every_time() -> None:
     parameters, _ = MULTISTABLE["rest beside drift"]
-    one, two = (random_search(parameters, 6, period_numbers=(1, 2, 4), seed=3) for _ in range(2))
+    one, two = (search_orbits(parameters, 6, period_numbers=(1, 2, 4), seed=3) for _ in range(2))
     assert [orbit.z.tolist() for orbit in one] == [orbit.z.tolist() for orbit in two]
     assert [str(orbit.itinerary) for orbit in one].count("F2") == 1
     assert all(orbit.residual <= 1e-13 for orbit in one)
@@ -103,13 +110,13 @@ def test_orbits_are_found_once_and_the_same_every_time() -> None:
 
 def test_progress_is_reported() -> None:
     told: list[tuple[int, int]] = []
-    random_search(Parameters(), 3, period_numbers=(1,), report=lambda *state: told.append(state))
+    search_orbits(Parameters(), 3, period_numbers=(1,), report=lambda *state: told.append(state))
     assert [done for done, _ in told] == [1, 2, 3]
 
 
 def test_two_motions_are_found_from_their_own_starts() -> None:
     parameters, _ = MULTISTABLE["forward beside backward"]
-    forward, backward = (find_orbit(parameters, s) for s in ((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    forward, backward = (solve_orbit(parameters, s) for s in ((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert isinstance(forward, Orbit)
     assert isinstance(backward, Orbit)
     assert {forward.progression > 0, backward.progression > 0} == {True, False}
@@ -118,13 +125,14 @@ def test_two_motions_are_found_from_their_own_starts() -> None:
 def test_motion_of_three_periods_is_found_as_one() -> None:
     parameters, _ = MULTISTABLE["one period beside three"]
     found = {
-        find_orbit(parameters, (x, 0.0, 0.0)).itinerary.period_number for x in (-1.0, 0.0, 1.0, 2.0)
+        solve_orbit(parameters, (x, 0.0, 0.0)).itinerary.period_number
+        for x in (-1.0, 0.0, 1.0, 2.0)
     }
     assert found == {1, 3}
 
 
 def test_run_too_short_to_settle_is_typed() -> None:
-    found = find_orbit(Parameters(alpha=2.9, omega=3.0, delta=0.2, zeta=0.0, beta=50.0), periods=8)
+    found = solve_orbit(Parameters(alpha=2.9, omega=3.0, delta=0.2, zeta=0.0, beta=50.0), periods=8)
     assert isinstance(found, NoOrbit)
     assert found.reason in (Reason.NOT_PERIODIC, Reason.NOT_CONVERGED)
     assert found.detail
@@ -132,19 +140,21 @@ def test_run_too_short_to_settle_is_typed() -> None:
 
 def test_word_beyond_its_bifurcation_is_typed_with_the_inequality_that_fails() -> None:
     """Above alpha = 0.3688 the force on the sticking capsule exceeds its bound."""
-    below = find_orbit(Parameters(alpha=0.36))
+    below = solve_orbit(Parameters(alpha=0.36))
     assert isinstance(below, Orbit)
     assert str(below.itinerary) == "F5 F2"
-    assert isinstance(realise(Parameters(alpha=0.362), below.itinerary, list(below.z)), Orbit)
-    beyond = realise(Parameters(alpha=0.4), below.itinerary, list(below.z))
+    assert isinstance(
+        solve_admissible(Parameters(alpha=0.362), below.itinerary, list(below.z)), Orbit
+    )
+    beyond = solve_admissible(Parameters(alpha=0.4), below.itinerary, list(below.z))
     assert isinstance(beyond, NoOrbit)
-    assert beyond.reason is Reason.NOT_REALISED
+    assert beyond.reason is Reason.NOT_ADMISSIBLE
     assert "minimum of upper in segment 1, F5 is -" in beyond.detail
     assert beyond.residual < 1e-13
 
 
 def test_stick_beyond_the_grazing_is_typed() -> None:
     """The forced response reaches the second spring where its amplitude is the gap."""
-    beyond = realise(Parameters(alpha=0.0075), Itinerary.parse("2"))
+    beyond = solve_admissible(Parameters(alpha=0.0075), Itinerary.parse("2"))
     assert isinstance(beyond, NoOrbit)
     assert "minimum of gap" in beyond.detail

@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._map import SteadyMotion, Trajectory
-from capsule_sym._orbits.shooting.admissibility import realised
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.stability import multipliers
+from capsule_sym import (
+    NoOrbit,
+    Orbit,
+    Parameters,
+    Reason,
+    SteadyMotion,
+    Trajectory,
+    floquet_multipliers,
+    is_admissible,
+    simulate,
+    solve_orbit,
+)
 
 PERIODS = 2000
 STEP = 1e-7  # of the differences
@@ -77,13 +83,13 @@ def check(parameters: Parameters) -> bool:
     motion = run.steady()
     if motion is None:
         return False
-    orbit = find_orbit(parameters, periods=PERIODS)
+    orbit = solve_orbit(parameters, periods=PERIODS)
     assert isinstance(orbit, Orbit), (parameters, orbit)
-    assert realised(orbit)
+    assert is_admissible(orbit)
     assert orbit.itinerary.rotated(orbit.itinerary.first).names == motion.itinerary, parameters
     assert orbit.itinerary.period_number == motion.period_number, parameters
     assert float(orbit.progression) == pytest.approx(motion.progression, abs=1e-7), parameters
-    matrix, values = differences(run, motion), multipliers(orbit)
+    matrix, values = differences(run, motion), floquet_multipliers(orbit)
     # Sum and product, and not the multipliers themselves, which may be double.
     assert np.trace(matrix) == pytest.approx(values.sum().real, abs=1e-5), parameters
     if len(matrix) == 2:
@@ -96,7 +102,7 @@ def check(parameters: Parameters) -> bool:
 @pytest.mark.parametrize("name", FLIGHTS)
 def test_a_motion_with_long_flights_is_found(name: str) -> None:
     assert check(FLIGHTS[name])
-    orbit = find_orbit(FLIGHTS[name])
+    orbit = solve_orbit(FLIGHTS[name])
     flight = max(float(h) for h in orbit.durations) / orbit.parameters.period
     assert flight > 1 or name == "alternating"
 
@@ -113,7 +119,7 @@ def test_whatever_random_runs_settle_on_is_found() -> None:
 def test_not_found_names_what_was_tried() -> None:
     # Undamped and without contact the response keeps its beat for ever.
     parameters = Parameters(alpha=0.3, omega=0.8, delta=5.0, zeta=0.0, f_b=10.0)
-    found = find_orbit(parameters, periods=100)
+    found = solve_orbit(parameters, periods=100)
     assert isinstance(found, NoOrbit)
     assert found.reason is Reason.NOT_PERIODIC
     assert "the run from (0.0, 0.0, 0.0) at phase 0.0 has not settled within 100" in found.detail
@@ -122,6 +128,6 @@ def test_not_found_names_what_was_tried() -> None:
 
 
 def test_a_run_too_short_for_a_switch_is_typed() -> None:
-    found = find_orbit(Parameters(alpha=0.01, delta=1.0), periods=1)
+    found = solve_orbit(Parameters(alpha=0.01, delta=1.0), periods=1)
     assert isinstance(found, NoOrbit)
     assert "repeats no itinerary" in found.detail

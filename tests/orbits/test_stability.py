@@ -12,11 +12,18 @@ import pytest
 from mpmath import mp
 from numpy.typing import NDArray
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import InvalidInput
+from capsule_sym import (
+    InvalidInput,
+    Orbit,
+    Parameters,
+    floquet_multipliers,
+    jacobian,
+    lyapunov_exponents,
+    monodromy_matrix,
+    simulate,
+)
 from capsule_sym._orbits.shooting import stability
-from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.stability import field, jacobian, lyapunov, monodromy, multipliers
+from capsule_sym._orbits.shooting.stability import field
 from tests.orbits.branches import settled
 
 # All three directions alive, drift reversed at once, stick once and twice, at phase 0 and not.
@@ -61,7 +68,7 @@ def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
     assert np.max(abs(slopes - exact[:, :size])) < 1e-12 * np.max(abs(exact))
     found = np.linalg.eigvals(exact[:size, :size])
     found = found[np.argsort(-abs(found), kind="stable")]
-    assert np.sort_complex(multipliers(orbit)[:size]) == pytest.approx(
+    assert np.sort_complex(floquet_multipliers(orbit)[:size]) == pytest.approx(
         np.sort_complex(found), abs=1e-13
     )
 
@@ -82,7 +89,7 @@ def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> Non
     exact = jacobian(simulate(orbit.parameters, state, periods=1))[:, :size]
     assert np.max(abs(slopes - exact)) < 1e-10 * np.max(abs(exact))
     assert np.sort_complex(np.linalg.eigvals(slopes[:size])) == pytest.approx(
-        np.sort_complex(multipliers(orbit)[:size]), abs=1e-9
+        np.sort_complex(floquet_multipliers(orbit)[:size]), abs=1e-9
     )
 
 
@@ -100,12 +107,12 @@ def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     first = shot.spans[0]
     speed = field(first.c, first.start, math.cos(first.angle))
     expected = end - np.outer(speed, h_by.sum(axis=0))
-    assert np.max(abs(monodromy(orbit) - expected)) < 1e-11 * np.max(abs(expected))
+    assert np.max(abs(monodromy_matrix(orbit) - expected)) < 1e-11 * np.max(abs(expected))
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_stick_takes_one_multiplier_away(alpha: float) -> None:
-    values = multipliers(settled(alpha=alpha))
+    values = floquet_multipliers(settled(alpha=alpha))
     assert (values[2] == 0) == (alpha < 1.7)
     assert abs(values[0]) < 1
 
@@ -119,8 +126,10 @@ def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
         cmath.exp(root * parameters.period),
         cmath.exp(root.conjugate() * parameters.period),
     ]
-    assert np.sort_complex(multipliers(orbit)[:2]) == pytest.approx(np.sort_complex(expected))
-    assert multipliers(orbit)[2] == 0
+    assert np.sort_complex(floquet_multipliers(orbit)[:2]) == pytest.approx(
+        np.sort_complex(expected)
+    )
+    assert floquet_multipliers(orbit)[2] == 0
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
@@ -129,10 +138,10 @@ def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> 
     state, _ = at_phase_0(orbit)
     run = simulate(orbit.parameters, state, periods=400)
     with np.errstate(divide="ignore"):
-        expected = np.log(abs(multipliers(orbit))) / orbit.parameters.period
+        expected = np.log(abs(floquet_multipliers(orbit))) / orbit.parameters.period
     # What the first periods add is forgotten as one over the run's length.
-    assert lyapunov(run) == pytest.approx(expected, abs=2e-3)
-    assert lyapunov(run, transient=100) == pytest.approx(expected, abs=2e-3)
+    assert lyapunov_exponents(run) == pytest.approx(expected, abs=2e-3)
+    assert lyapunov_exponents(run, transient=100) == pytest.approx(expected, abs=2e-3)
 
 
 def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> None:
@@ -149,7 +158,7 @@ def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> Non
         apart = ends[0] - ends[1]
         parted += math.log(np.linalg.norm(apart) / distance)
         state, along = np.array(mark), apart / np.linalg.norm(apart)
-    largest = lyapunov(run)[0] * periods * parameters.period
+    largest = lyapunov_exponents(run)[0] * periods * parameters.period
     assert largest > 10
     # The first vector of a frame that starts with the same direction grows alike.
     assert largest == pytest.approx(parted, abs=0.01)
@@ -157,7 +166,7 @@ def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> Non
 
 def test_exponents_of_a_long_rest_do_not_underflow() -> None:
     run = simulate(Parameters(alpha=0.005), periods=3000)
-    assert lyapunov(run)[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
+    assert lyapunov_exponents(run)[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
 
 
 def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
@@ -171,16 +180,16 @@ def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
             cosine = math.cos(span.angle + span.c.omega * span.h)
             before = field(span.c, span.end, cosine)[2]
             contraction *= field(following.c, span.end, cosine)[2] / before
-    assert np.linalg.det(monodromy(orbit)) == pytest.approx(contraction, rel=1e-12)
+    assert np.linalg.det(monodromy_matrix(orbit)) == pytest.approx(contraction, rel=1e-12)
 
 
 def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     orbit = settled(alpha=1.9)
-    right = monodromy(orbit)
-    monkeypatch.setattr(stability, "saltation", lambda *_: np.eye(3))
-    assert np.max(abs(monodromy(orbit) - right)) > 0.01
+    right = monodromy_matrix(orbit)
+    monkeypatch.setattr(stability, "saltation_matrix", lambda *_: np.eye(3))
+    assert np.max(abs(monodromy_matrix(orbit) - right)) > 0.01
 
 
 def test_transient_longer_than_the_run_is_refused() -> None:
     with pytest.raises(InvalidInput, match="transient"):
-        lyapunov(simulate(Parameters(), periods=3), transient=10)
+        lyapunov_exponents(simulate(Parameters(), periods=3), transient=10)

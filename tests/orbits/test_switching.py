@@ -10,14 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym import (
+    Branch,
+    Ending,
+    InvalidInput,
+    Orbit,
+    continue_from,
+    continue_orbit,
+    period_doubling_cascade,
+)
 from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.continuation import Branch, follow
 from capsule_sym._orbits.continuation.records import branch_record
-from capsule_sym._orbits.continuation.states import Ending
-from capsule_sym._orbits.continuation.switching import cascade, continue_from
 from capsule_sym._orbits.shooting.identity import same
-from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._records import dumps
 from tests.orbits.branches import hysteretic, settled, upwards
 
@@ -25,7 +29,7 @@ from tests.orbits.branches import hysteretic, settled, upwards
 @lru_cache
 def light() -> Branch:
     """A lightly damped branch with one period doubling."""
-    return follow(settled(alpha=0.03, zeta=0.005), "alpha", 0.3, points=20)
+    return continue_orbit(settled(alpha=0.03, zeta=0.005), "alpha", 0.3, points=20)
 
 
 def difference(orbit: Orbit) -> float:
@@ -57,7 +61,7 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
 
 def test_a_doubled_branch_says_where_it_arrives() -> None:
     first = hysteretic()
-    (one,) = cascade(first, 1, points=20)
+    (one,) = period_doubling_cascade(first, 1, points=20)
     assert (one.origin, one.ending) == ("PD1", Ending.PERIOD_HALVED)
     assert one.detail.endswith("PD2 of the first branch")
     end, known = one.bifurcations[-1], first.at("PD2")
@@ -91,7 +95,7 @@ def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
 
 
 def test_a_symmetric_motion_is_gone_on_from_in_pairs() -> None:
-    branch = follow(settled(alpha=0.3, delta=1.2), "alpha", 0.5, points=5)
+    branch = continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.5, points=5)
     for label, side, itinerary in (("AS1", 0.01, "F2 F1 F2 F3"), ("AS1", -0.01, "F2")):
         to = branch.at(label).value + side
         (found,) = continue_from(branch, label, to, points=1)
@@ -139,7 +143,7 @@ def test_another_parameter_can_be_gone_on_in(file: Path) -> None:
 
 
 def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> None:
-    (doubled,) = cascade(light(), 1, points=20)
+    (doubled,) = period_doubling_cascade(light(), 1, points=20)
     path = tmp_path / "branch.json"
     path.write_text(dumps(branch_record(light(), [doubled])))
     known = doubled.bifurcations[0]
@@ -157,32 +161,32 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("capsule_sym._orbits.continuation.switching._doubled", lambda *_: None)
-    (lost,) = cascade(light(), 1)
+    (lost,) = period_doubling_cascade(light(), 1)
     assert (lost.origin, lost.ending, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
     assert lost.detail == "no doubled orbit is found beside PD1"
     assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
 
 
 def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
-    without = follow(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
+    without = continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
     (found,) = continue_from(without, "EP2", 0.5, parameter="beta", points=4)
     assert found.ending is Ending.REACHED
     assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
-    slipping = follow(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
+    slipping = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
     with pytest.raises(InvalidInput, match="label = 'AS1': must be EP1 or EP2 where beta varies"):
         continue_from(slipping, "AS1", 0.5, parameter="beta")
 
 
 def test_what_does_not_change_with_the_parameter_is_told() -> None:
     # Without contact the stiffness of the second spring is all the same.
-    branch = follow(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)
+    branch = continue_orbit(settled(alpha=0.3, delta=1.2), "alpha", 0.4, points=4)
     with pytest.raises(InvalidInput, match="none leaves this one, to either side"):
         continue_from(branch, "AS1", 2.0, parameter="beta")
 
 
 def test_functions_that_no_file_holds_are_asked_for_again(tmp_path: Path) -> None:
     ties = {"alpha": lambda omega: 1.25 * omega}
-    branch = follow(settled(alpha=0.625, omega=0.5), "omega", 0.52, points=2, ties=ties)
+    branch = continue_orbit(settled(alpha=0.625, omega=0.5), "omega", 0.52, points=2, ties=ties)
     path = tmp_path / "branch.json"
     path.write_text(dumps(branch_record(branch)))
     with pytest.raises(InvalidInput, match=r"ties = \['alpha'\]: must be given again"):

@@ -10,17 +10,23 @@ import pytest
 from scipy.linalg import sqrtm
 from scipy.optimize import fsolve
 
-from capsule_sym._map import simulate
+from capsule_sym import (
+    Branch,
+    Ending,
+    Itinerary,
+    Parameters,
+    continue_bifurcation,
+    continue_orbit,
+    floquet_multipliers,
+    half_orbit,
+    mirror_image,
+    monodromy_matrix,
+    simulate,
+    whole_orbit,
+)
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.continuation import Branch, follow
-from capsule_sym._orbits.continuation.curves import trace
 from capsule_sym._orbits.continuation.events import ADDING, CORNER, CROSSING, GRAZING
-from capsule_sym._orbits.continuation.states import Ending
-from capsule_sym._orbits.shooting.equations import shoot
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.stability import monodromy, multipliers
-from capsule_sym._orbits.shooting.symmetry import halved, mirrored, whole
-from capsule_sym._parameters import Parameters
+from capsule_sym._orbits.shooting.equations import shooting
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
 
@@ -29,7 +35,7 @@ SCENARIO = [ADDING, GRAZING, CROSSING, CROSSING, CORNER]
 
 @lru_cache
 def over_alpha(begin: float, end: float, **parameters: float) -> Branch:
-    return follow(settled(alpha=begin, **parameters), "alpha", end)
+    return continue_orbit(settled(alpha=begin, **parameters), "alpha", end)
 
 
 def first_slip(omega: float, zeta: float, f_b: float = 1.0) -> float:
@@ -48,12 +54,12 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
     stick, sliding = (settled(alpha=alpha, delta=5.0) for alpha in (0.3, 0.6))
     assert len(stick.itinerary) == 1
     assert sliding.itinerary.cyclic.fields == (2, 1, 2, 3)
-    assert mirrored(stick)
-    assert mirrored(sliding)
+    assert mirror_image(stick)
+    assert mirror_image(sliding)
     # The second spring is on one side only; without stiffness it is on none.
-    assert not mirrored(settled(alpha=0.6))
-    assert mirrored(settled(alpha=0.6, beta=0.0))
-    assert not mirrored(twice(sliding))
+    assert not mirror_image(settled(alpha=0.6))
+    assert mirror_image(settled(alpha=0.6, beta=0.0))
+    assert not mirror_image(twice(sliding))
 
 
 @pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
@@ -141,7 +147,7 @@ def test_a_spring_without_stiffness_does_not_matter() -> None:
 def test_a_curve_of_pairs_is_the_closed_form() -> None:
     one = over_alpha(0.1, 2.0, delta=1.2).bifurcations[0]
     for second, ends in (("gamma", (1.0, 5.0)), ("zeta", (0.01, 0.3)), ("omega", (0.5, 1.5))):
-        curve = trace(one, second, ((0.05, 2.0), ends), points=8)
+        curve = continue_bifurcation(one, second, ((0.05, 2.0), ends), points=8)
         assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
         for point in curve.points:
             values = dict(zip(curve.parameters, point.values, strict=True))
@@ -153,7 +159,7 @@ def test_a_curve_of_pairs_is_the_closed_form() -> None:
 def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> None:
     branch = over_alpha(0.1, 2.0, delta=1.2)
     one = next(one for one in branch.bifurcations if one.type == CROSSING)
-    curve = trace(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
     assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
     assert [m.types for m in curve.codimension_two] == [(CROSSING, GRAZING)]
     alpha, delta = curve.codimension_two[0].values
@@ -166,24 +172,27 @@ def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> Non
 
 def test_half_a_motion_has_the_equations_of_the_whole() -> None:
     for orbit in (settled(alpha=a, delta=5.0) for a in (0.3, 0.6, 1.5)):
-        half = halved(orbit)
+        half = half_orbit(orbit)
         assert half is not None
-        again = whole(half)
+        again = whole_orbit(half)
         assert str(half.itinerary) == str(again.itinerary) == str(orbit.itinerary)
         assert again.residual < 1e-13
         assert again.z == pytest.approx(orbit.z, abs=1e-12)
-        assert np.sort(abs(multipliers(half))) == pytest.approx(np.sort(abs(multipliers(orbit))))
+        assert np.sort(abs(floquet_multipliers(half))) == pytest.approx(
+            np.sort(abs(floquet_multipliers(orbit)))
+        )
         # Its derivatives are those of finite differences.
         with backend("numpy") as numbers:
             for k in range(len(half.z)):
                 step = np.zeros(len(half.z))
                 step[k] = 1e-6
                 ends = [
-                    shoot(numbers, half.values, half.itinerary, half.z + s * step) for s in (1, -1)
+                    shooting(numbers, half.values, half.itinerary, half.z + s * step)
+                    for s in (1, -1)
                 ]
                 slope = (ends[0].residual - ends[1].residual) / 2e-6
                 assert half.shot.by_z[:, k] == pytest.approx(slope, abs=1e-7)
-    assert halved(settled(alpha=0.6)) is None
+    assert half_orbit(settled(alpha=0.6)) is None
 
 
 def test_a_half_word_ends_in_the_image_of_its_first_field() -> None:
@@ -203,5 +212,5 @@ def test_no_multiplier_of_a_motion_without_contact_exceeds_one() -> None:
         orbit = settled(alpha=alpha, omega=omega, zeta=zeta, gamma=gamma, delta=50.0)
         energy = np.array([[1, 0, 0], [0, 1, 1], [0, 1, 1 + gamma]])
         root = sqrtm(energy)
-        carried = root @ monodromy(orbit) @ np.linalg.inv(root)
+        carried = root @ monodromy_matrix(orbit) @ np.linalg.inv(root)
         assert np.linalg.norm(carried, 2) <= 1 + 1e-12

@@ -5,26 +5,30 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters
-from capsule_sym._orbits.continuation.continuation import Branch, follow
-from capsule_sym._orbits.continuation.curves import Curve, trace
-from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import find_orbit
-from capsule_sym._orbits.shooting.stability import multipliers
+from capsule_sym import (
+    Branch,
+    Curve,
+    Orbit,
+    Parameters,
+    continue_bifurcation,
+    continue_orbit,
+    floquet_multipliers,
+    solve_orbit,
+)
 
 pytest.importorskip("xarray")
 
 
 @pytest.fixture(scope="module")
 def orbit() -> Orbit:
-    found = find_orbit(Parameters(alpha=0.93))
+    found = solve_orbit(Parameters(alpha=0.93))
     assert isinstance(found, Orbit)
     return found
 
 
 @pytest.fixture(scope="module")
 def branch(orbit: Orbit) -> Branch:
-    return follow(orbit, "alpha", 0.945, points=4)
+    return continue_orbit(orbit, "alpha", 0.945, points=4)
 
 
 def test_an_orbit_is_a_row_a_segment(orbit: Orbit) -> None:
@@ -42,7 +46,7 @@ def test_a_branch_is_a_row_a_point(branch: Branch) -> None:
         assert row["alpha"] == point.value == point.orbit.parameters.alpha
         assert row["itinerary"] == str(point.orbit.itinerary)
         assert (row["x_r"], row["v_r"], row["v_c"]) == tuple(map(float, point.orbit.z[:3]))
-        largest = float(np.abs(multipliers(point.orbit)).max())
+        largest = float(np.abs(floquet_multipliers(point.orbit)).max())
         assert row["largest_multiplier"] == pytest.approx(largest, rel=1e-6)
     assert dataset["alpha"].attrs == {"long_name": "excitation amplitude", "units": "dimensionless"}
     assert dataset.attrs["ending"] == branch.ending
@@ -50,7 +54,7 @@ def test_a_branch_is_a_row_a_point(branch: Branch) -> None:
 
 def test_a_curve_is_a_row_a_point(branch: Branch) -> None:
     first = branch.bifurcations[0]
-    curve = trace(first, "gamma", ((0.9, 0.96), (3.29, 3.31)), points=2)
+    curve = continue_bifurcation(first, "gamma", ((0.9, 0.96), (3.29, 3.31)), points=2)
     assert isinstance(curve, Curve)
     frame, dataset = curve.to_dataframe(), curve.to_xarray()
     assert len(frame) == dataset.sizes["point"] == len(curve.points) > 1

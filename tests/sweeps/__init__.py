@@ -7,7 +7,7 @@ import signal
 from pathlib import Path
 from typing import Any
 
-from capsule_sym._sweeps import Axis, Sweep
+from capsule_sym import Axis, Sweep
 from capsule_sym._sweeps.cells import Block, compute
 
 

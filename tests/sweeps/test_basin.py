@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from capsule_sym import InvalidInput, Parameters, simulate
-from capsule_sym._sweeps import Axis, Sweep, basin, open_results
-from capsule_sym._sweeps.basin import NONE, identify, run_basin
-from capsule_sym._sweeps.closing import NotClosed, closed
+from capsule_sym import Axis, InvalidInput, Parameters, Sweep, open_results, run_basin, simulate
+from capsule_sym._sweeps import basin
+from capsule_sym._sweeps.basin import NONE, identify
+from capsule_sym._sweeps.closing import NotSolved, orbit_at_end
 from capsule_sym._sweeps.itineraries import code
 
 # Two motions coexist here, of one and of two excitation periods.
@@ -74,14 +74,14 @@ class FakeOrbits:
     def __call__(self, parameters: Any, end: Any, period_number: int, itinerary: int) -> float:
         self.asked += 1
         if end[0] in self.fails:
-            raise NotClosed("no orbit")
+            raise NotSolved("no orbit")
         return min(self.places, key=lambda place: abs(place - end[0]))
 
 
 @pytest.fixture
 def on_a_line(monkeypatch: pytest.MonkeyPatch) -> Any:
     def install(orbits: FakeOrbits) -> FakeOrbits:
-        monkeypatch.setattr(basin, "closed", orbits)
+        monkeypatch.setattr(basin, "orbit_at_end", orbits)
         monkeypatch.setattr(basin, "_stroboscopic", lambda place: np.array([[place, 0.0, 0.0]]))
         monkeypatch.setattr(
             basin,
@@ -125,11 +125,11 @@ def test_cells_without_a_periodic_motion_have_no_attractor(on_a_line: Any) -> No
 
 def test_an_orbit_of_another_word_is_not_taken() -> None:
     motion = simulate(Parameters(), periods=300).final[1]
-    assert closed(Parameters(), motion, 1, code("F5 F4 F1 F2")).itinerary.period_number == 1
+    assert orbit_at_end(Parameters(), motion, 1, code("F5 F4 F1 F2")).itinerary.period_number == 1
     with pytest.raises(
-        NotClosed, match="the orbit's itinerary is F5 F4 F1 F2, its period number 1"
+        NotSolved, match="the orbit's itinerary is F5 F4 F1 F2, its period number 1"
     ):
-        closed(Parameters(), motion, 1, code("F5 F2"))
+        orbit_at_end(Parameters(), motion, 1, code("F5 F2"))
 
 
 def test_a_basin_has_axes_over_the_start_alone(tmp_path: Path) -> None:

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, simulate
-from capsule_sym._errors import Outcome
-from capsule_sym._map import SteadyMotion
+from capsule_sym import Axis, Outcome, Parameters, SteadyMotion, Sweep, simulate
 from capsule_sym._native import core
-from capsule_sym._sweeps import Axis, Sweep, cells
+from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.itineraries import code
 from capsule_sym._sweeps.quantities import CellOutcome
@@ -141,14 +139,13 @@ def test_only_what_is_asked_for_is_there() -> None:
 
 
 def test_multipliers_and_exponents_are_those_of_the_closed_orbit() -> None:
-    from capsule_sym._orbits.shooting.search import find_orbit
-    from capsule_sym._orbits.shooting.stability import multipliers
+    from capsule_sym import floquet_multipliers, solve_orbit
 
     sweep = Sweep((Axis.of("alpha", [0.7, 1.2]),), compute=("multipliers", "lyapunov"))
     block = compute(sweep)
     for i, alpha in enumerate((0.7, 1.2)):
-        orbit = find_orbit(Parameters(alpha=alpha))
-        found = multipliers(orbit)  # type: ignore[arg-type]
+        orbit = solve_orbit(Parameters(alpha=alpha))
+        found = floquet_multipliers(orbit)  # type: ignore[arg-type]
         np.testing.assert_allclose(block.columns["multipliers"][i], found, rtol=0, atol=1e-9)
         exponent = np.log(abs(found[0])) / Parameters().period
         assert block.columns["lyapunov"][i] == pytest.approx(exponent, abs=1e-9)

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym import open_results
 from capsule_sym._cli import main
-from capsule_sym._sweeps import open_results
 
 FILE = """
 periods = 40

@@ -12,9 +12,17 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from capsule_sym import InvalidInput, Parameters
-from capsule_sym._errors import CapsuleError
-from capsule_sym._sweeps import Axis, Sweep, open_results, refine, run, run_basin
+from capsule_sym import (
+    Axis,
+    CapsuleError,
+    InvalidInput,
+    Parameters,
+    Sweep,
+    open_results,
+    refine_sweep,
+    run_basin,
+    run_sweep,
+)
 from capsule_sym._sweeps.files import sealed
 from capsule_sym._sweeps.info import damaged_parts, info_record
 from tests.sweeps import chart, contents
@@ -26,7 +34,7 @@ Run = Callable[..., Any]
 
 
 def run_small(path: Path, **how: Any) -> int:
-    return run(SMALL, path, workers=1, **how).damaged
+    return run_sweep(SMALL, path, workers=1, **how).damaged
 
 
 def run_small_basin(path: Path, **how: Any) -> int:
@@ -35,7 +43,7 @@ def run_small_basin(path: Path, **how: Any) -> int:
 
 
 def run_small_chart(path: Path, **how: Any) -> int:
-    return refine(SMALL, path, stride=2, workers=1, **how).damaged
+    return refine_sweep(SMALL, path, stride=2, workers=1, **how).damaged
 
 
 KINDS: dict[str, Run] = {"sweep": run_small, "basin": run_small_basin, "chart": run_small_chart}
@@ -284,7 +292,7 @@ def test_a_sweep_does_not_go_on_with_a_basin(stores: Callable[[str], Path], tmp_
     compute = ("itinerary", "progression", "final")
     sweep = Sweep(STARTS, Parameters(alpha=1.2), periods=100, chunk=(1, 3), compute=compute)
     with pytest.raises(InvalidInput, match="kind = 'sweep': must be 'basin'"):
-        run(sweep, path, resume=True)
+        run_sweep(sweep, path, resume=True)
 
 
 def test_links_are_not_written_through(stores: Callable[[str], Path], tmp_path: Path) -> None:

@@ -15,9 +15,10 @@ from typing import Any
 
 import pytest
 
+from capsule_sym import Axis, Sweep, run_sweep
 from capsule_sym._native import Watch, core
 from capsule_sym._processes import undisturbed
-from capsule_sym._sweeps import Axis, Sweep, cells, run
+from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import Abandoned, Block, compute
 from capsule_sym._sweeps.pools import Lost, pool_of
 from capsule_sym._sweeps.store import Store
@@ -68,7 +69,7 @@ def test_a_chunk_that_is_written_is_counted_whenever_the_interrupt_comes(
     monkeypatch.setattr(Store, "publish", published)
     sweep = chart()
     with pytest.raises(KeyboardInterrupt) as told:
-        run(sweep, tmp_path / "store", workers=1)
+        run_sweep(sweep, tmp_path / "store", workers=1)
     cells = sum(map(sweep.cells_in, written))
     assert cells > 0
     assert str(told.value).startswith(f"{cells} of 120 cells are kept")
@@ -80,7 +81,7 @@ def test_an_interrupt_says_what_is_kept(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt, match=r"\d+ of 120 cells are kept in .*--resume goes on"):
-        run(chart(), tmp_path / "store", progress=stop)
+        run_sweep(chart(), tmp_path / "store", progress=stop)
 
 
 def children(process: int) -> int:
@@ -151,4 +152,4 @@ class Cancelling(Executor):
 
 def test_what_an_executor_cancels_is_lost_in_one_line(tmp_path: Path) -> None:
     with pytest.raises(Lost, match="the executor cancelled a chunk"):
-        run(chart(), tmp_path / "store", executor=Cancelling())
+        run_sweep(chart(), tmp_path / "store", executor=Cancelling())

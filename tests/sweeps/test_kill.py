@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._sweeps import run
+from capsule_sym import run_sweep
 from capsule_sym._sweeps.pools import Lost
 from tests.sweeps import chart, contents, deadly_corner
 
@@ -27,7 +27,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 from tests.sweeps.test_kill import SWEEPS
-from capsule_sym._sweeps import run
+from capsule_sym import run_sweep
 
 if __name__ == "__main__":
     if sys.argv[2] == "dask":
@@ -38,7 +38,7 @@ if __name__ == "__main__":
     else:
         executor = sys.argv[2]
     print("begun", flush=True)
-    run(SWEEPS[sys.argv[3]], sys.argv[1], executor=executor, workers=2, resume=True)
+    run_sweep(SWEEPS[sys.argv[3]], sys.argv[1], executor=executor, workers=2, resume=True)
 """
 
 
@@ -68,7 +68,7 @@ def workers_of(process: int) -> list[int]:
 
 
 def uninterrupted(sweep: str, path: Path) -> dict[str, bytes]:
-    run(SWEEPS[sweep], path)
+    run_sweep(SWEEPS[sweep], path)
     return contents(path)
 
 
@@ -97,7 +97,7 @@ def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
 
 def test_a_killed_run_ends_as_an_uninterrupted_one(tmp_path: Path) -> None:
     assert killed_at_random_moments(tmp_path / "store", "threads", 2) == 2
-    run(SWEEPS["short"], tmp_path / "store", resume=True)
+    run_sweep(SWEEPS["short"], tmp_path / "store", resume=True)
     assert contents(tmp_path / "store") == uninterrupted("short", tmp_path / "whole")
 
 
@@ -107,7 +107,7 @@ def test_runs_killed_at_ten_moments_end_as_an_uninterrupted_one(
     executor: str, tmp_path: Path
 ) -> None:
     assert killed_at_random_moments(tmp_path / "store", executor, 10) >= 5
-    run(SWEEPS["short"], tmp_path / "store", resume=True)
+    run_sweep(SWEEPS["short"], tmp_path / "store", resume=True)
     assert contents(tmp_path / "store") == uninterrupted("short", tmp_path / "whole")
 
 
@@ -146,10 +146,10 @@ def test_a_chunk_under_which_workers_always_die_is_named_and_all_others_are_fini
     with monkeypatch.context() as patch:
         patch.setattr("capsule_sym._sweeps.pools.compute", deadly_corner)
         with pytest.raises(Lost, match=r"a worker died under one of the chunks \[0\]"):
-            run(chart(), tmp_path / "store", executor="processes", workers=1)
+            run_sweep(chart(), tmp_path / "store", executor="processes", workers=1)
     assert len(finished(tmp_path / "store")) == 8
-    assert run(chart(), tmp_path / "store", resume=True).computed == 20
-    run(chart(), tmp_path / "whole")
+    assert run_sweep(chart(), tmp_path / "store", resume=True).computed == 20
+    run_sweep(chart(), tmp_path / "whole")
     assert contents(tmp_path / "store") == contents(tmp_path / "whole")
 
 
@@ -164,8 +164,8 @@ def test_a_file_that_may_not_grow_stops_the_run_clearly(tmp_path: Path) -> None:
     sweep = chart(40, 40, periods=3, chunk=(40, 40))
     code = (
         "from tests.sweeps import chart\n"
-        "from capsule_sym._sweeps import run\n"
-        f"run(chart(40, 40, periods=3, chunk=(40, 40)), {str(tmp_path / 'store')!r})"
+        "from capsule_sym import run_sweep\n"
+        f"run_sweep(chart(40, 40, periods=3, chunk=(40, 40)), {str(tmp_path / 'store')!r})"
     )
     done = subprocess.run(
         [sys.executable, "-c", code],
@@ -177,6 +177,6 @@ def test_a_file_that_may_not_grow_stops_the_run_clearly(tmp_path: Path) -> None:
     assert done.returncode == 1
     assert "NotWritten" in done.stderr.splitlines()[-1]
     assert "File too large" in done.stderr
-    run(sweep, tmp_path / "store", resume=True)
-    run(sweep, tmp_path / "other")
+    run_sweep(sweep, tmp_path / "store", resume=True)
+    run_sweep(sweep, tmp_path / "other")
     assert contents(tmp_path / "store") == contents(tmp_path / "other")

@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput
-from capsule_sym._sweeps import Axis, Sweep, cells, open_results, run
+from capsule_sym import Axis, InvalidInput, Sweep, open_results, refine_sweep, run_sweep
+from capsule_sym._sweeps import cells
 from capsule_sym._sweeps import pools as execution_module
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.quantities import CellOutcome
-from capsule_sym._sweeps.refinement import refine
 from tests.sweeps import chart
 
 DISK = (0.9, 2.6, 0.55, 1.1)  # centre and half axes, in alpha and gamma
@@ -37,7 +36,7 @@ def test_a_smooth_boundary_costs_its_length_not_the_area(
     count = 129
     axes = (Axis.linear("alpha", 0.0, 2.0, count), Axis.linear("gamma", 1.0, 5.0, count))
     sweep = Sweep(axes)
-    found = refine(sweep, tmp_path / "chart", stride=8)
+    found = refine_sweep(sweep, tmp_path / "chart", stride=8)
     with open_results(tmp_path / "chart") as results:
         expected = disk(sweep).columns["itinerary"].reshape(sweep.shape)
         np.testing.assert_array_equal(results["itinerary"], expected)
@@ -57,8 +56,8 @@ def test_a_smooth_boundary_costs_its_length_not_the_area(
 @pytest.mark.parametrize("shape", [(30, 21), (17, 2)])
 def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path) -> None:
     sweep = chart(*shape, periods=60, compute=("itinerary",), chunk=())
-    refine(sweep, tmp_path / "refined", stride=4)
-    run(sweep, tmp_path / "full")
+    refine_sweep(sweep, tmp_path / "refined", stride=4)
+    run_sweep(sweep, tmp_path / "full")
     with open_results(tmp_path / "refined") as refined, open_results(tmp_path / "full") as full:
         same = np.ones(shape, bool)
         for name in ("outcome", "itinerary", "period_number"):
@@ -72,7 +71,7 @@ def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path)
 def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
     sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 65), Axis.linear("gamma", 1.0, 5.0, 65)))
-    whole = refine(sweep, tmp_path / "whole", stride=8)
+    whole = refine_sweep(sweep, tmp_path / "whole", stride=8)
     calls = 0
 
     def interrupted(done: int, total: int) -> None:
@@ -82,8 +81,8 @@ def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.M
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        refine(sweep, tmp_path / "store", stride=8, progress=interrupted)
-    rest = refine(sweep, tmp_path / "store", stride=8, resume=True)
+        refine_sweep(sweep, tmp_path / "store", stride=8, progress=interrupted)
+    rest = refine_sweep(sweep, tmp_path / "store", stride=8, resume=True)
     done = sum(r.computed for r in rest.rounds)
     assert 0 < done < sum(r.computed for r in whole.rounds)
     with open_results(tmp_path / "store") as one, open_results(tmp_path / "whole") as other:
@@ -95,7 +94,7 @@ def test_what_cannot_be_refined_is_refused(tmp_path: Path) -> None:
     pair = Axis.sobol({"gamma": (1, 5), "beta": (1, 2)}, 4, seed=1)
     for axes in ((one,), (one, pair)):
         with pytest.raises(InvalidInput, match="two, of one quantity each"):
-            refine(Sweep(axes), tmp_path / "store")
+            refine_sweep(Sweep(axes), tmp_path / "store")
     for stride in (0, 3, 2.0, True):
         with pytest.raises(InvalidInput, match="a power of two"):
-            refine(chart(), tmp_path / "store", stride=stride)  # type: ignore[arg-type]
+            refine_sweep(chart(), tmp_path / "store", stride=stride)  # type: ignore[arg-type]

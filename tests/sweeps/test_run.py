@@ -16,10 +16,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput
-from capsule_sym._errors import CapsuleError
+from capsule_sym import Axis, CapsuleError, InvalidInput, Sweep, open_results, run_sweep
 from capsule_sym._native import live
-from capsule_sym._sweeps import Axis, Sweep, open_results, run
 from capsule_sym._sweeps import cells as cells_module
 from capsule_sym._sweeps import pools as run_module
 from capsule_sym._sweeps import store as store_module
@@ -39,12 +37,12 @@ CHUNKS = 9
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """The store of an uninterrupted run on one thread."""
     path = tmp_path_factory.mktemp("whole") / "store"
-    run(SWEEP, path, workers=1)
+    run_sweep(SWEEP, path, workers=1)
     return contents(path)
 
 
 def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> None:
-    summary = run(SWEEP, tmp_path / "store", command="capsule-sym sweep")
+    summary = run_sweep(SWEEP, tmp_path / "store", command="capsule-sym sweep")
     assert (summary.cells, summary.computed, summary.damaged) == (120, 120, 0)
     with open_results(tmp_path / "store") as results:
         direct = compute(Sweep(SWEEP.axes, periods=40, compute=SWEEP.compute))
@@ -68,7 +66,7 @@ def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> No
 
 def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
     axis = Axis.sobol({"alpha": (0.1, 2.0), "gamma": (1.0, 5.0)}, 8, seed=1)
-    run(Sweep((axis,), periods=10, compute=("final",)), tmp_path / "store")
+    run_sweep(Sweep((axis,), periods=10, compute=("final",)), tmp_path / "store")
     with open_results(tmp_path / "store") as results:
         assert results["final"].dims == ("sample", "component")
         np.testing.assert_array_equal(results["alpha"], axis.values[:, 0])
@@ -80,7 +78,7 @@ def test_a_random_design_has_its_points_as_coordinates(tmp_path: Path) -> None:
 def test_executors_give_equal_results(
     executor: str, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
-    run(SWEEP, tmp_path / "store", executor=executor, workers=2)
+    run_sweep(SWEEP, tmp_path / "store", executor=executor, workers=2)
     assert contents(tmp_path / "store") == whole
 
 
@@ -96,7 +94,7 @@ def test_a_dask_cluster_of_two_workers_gives_equal_results(
         distributed.Client(cluster) as client,
     ):
         assert len(client.nthreads()) == 2
-        run(SWEEP, tmp_path / "store", executor=client.get_executor(), workers=2)
+        run_sweep(SWEEP, tmp_path / "store", executor=client.get_executor(), workers=2)
     assert contents(tmp_path / "store") == whole
 
 
@@ -121,20 +119,20 @@ def test_an_interrupted_run_goes_on_where_it_was(
     after: int, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run(SWEEP, tmp_path / "store", executor=Counting(after), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Counting(after), workers=1)
     with open_results(tmp_path / "store") as results:
         pending = int((results["outcome"] == CellOutcome.PENDING).sum())
     rest = Counting()
-    summary = run(SWEEP, tmp_path / "store", executor=rest, workers=1, resume=True)
+    summary = run_sweep(SWEEP, tmp_path / "store", executor=rest, workers=1, resume=True)
     assert len(rest.parts) == CHUNKS - after
     assert summary.computed == pending == sum(part.size for part in rest.parts)
     assert contents(tmp_path / "store") == whole
 
 
 def test_a_finished_run_computes_nothing_again(whole: dict[str, bytes], tmp_path: Path) -> None:
-    run(SWEEP, tmp_path / "store")
+    run_sweep(SWEEP, tmp_path / "store")
     rest = Counting()
-    assert run(SWEEP, tmp_path / "store", executor=rest, resume=True).computed == 0
+    assert run_sweep(SWEEP, tmp_path / "store", executor=rest, resume=True).computed == 0
     assert rest.parts == []
     assert contents(tmp_path / "store") == whole
 
@@ -168,7 +166,7 @@ def test_a_damaged_chunk_is_found_and_computed_again(
     else:
         (tmp_path / name).write_bytes(damage(whole[name]))
     again = Counting()
-    summary = run(SWEEP, tmp_path, executor=again, resume=True)
+    summary = run_sweep(SWEEP, tmp_path, executor=again, resume=True)
     assert len(again.parts) == 1
     assert summary.damaged == 1
     assert contents(tmp_path) == whole
@@ -194,12 +192,12 @@ def test_a_full_disk_stops_the_run_and_leaves_a_store_that_goes_on(
 ) -> None:
     with monkeypatch.context() as patch:
         moved = renames(patch, 10**9)
-        run(SWEEP, tmp_path / "all")
+        run_sweep(SWEEP, tmp_path / "all")
     with monkeypatch.context() as patch:
         renames(patch, int(share * moved[0]))
         with pytest.raises(NotWritten, match=r"No space left on device.*--resume"):
-            run(SWEEP, tmp_path / "store")
-    run(SWEEP, tmp_path / "store", resume=True)
+            run_sweep(SWEEP, tmp_path / "store")
+    run_sweep(SWEEP, tmp_path / "store", resume=True)
     assert contents(tmp_path / "store") == whole
 
 
@@ -208,37 +206,37 @@ def test_two_runs_on_one_store_are_refused(tmp_path: Path) -> None:
         opened(tmp_path / "store", SWEEP, resume=False, command=""),
         pytest.raises(InvalidInput, match="another run is writing"),
     ):
-        run(SWEEP, tmp_path / "store", resume=True)
-    run(SWEEP, tmp_path / "store", resume=True)
+        run_sweep(SWEEP, tmp_path / "store", resume=True)
+    run_sweep(SWEEP, tmp_path / "store", resume=True)
 
 
 def test_a_store_is_not_mixed_with_anything_else(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    run(SWEEP, tmp_path / "store")
+    run_sweep(SWEEP, tmp_path / "store")
     with pytest.raises(InvalidInput, match="--resume"):
-        run(SWEEP, tmp_path / "store")
+        run_sweep(SWEEP, tmp_path / "store")
     with pytest.raises(InvalidInput, match="periods = 41: must be 40"):
-        run(chart(periods=41), tmp_path / "store", resume=True)
+        run_sweep(chart(periods=41), tmp_path / "store", resume=True)
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.tex").touch()
     with pytest.raises(InvalidInput, match="new, or empty"):
-        run(SWEEP, tmp_path / "other", resume=True)
-    run(SWEEP, tmp_path / "headless")
+        run_sweep(SWEEP, tmp_path / "other", resume=True)
+    run_sweep(SWEEP, tmp_path / "headless")
     for name in ("sweep.json", "chunks/sweep.copy"):
         (tmp_path / "headless" / name).unlink()
     before = contents(tmp_path / "headless")
     with pytest.raises(InvalidInput, match="new, or empty"):
-        run(SWEEP, tmp_path / "headless", resume=True)
+        run_sweep(SWEEP, tmp_path / "headless", resume=True)
     assert contents(tmp_path / "headless") == before
     (tmp_path / "file").touch()
     with pytest.raises(InvalidInput, match="a directory"):
-        run(SWEEP, tmp_path / "file")
+        run_sweep(SWEEP, tmp_path / "file")
     with pytest.raises(InvalidInput, match="directory of a sweep"):
         open_results(tmp_path / "other")
     monkeypatch.setattr(store_module, "KERNELS", "other kernels")
     with pytest.raises(InvalidInput, match="kernels = 'other kernels'"):
-        run(SWEEP, tmp_path / "store", resume=True)
+        run_sweep(SWEEP, tmp_path / "store", resume=True)
 
 
 def test_results_of_other_kernels_are_not_taken_in(
@@ -246,7 +244,7 @@ def test_results_of_other_kernels_are_not_taken_in(
 ) -> None:
     monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(kernels="x"))
     with pytest.raises(CapsuleError, match="a worker has the kernels x"):
-        run(SWEEP, tmp_path / "store", executor=Counting())
+        run_sweep(SWEEP, tmp_path / "store", executor=Counting())
 
 
 def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
@@ -254,14 +252,14 @@ def test_a_store_goes_on_with_another_core_only_if_that_is_wanted(
 ) -> None:
     here = cells_module.CORE
     with pytest.raises(KeyboardInterrupt):
-        run(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Counting(5), workers=1)
     for module in (cells_module, store_module):
         monkeypatch.setattr(module, "CORE", "c-other")
     before = contents(tmp_path / "store")
     with pytest.raises(InvalidInput, match=rf"core = 'c-other': must be '{here}', .*--any-core"):
-        run(SWEEP, tmp_path / "store", resume=True)
+        run_sweep(SWEEP, tmp_path / "store", resume=True)
     assert contents(tmp_path / "store") == before
-    run(SWEEP, tmp_path / "store", resume=True, any_core=True)
+    run_sweep(SWEEP, tmp_path / "store", resume=True, any_core=True)
     tally = Held(tmp_path / "store").tally()
     assert set(tally.cores) == {here, "c-other"}
     assert sum(tally.cores.values()) == 120
@@ -274,8 +272,8 @@ def test_a_worker_with_another_core_is_told(
 ) -> None:
     monkeypatch.setattr(run_module, "compute", lambda part: compute(part)._replace(core="c-x"))
     with pytest.raises(InvalidInput, match="core = 'c-x'"):
-        run(SWEEP, tmp_path / "store", executor=Counting())
-    run(SWEEP, tmp_path / "store", executor=Counting(), resume=True, any_core=True)
+        run_sweep(SWEEP, tmp_path / "store", executor=Counting())
+    run_sweep(SWEEP, tmp_path / "store", executor=Counting(), resume=True, any_core=True)
     assert set(Held(tmp_path / "store").tally().cores) == {"c-x"}
 
 
@@ -302,7 +300,7 @@ def test_no_more_chunks_are_under_way_than_workers(
     monkeypatch.setattr(run_module, "compute", started)
     monkeypatch.setattr(store_module.Store, "publish", published)
     with ThreadPoolExecutor(8) as pool:
-        run(SWEEP, tmp_path / "store", executor=pool, workers=3)
+        run_sweep(SWEEP, tmp_path / "store", executor=pool, workers=3)
     assert (most, unwritten) == (3, 0)
 
 
@@ -316,21 +314,21 @@ def test_an_error_of_a_worker_is_told_with_its_chunk(tmp_path: Path) -> None:
             return future
 
     with pytest.raises(Lost, match="chunk 2: MemoryError: no room"):
-        run(SWEEP, tmp_path / "store", executor=Failing(), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Failing(), workers=1)
     assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == 2
 
 
 @pytest.mark.parametrize("how", [{"executor": "fibres"}, {"workers": 0}, {"workers": 1.5}])
 def test_what_cannot_run_is_refused(how: dict[str, Any], tmp_path: Path) -> None:
     with pytest.raises(InvalidInput):
-        run(SWEEP, tmp_path / "store", **how)
+        run_sweep(SWEEP, tmp_path / "store", **how)
 
 
 def test_progress_starts_from_what_is_there_and_ends_at_all(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
-        run(SWEEP, tmp_path / "store", executor=Counting(4), workers=1)
+        run_sweep(SWEEP, tmp_path / "store", executor=Counting(4), workers=1)
     seen: list[tuple[int, int]] = []
-    run(SWEEP, tmp_path / "store", resume=True, progress=lambda *at: seen.append(at))
+    run_sweep(SWEEP, tmp_path / "store", resume=True, progress=lambda *at: seen.append(at))
     done = [n for n, _ in seen]
     assert done == sorted(done)
     assert 0 < done[0] < 120
@@ -344,7 +342,7 @@ def test_the_record_of_a_chunk_holds_its_words_and_reasons(
         return compute(part)._replace(reasons={"3": "no luck"})
 
     monkeypatch.setattr(run_module, "compute", failing)
-    run(SWEEP, tmp_path / "store", executor=Counting())
+    run_sweep(SWEEP, tmp_path / "store", executor=Counting())
     record = json.loads((tmp_path / "store/chunks/000000/000000000.json").read_text())
     assert record["reasons"] == {"3": "no luck"}
     assert sum(cells for _, cells in record["itineraries"].values()) <= 20
@@ -355,11 +353,11 @@ def test_memory_does_not_grow_with_the_sweep() -> None:
     """Peak memory of a process is that of the chunks under way, however many there are."""
     code = (
         "import resource, sys, tempfile\n"
-        "from capsule_sym._sweeps import run\n"
+        "from capsule_sym import run_sweep\n"
         "from tests.sweeps import chart\n"
         "side = int(sys.argv[1])\n"
         "with tempfile.TemporaryDirectory() as store:\n"
-        "    run(chart(side, side, periods=4, chunk=(32, 32)), store, workers=2)\n"
+        "    run_sweep(chart(side, side, periods=4, chunk=(32, 32)), store, workers=2)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)\n"
     )
     peak = {}

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, Parameters
-from capsule_sym._sweeps import Axis, Sweep, load_sweep
+from capsule_sym import Axis, InvalidInput, Parameters, Sweep, load_sweep
 from tests.sweeps import chart
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym import InvalidInput
 from capsule_sym._paper import read
 from capsule_sym._symbolic import frozen, verify
 from capsule_sym._symbolic.command import verify as command

@@ -41,7 +41,7 @@ def simulated_wide(starts: Sequence[Start]) -> list[Result]:
     """Itineraries by the C core, every switch decided in 106 bits."""
     results = []
     for start in starts:
-        run = NativeRun(start.parameters, settle=True)
+        run = NativeRun(start.parameters, escalate=True)
         run.precision = Precision.DOUBLE_DOUBLE
         found = run.go(start.state, 0.0, start.periods, MOST * start.periods)
         itinerary = bytes(segment.field for segment in found.segments)

@@ -16,13 +16,13 @@ from capsule_sym._orbits.continuation.events import (
     GRAZING,
     GRAZING_SLIDING,
     SWITCHING,
-    Located,
-    locate,
+    BorderCollision,
+    solve_event,
 )
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, Status
-from capsule_sym._orbits.shooting.stability import monodromy, multipliers
+from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
 
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
@@ -86,7 +86,7 @@ class Bifurcation:
     path: ParameterPath | None = None
 
 
-def refined(one: Bifurcation) -> Located:
+def refined(one: Bifurcation) -> BorderCollision:
     """A bifurcation at which a segment has duration 0, in 50 digits; the other parameters exact.
 
     Raises ValueError for a smooth bifurcation, and ArithmeticError where Newton's method fails.
@@ -98,24 +98,24 @@ def refined(one: Bifurcation) -> Located:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
         free = (one.path or ParameterPath(one.parameter),)
-        found = locate(numbers, values, free, orbit.itinerary, z, (one.segment,))
+        found = solve_event(numbers, values, free, orbit.itinerary, z, (one.segment,))
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
     return found
 
 
-def moduli(orbit: Orbit) -> tuple[complex, ...]:
+def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
     """The multipliers of an orbit as plain numbers, the largest modulus first."""
-    return tuple(complex(value) for value in multipliers(orbit))
+    return tuple(complex(value) for value in floquet_multipliers(orbit))
 
 
-def tests(orbit: Orbit) -> dict[str, float]:
+def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:
     """The functions that vanish at a smooth bifurcation, from the monodromy matrix M.
 
     det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j,
     i < j, at a Neimark-Sacker bifurcation.
     """
-    matrix = monodromy(orbit)
+    matrix = monodromy_matrix(orbit)
     first, third = np.trace(matrix), np.linalg.det(matrix)
     second = (first * first - np.trace(matrix @ matrix)) / 2
     return {
@@ -125,7 +125,7 @@ def tests(orbit: Orbit) -> dict[str, float]:
     }
 
 
-class Root(NamedTuple):
+class SmoothEvent(NamedTuple):
     """Where a test function vanishes between two points of a path."""
 
     share: float
@@ -143,10 +143,12 @@ class _Lost(Exception):
 
 def noise(orbit: Orbit) -> float:
     """Rounding of the test functions at an orbit."""
-    return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy(orbit))))) ** 3
+    return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy_matrix(orbit))))) ** 3
 
 
-def root(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
+def zero_of_test_function(
+    name: str, between: Callable[[float], Orbit | None]
+) -> SmoothEvent | None:
     """The orbit of a smooth bifurcation between two orbits where the test's signs differ.
 
     `between` gives the path's orbit at a share in [0, 1] of the way. Where the path or the root is
@@ -163,13 +165,13 @@ def root(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
         return orbit
 
     def test(share: float) -> float:
-        return tests(at(share))[name]
+        return evaluate_test_functions(at(share))[name]
 
     try:
         first, last = at(0.0), at(1.0)
     except _Lost:
         return None
-    ends = tests(first)[name], tests(last)[name]
+    ends = evaluate_test_functions(first)[name], evaluate_test_functions(last)[name]
     if not ends[0] * ends[1] < 0:
         return None
     iterations, residual = 0, abs(ends[0])
@@ -178,22 +180,24 @@ def root(name: str, between: Callable[[float], Orbit | None]) -> Root | None:
             test, 0.0, 1.0, xtol=1e-15, rtol=4 * 2.0**-52, full_output=True, disp=False
         )
         iterations, orbit = found.iterations, at(share)
-        residual = abs(tests(orbit)[name])
+        residual = abs(evaluate_test_functions(orbit)[name])
         beside = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
         slope = abs(test(beside[1]) - test(beside[0])) / (beside[1] - beside[0])
     except _Lost:
-        if name == NEIMARK_SACKER and not (_turns(first) and _turns(last)):
+        if name == NEIMARK_SACKER and not (_rotations(first) and _rotations(last)):
             return None
-        return Root(0.0, first, 1.0, residual, iterations, Status.NOT_CONVERGED)
-    if name == NEIMARK_SACKER and not _turns(orbit):
+        return SmoothEvent(0.0, first, 1.0, residual, iterations, Status.NOT_CONVERGED)
+    if name == NEIMARK_SACKER and not _rotations(orbit):
         return None
     error = noise(orbit)
     solved = residual <= error + slope * _SHARE and orbit.status is Status.CONVERGED
     status = Status.CONVERGED if solved else Status.NOT_CONVERGED
     doubt = error / slope if solved else 1.0
-    return Root(share, orbit, doubt, max(residual, float(orbit.residual)), iterations, status)
+    return SmoothEvent(
+        share, orbit, doubt, max(residual, float(orbit.residual)), iterations, status
+    )
 
 
-def _turns(orbit: Orbit) -> bool:
+def _rotations(orbit: Orbit) -> bool:
     """Whether an orbit has complex multipliers."""
-    return any(abs(value.imag) > 1e-6 for value in moduli(orbit))
+    return any(abs(value.imag) > 1e-6 for value in sorted_multipliers(orbit))

@@ -19,20 +19,20 @@ from capsule_sym._orbits.continuation.bifurcations import (
     INITIALS,
     PERIOD_DOUBLING,
     Bifurcation,
-    Root,
-    moduli,
+    SmoothEvent,
+    sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.doubling import halved
 from capsule_sym._orbits.continuation.events import place
 from capsule_sym._orbits.continuation.following import BESIDE, FIRST, Follower, first_half
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
-from capsule_sym._orbits.shooting.admissibility import Inequality, realised
+from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
-from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole
+from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
 
 _MOST_POINTS = 20_000
 
@@ -48,7 +48,7 @@ class BranchPoint:
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
         """Multipliers of the orbit, the largest modulus first."""
-        return moduli(self.orbit)
+        return sorted_multipliers(self.orbit)
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Branch(Labelled):
         return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
 
 
-def follow(
+def continue_orbit(
     orbit: Orbit,
     parameter: str,
     to: float,
@@ -189,7 +189,9 @@ class Run:
         tightest = self.follower.tightest(state)
         if self.axis.path.ties:
             _ = state.orbit.parameters  # refuses what lies between the values that were tried
-        self.points.append(BranchPoint(self._value(state.orbit), whole(state.orbit), tightest))
+        self.points.append(
+            BranchPoint(self._value(state.orbit), whole_orbit(state.orbit), tightest)
+        )
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
         new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
@@ -202,7 +204,7 @@ class Run:
         if at_border:
             ending = Ending.REACHED
             if new.u[-1] < 0.5 and self.start[-1] < BESIDE:
-                returned = same(whole(new.orbit), self.points[0].orbit)
+                returned = same(whole_orbit(new.orbit), self.points[0].orbit)
                 ending = Ending.RETURNED if returned else Ending.TURNED_BACK
             raise Stop(ending, where(new.orbit, (self.axis,)))
         return new, step
@@ -219,7 +221,7 @@ class Run:
         )
 
     def _record_smooth(
-        self, name: str, one: Root, old: State, new: State, last: bool = False
+        self, name: str, one: SmoothEvent, old: State, new: State, last: bool = False
     ) -> None:
         orbit, interval = one.orbit, (self._value(old.orbit), self._value(new.orbit))
         # The share of a smooth bifurcation is one of the step, at the end that of the axis.
@@ -242,9 +244,9 @@ class Run:
                 failed="",
                 itinerary_before=old.orbit.itinerary.whole,
                 itinerary_after=None if last else new.orbit.itinerary.whole,
-                multipliers_before=moduli(old.orbit),
-                multipliers_after=() if last else moduli(new.orbit),
-                orbit=whole(orbit),
+                multipliers_before=sorted_multipliers(old.orbit),
+                multipliers_after=() if last else sorted_multipliers(new.orbit),
+                orbit=whole_orbit(orbit),
                 path=self.axis.path,
             )
         )
@@ -260,7 +262,7 @@ class Run:
             failure = failure_of(beside)
             beside = None if failure else self.follower.symmetric(beside)
         what = place(located.itinerary, located.shot, event.segment)
-        at = whole(located.orbit("numpy"))
+        at = whole_orbit(located.orbit("numpy"))
         self.bifurcations.append(
             Bifurcation(
                 type=what.type if what else "corner of higher codimension",
@@ -278,8 +280,8 @@ class Run:
                 failed=event.failed.named(old.orbit.itinerary),
                 itinerary_before=old.orbit.itinerary.whole,
                 itinerary_after=beside.orbit.itinerary.whole if beside else None,
-                multipliers_before=moduli(old.orbit),
-                multipliers_after=moduli(beside.orbit) if beside else (),
+                multipliers_before=sorted_multipliers(old.orbit),
+                multipliers_after=sorted_multipliers(beside.orbit) if beside else (),
                 orbit=at,
                 path=self.axis.path,
             )
@@ -317,4 +319,4 @@ def failure_of(state: State) -> str:
     failed = [one.named(itinerary) for one in state.held if one.value <= 0]
     if failed:
         return f"{' and '.join(failed)} fails in {itinerary} at once"
-    return "" if realised(whole(state.orbit)) else f"the map does not follow {itinerary}"
+    return "" if is_admissible(whole_orbit(state.orbit)) else f"the map does not follow {itinerary}"

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Bifurcation, Root, moduli, noise
+from capsule_sym._orbits.continuation.bifurcations import (
+    SMOOTH,
+    Bifurcation,
+    SmoothEvent,
+    noise,
+    sorted_multipliers,
+)
 from capsule_sym._orbits.continuation.events import Place, place
 from capsule_sym._orbits.continuation.following import FIRST, Follower
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
@@ -23,7 +29,7 @@ from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym._orbits.shooting.orbit import Orbit, Status, columns_of
-from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole_orbit
 from capsule_sym._parameters import Parameters
 
 _MOST_POINTS = 5_000
@@ -59,11 +65,11 @@ class CurvePoint:
             self.segment is None
             or len(set(map(drift, around(self.orbit.itinerary, self.segment)))) == 1
         )
-        return moduli(self.orbit) if regular else ()
+        return sorted_multipliers(self.orbit) if regular else ()
 
 
 @dataclass(frozen=True)
-class CodimensionTwo:
+class CodimensionTwoPoint:
     """A point of a curve where a second condition holds, located exactly; dimensionless.
 
     `types` and `lines` are those of the curve and of the second condition; `values` the two
@@ -90,7 +96,7 @@ class Curve(Labelled):
     type: str
     parameters: tuple[str, str]
     points: tuple[CurvePoint, ...]
-    codimension_two: tuple[CodimensionTwo, ...]
+    codimension_two: tuple[CodimensionTwoPoint, ...]
     endings: tuple[tuple[Ending, str], tuple[Ending, str]]
     dimension = "point"
 
@@ -121,7 +127,7 @@ class Curve(Labelled):
         return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
 
 
-def trace(
+def continue_bifurcation(
     bifurcation: Bifurcation,
     second: str,
     ranges: tuple[tuple[float, float], tuple[float, float]],
@@ -202,7 +208,7 @@ class _Curve:
         self.follower = Follower(numbers, orbit, axes, segment, critical)
         self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
         self.points: list[CurvePoint] = []
-        self.meetings: list[CodimensionTwo] = []
+        self.meetings: list[CodimensionTwoPoint] = []
 
     def go(self) -> tuple[Ending, str]:
         """Follow the curve to its end, and say why it ends."""
@@ -248,7 +254,7 @@ class _Curve:
         segment, values = self.follower.born, self._values(state.orbit)
         line = self._place(state.orbit, segment).line
         orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
-        orbit = whole(orbit)
+        orbit = whole_orbit(orbit)
         if self.follower.critical is not None:
             test = abs(state.tests[self.follower.critical])
             residual = max(residual, test)
@@ -268,13 +274,13 @@ class _Curve:
             raise Stop(Ending.REACHED, where(new.orbit, self.axes))
         return new, step
 
-    def _meet_smooth(self, name: str, one: Root, old: State, new: State) -> None:
+    def _meet_smooth(self, name: str, one: SmoothEvent, old: State, new: State) -> None:
         here = self._place(one.orbit, self.follower.born)
         values = np.array(self._values(one.orbit))
         moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
         first, second = (abs(moved) * one.doubt + _ROUNDINGS * _UNIT * abs(values)).tolist()
         self.meetings.append(
-            CodimensionTwo(
+            CodimensionTwoPoint(
                 types=(here.type, name),
                 lines=(here.line, ""),
                 values=self._values(one.orbit),
@@ -285,7 +291,7 @@ class _Curve:
                 failed="",
                 itinerary_before=one.orbit.itinerary.whole,
                 itinerary_after=one.orbit.itinerary.whole,
-                orbit=whole(one.orbit),
+                orbit=whole_orbit(one.orbit),
             )
         )
 
@@ -305,7 +311,7 @@ class _Curve:
             stop = error
         first, second = (float(value) for value in located.uncertainties[-2:])
         self.meetings.append(
-            CodimensionTwo(
+            CodimensionTwoPoint(
                 types=(here.type, there.type),
                 lines=(here.line, there.line),
                 values=self._values(at),
@@ -316,7 +322,7 @@ class _Curve:
                 failed=event.failed.named(old.orbit.itinerary),
                 itinerary_before=old.orbit.itinerary.whole,
                 itinerary_after=beside.orbit.itinerary.whole if beside else None,
-                orbit=whole(at),
+                orbit=whole_orbit(at),
             )
         )
         if beside is None:

@@ -7,16 +7,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Root, root
+from capsule_sym._orbits.continuation.bifurcations import (
+    PERIOD_DOUBLING,
+    SmoothEvent,
+    zero_of_test_function,
+)
 from capsule_sym._orbits.continuation.states import Axis
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 
 _WIDTHS = 10.0 ** np.arange(-3, 2)  # of the interval around a doubling, over that of the step
 
 
-def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
+def halved(old: Orbit, new: Orbit, axis: Axis) -> SmoothEvent | None:
     """The period doubling between two orbits of one branch at which the halves exchange places.
 
     The root's orbit is that of half the period; its share and doubt are of the axis. None where
@@ -43,7 +47,7 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
     reach = abs(new.z - old.z).max()
 
     def at(q: float) -> Orbit | None:
-        found = close(axis.placed(values, q), once, guess)
+        found = solve_itinerary(axis.placed(values, q), once, guess)
         near = isinstance(found, Orbit) and abs(found.durations - durations).max() <= reach
         return found if near and isinstance(found, Orbit) else None
 
@@ -54,7 +58,7 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> Root | None:
         def between(part: float, low: float = low, width: float = width) -> Orbit | None:
             return at(low + part * width)
 
-        found = root(PERIOD_DOUBLING, between)
+        found = zero_of_test_function(PERIOD_DOUBLING, between)
         if found is not None:
             return found._replace(share=low + found.share * width, doubt=found.doubt * width)
     return None

@@ -14,10 +14,10 @@ from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import (
     ROUNDINGS,
     Matrix,
-    Shot,
-    Span,
+    SegmentFlow,
+    Shooting,
     Vector,
-    shoot,
+    shooting,
     solve,
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
@@ -28,7 +28,7 @@ _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
 
 
-class Located(NamedTuple):
+class BorderCollision(NamedTuple):
     """An orbit on which certain segments have the duration 0, solved for, and how well.
 
     `values` are the seven parameters, of which as many as there are such segments were free. The
@@ -41,7 +41,7 @@ class Located(NamedTuple):
     segments: tuple[int, ...]
     z: Vector
     values: tuple[Number, ...]
-    shot: Shot
+    shot: Shooting
     residual: Number
     uncertainties: tuple[Number, ...]
     iterations: int
@@ -51,14 +51,14 @@ class Located(NamedTuple):
         return Orbit(self.values, self.itinerary, self.z, self.shot, backend, self.iterations)
 
 
-def locate(
+def solve_event(
     numbers: Backend,
     values: Sequence[Number],
     free: tuple[ParameterPath, ...],
     itinerary: Itinerary,
     z: Vector,
     segments: tuple[int, ...],
-) -> Located | None:
+) -> BorderCollision | None:
     """The orbit on which each of `segments` has the duration 0, by Newton's method; None if none.
 
     Unknowns are the other entries of z and as many parameters, those that vary on the paths `free`;
@@ -73,7 +73,7 @@ def locate(
     small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
     with np.errstate(all="ignore"):
         for iterations in range(1, _MOST_STEPS + 1):
-            shot = shoot(numbers, given, itinerary, z)
+            shot = shooting(numbers, given, itinerary, z)
             at = [path.value(given) for path in free]
             matrix = _matrix(shot, rest, free, at)
             if not all(abs(value) < float("inf") for value in shot.residual):
@@ -91,7 +91,7 @@ def locate(
 
 
 def _matrix(
-    shot: Shot, rest: list[int], free: tuple[ParameterPath, ...], at: Sequence[Number]
+    shot: Shooting, rest: list[int], free: tuple[ParameterPath, ...], at: Sequence[Number]
 ) -> Matrix:
     """The derivative of the equations by some entries of z and by what varies."""
     by = [path.along(shot.by_p, value) for path, value in zip(free, at, strict=True)]
@@ -107,8 +107,8 @@ def _solved(
     segments: tuple[int, ...],
     rest: list[int],
     iterations: int,
-) -> Located | None:
-    shot = shoot(numbers, given, itinerary, z)
+) -> BorderCollision | None:
+    shot = shooting(numbers, given, itinerary, z)
     at = [path.value(given) for path in free]
     matrix, unknowns = _matrix(shot, rest, free, at), np.array([*z[rest], *at])
     residual = max(abs(shot.residual))
@@ -121,7 +121,9 @@ def _solved(
         last[len(rest) + k, k] = last[len(rest) + k, k] + 1
     rows = solve(numbers, matrix.T, last).T
     uncertainties = tuple(abs(rows) @ (rounding + abs(shot.residual)))
-    return Located(itinerary, segments, z, tuple(given), shot, residual, uncertainties, iterations)
+    return BorderCollision(
+        itinerary, segments, z, tuple(given), shot, residual, uncertainties, iterations
+    )
 
 
 class Place(NamedTuple):
@@ -154,7 +156,7 @@ _SURFACES = {
 }
 
 
-def place(itinerary: Itinerary, shot: Shot, segment: int) -> Place | None:
+def place(itinerary: Itinerary, shot: Shooting, segment: int) -> Place | None:
     """What happens where a segment has the duration 0; None for what has no name.
 
     Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
@@ -189,13 +191,13 @@ def _sliding(before: int, during: int, after: int) -> str | None:
     return SWITCHING if during == -before and after == 0 else None
 
 
-def _edge(span: Span) -> str:
+def _edge(span: SegmentFlow) -> str:
     """The edge of stick, L1 to L4, on which a segment begins."""
     force = span.closed.margin + span.c.friction
     return f"L{(1 if force > 0 else 2) + 2 * contact(span.segment.field)}"
 
 
-def _part(span: Span, line: str) -> int:
+def _part(span: SegmentFlow, line: str) -> int:
     """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
     c, (_, v_r, _) = span.c, span.start
     side = 1 if line in ("L1", "L3") else -1
@@ -204,7 +206,7 @@ def _part(span: Span, line: str) -> int:
     return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
 
 
-def _corner(guards: set[Guard | None], span: Span) -> str:
+def _corner(guards: set[Guard | None], span: SegmentFlow) -> str:
     """The line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
     if Guard.UPPER in guards:
         return "O1"

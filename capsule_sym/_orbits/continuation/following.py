@@ -9,8 +9,13 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Root, root, tests
-from capsule_sym._orbits.continuation.events import Located, locate
+from capsule_sym._orbits.continuation.bifurcations import (
+    SMOOTH,
+    SmoothEvent,
+    evaluate_test_functions,
+    zero_of_test_function,
+)
+from capsule_sym._orbits.continuation.events import BorderCollision, solve_event
 from capsule_sym._orbits.continuation.path import Evaluation, Solution, Vector, corrected, tangent
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Step, Stop, where
 from capsule_sym._orbits.shooting.admissibility import (
@@ -21,10 +26,10 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.changes import Change, exchanged, inserted, shortened
-from capsule_sym._orbits.shooting.equations import shoot
+from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import halved, halved_at, whole
+from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, whole_orbit
 
 FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
@@ -44,7 +49,7 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
     varies = {name for axis in axes for name in (axis.name, *dict(axis.path.ties))}
     if "beta" in varies and any(map(contact, orbit.itinerary.fields)):
         return None
-    return halved(orbit)
+    return half_orbit(orbit)
 
 
 class Follower:
@@ -82,7 +87,7 @@ class Follower:
             z = np.insert(z, 4 + self.born, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
             values = axis.placed(values, float(q))
-        shot = shoot(self.numbers, values, self.itinerary, z)
+        shot = shooting(self.numbers, values, self.itinerary, z)
         return Orbit(tuple(values), self.itinerary, z, shot, self.numbers.name)
 
     def equations(self, u: Vector) -> Evaluation:
@@ -93,14 +98,20 @@ class Follower:
         by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
         by, residual = np.column_stack([by_z, *by_q]), shot.residual
         if self.critical is not None:
-            residual = np.append(residual, tests(orbit)[self.critical])
+            residual = np.append(residual, evaluate_test_functions(orbit)[self.critical])
             by = np.vstack([by, self._critical_by(u, self.critical)])
         return Evaluation(residual, by, orbit)
 
     def _critical_by(self, u: Vector, name: str) -> Vector:
         """Gradient of a test function, by central differences of the exact one."""
         steps = _DIFFERENCE * np.eye(len(u))
-        ends = [(tests(self.orbit(u + s))[name], tests(self.orbit(u - s))[name]) for s in steps]
+        ends = [
+            (
+                evaluate_test_functions(self.orbit(u + s))[name],
+                evaluate_test_functions(self.orbit(u - s))[name],
+            )
+            for s in steps
+        ]
         return np.array([(ahead - behind) / (2 * _DIFFERENCE) for ahead, behind in ends])
 
     def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
@@ -112,7 +123,7 @@ class Follower:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
             raise Stop(Ending.NOT_CONVERGED, f"no tangent at {where(orbit, self.axes)}") from None
-        return State(u, orbit, held, direction, tests(orbit))
+        return State(u, orbit, held, direction, evaluate_test_functions(orbit))
 
     def tightest(self, state: State) -> Inequality:
         """The inequality with the least value. Raises Stop where it fails."""
@@ -182,7 +193,7 @@ class Follower:
         normal[k] = 1.0
         return corrected(self.equations, guess, normal)
 
-    def _smooth(self, old: State, new: State, until: float) -> list[tuple[str, Root]]:
+    def _smooth(self, old: State, new: State, until: float) -> list[tuple[str, SmoothEvent]]:
         """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
         change = new.u - old.u
         normal = change / np.linalg.norm(change)
@@ -193,7 +204,7 @@ class Follower:
 
         signs = {name: old.tests[name] * new.tests[name] for name in SMOOTH}
         names = [name for name in SMOOTH if signs[name] < 0 and name != self.critical]
-        roots = [(name, root(name, between)) for name in names]
+        roots = [(name, zero_of_test_function(name, between)) for name in names]
         found = [(name, one) for name, one in roots if one is not None and one.share <= until]
         return sorted(found, key=lambda pair: pair[1].share)
 
@@ -229,7 +240,7 @@ class Follower:
         orbit, there = self.orbit(old.u + share * (new.u - old.u)), new.orbit
         if failed.guard is Guard.GAP:
             # The second spring is on one side only: its touch has no mirror image.
-            orbit, there = whole(orbit), whole(there)
+            orbit, there = whole_orbit(orbit), whole_orbit(there)
         itinerary = orbit.itinerary
         if failed.kind == DURATION:
             change, segment = (
@@ -248,7 +259,9 @@ class Follower:
                 return None
             segments = (before, segment)
         free = tuple(axis.path for axis in self.axes)
-        located = locate(self.numbers, orbit.values, free, change.itinerary, change.z, segments)
+        located = solve_event(
+            self.numbers, orbit.values, free, change.itinerary, change.z, segments
+        )
         if located is None:
             return None
         here = self._collapsed(old, failed, located)
@@ -262,7 +275,7 @@ class Follower:
             return None
         return Event(failed, segment, change, located, along)
 
-    def _collapsed(self, old: State, failed: Inequality, located: Located) -> Vector | None:
+    def _collapsed(self, old: State, failed: Inequality, located: BorderCollision) -> Vector | None:
         """The unknowns, in the present itinerary, of an event in that with another segment."""
         z, segment = located.z, 4 + failed.segment
         if failed.kind == LANDING:

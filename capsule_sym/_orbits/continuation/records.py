@@ -7,16 +7,15 @@ from collections.abc import Iterable
 from itertools import zip_longest
 from typing import Any
 
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation, moduli
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation, sorted_multipliers
 from capsule_sym._orbits.continuation.continuation import Branch, BranchPoint
-from capsule_sym._orbits.continuation.curves import CodimensionTwo, Curve, CurvePoint
-from capsule_sym._orbits.metrics.worth import Figure, worth
+from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint, Curve, CurvePoint
+from capsule_sym._orbits.metrics.performance import Metric, performance
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
-from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Status
 
-_FIGURES = (
+_METRICS = (
     "velocity",
     "progression",
     "work",
@@ -36,15 +35,15 @@ def orbit_record(orbit: Orbit) -> dict[str, Any]:
 
     Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
     """
-    values = worth(orbit)
+    values = performance(orbit)
     return {
         "parameters": _parameters(orbit),
         **_place(orbit),
         **_convergence(orbit),
-        "multipliers": _complex(moduli(orbit)),
-        "stable": abs(moduli(orbit)[0]) < 1,
+        "multipliers": _complex(sorted_multipliers(orbit)),
+        "stable": abs(sorted_multipliers(orbit)[0]) < 1,
         "admissibility": _inequality(tightest(orbit), orbit.itinerary),
-        **{name: _figure(getattr(values, name)) for name in _FIGURES},
+        **{name: _metric(getattr(values, name)) for name in _METRICS},
         "imbalance": float(values.imbalance),
     }
 
@@ -129,7 +128,7 @@ def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
     }
 
 
-def _meeting(curve: Curve, one: CodimensionTwo) -> dict[str, Any]:
+def _meeting(curve: Curve, one: CodimensionTwoPoint) -> dict[str, Any]:
     return {
         "types": list(one.types),
         "lines": [line or None for line in one.lines],
@@ -239,7 +238,7 @@ def failure_record(found: NoOrbit) -> dict[str, Any]:
     }
 
 
-def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwo) -> dict[str, Any]:
+def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwoPoint) -> dict[str, Any]:
     """How well the equations are solved, as found there."""
     return {
         "residual": float(found.residual),
@@ -280,9 +279,9 @@ def _inequality(one: Inequality, itinerary: Itinerary) -> dict[str, Any]:
     return {"inequality": one.named(itinerary), "value": float(one.value)}
 
 
-def _figure(figure: Figure) -> dict[str, Any]:
-    gradient = zip(PARAMETERS, map(float, figure.gradient), strict=True)
-    return {"value": float(figure.value), "gradient": dict(gradient)}
+def _metric(metric: Metric) -> dict[str, Any]:
+    gradient = {name: float(slope) for name, slope in metric.gradient.items()}
+    return {"value": float(metric.value), "gradient": gradient}
 
 
 def _complex(values: Iterable[complex]) -> list[list[float]]:

@@ -16,7 +16,7 @@ from capsule_sym._orbits.continuation.continuation import BranchPoint
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.records import FORMAT
 from capsule_sym._orbits.shooting.admissibility import tightest
-from capsule_sym._orbits.shooting.equations import PARAMETERS, shoot
+from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, Status
 
@@ -37,7 +37,7 @@ def labelled_point(
     no branch of this format, or has no such label, and for a branch tied by functions of Python,
     which no file holds, unless they are given again.
     """
-    record = read(path)
+    record = read_branch(path)
     try:
         named = dict(_named(record, ""))
         for one in record["switched"]:
@@ -65,7 +65,7 @@ def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
         yield origin + label, one
 
 
-def read(path: Path | str) -> Record:
+def read_branch(path: Path | str) -> Record:
     """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
     try:
         record = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -83,9 +83,9 @@ def read(path: Path | str) -> Record:
 
 def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
     if "type" not in record:
-        orbit = orbit_of(record)
+        orbit = orbit_from_record(record)
         return BranchPoint(record["value"], orbit, tightest(orbit))
-    orbit = orbit_of(record["orbit"])
+    orbit = orbit_from_record(record["orbit"])
     segment = record["segment"]
     if segment is not None and not 0 < segment <= len(orbit.itinerary):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
@@ -115,14 +115,14 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
     )
 
 
-def orbit_of(record: Record) -> Orbit:
+def orbit_from_record(record: Record) -> Orbit:
     """The orbit of a record with parameters, itinerary, phase, state and durations."""
     values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
     angle = record["phase"] * values[PARAMETERS.index("omega")]
     z = np.array([*record["state"], angle, *record["durations"]])
     itinerary = _itinerary(record["itinerary"], record["period_number"])
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        orbit = Orbit(values, itinerary, z, shoot(numbers, values, itinerary, z), "numpy")
+        orbit = Orbit(values, itinerary, z, shooting(numbers, values, itinerary, z), "numpy")
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit

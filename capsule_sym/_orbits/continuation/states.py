@@ -7,8 +7,8 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from capsule_sym._map.backend import Number
-from capsule_sym._orbits.continuation.bifurcations import Root
-from capsule_sym._orbits.continuation.events import Located
+from capsule_sym._orbits.continuation.bifurcations import SmoothEvent
+from capsule_sym._orbits.continuation.events import BorderCollision
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.path import Vector
 from capsule_sym._orbits.shooting.admissibility import Inequality
@@ -90,7 +90,7 @@ class Event(NamedTuple):
     failed: Inequality
     segment: int
     change: Change
-    located: Located
+    located: BorderCollision
     share: float
 
 
@@ -98,7 +98,7 @@ class Step(NamedTuple):
     """The state after a step, what is on the way, in order, and how long to try the next step."""
 
     state: State
-    smooth: list[tuple[str, Root]]
+    smooth: list[tuple[str, SmoothEvent]]
     event: Event | None
     at_border: bool
     next: float

@@ -19,7 +19,7 @@ from capsule_sym._orbits.continuation.continuation import (
     axis_from,
     failure_of,
 )
-from capsule_sym._orbits.continuation.events import Located
+from capsule_sym._orbits.continuation.events import BorderCollision
 from capsule_sym._orbits.continuation.following import Follower, first_half
 from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
 from capsule_sym._orbits.continuation.path import corrected
@@ -107,7 +107,7 @@ def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
     return BranchPoint(point.value, orbit, tightest(orbit))
 
 
-def cascade(branch: Branch, depth: int, *, points: int = 100) -> tuple[Branch, ...]:
+def period_doubling_cascade(branch: Branch, depth: int, *, points: int = 100) -> tuple[Branch, ...]:
     """The branches of doubled orbits that leave a branch, and those that leave them, to a depth.
 
     Each is followed to the ends of the range of the first. One that arrives at a period doubling
@@ -211,7 +211,7 @@ def _event(orbit: Orbit, segment: int) -> Event:
     """What a follower that comes with the segment of duration 0 crosses."""
     itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
     same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
-    located = Located(
+    located = BorderCollision(
         itinerary, (segment,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0
     )
     return Event(

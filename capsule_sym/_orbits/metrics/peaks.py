@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from capsule_sym._map.backend import Number
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Span, Vector, force_by
-from capsule_sym._orbits.shooting.extrema import Quantity, turns
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector, force_by
+from capsule_sym._orbits.shooting.extrema import Quantity, extrema
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym.generated import formulas
 
@@ -23,7 +23,7 @@ class _Place(NamedTuple):
     """
 
     size: Number
-    span: Span
+    span: SegmentFlow
     time: Number | None
 
 
@@ -62,7 +62,7 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
             yield _Place(gap, span, None)
         else:
             continue
-        for _, time, value in turns(forms.numbers, span, quantity, {}):
+        for _, time, value in extrema(forms.numbers, span, quantity, {}):
             yield _Place(abs(value) if quantity is Quantity.FORCE else value, span, time)
 
 

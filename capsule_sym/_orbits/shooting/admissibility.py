@@ -10,8 +10,8 @@ from typing import NamedTuple
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.equations import Shot, Span
-from capsule_sym._orbits.shooting.extrema import Quantity, minima, turns
+from capsule_sym._orbits.shooting.equations import SegmentFlow, Shooting
+from capsule_sym._orbits.shooting.extrema import Quantity, extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 
@@ -20,7 +20,7 @@ _NEAR = 1e-5  # share of a segment within which a minimum is that at its end
 
 
 class Inequality(NamedTuple):
-    """A quantity that is positive where the itinerary is realised; dimensionless.
+    """A quantity that is positive where the itinerary is admissible; dimensionless.
 
     `kind` is "duration": that of segment `segment`; "minimum": the least of guard `guard` at the
     time `time` inside the segment; "landing": where the segment ends with v_c = 0, how far the
@@ -42,7 +42,7 @@ class Inequality(NamedTuple):
 
 
 def inequalities(
-    numbers: Backend, itinerary: Itinerary, shot: Shot, born: int | None = None
+    numbers: Backend, itinerary: Itinerary, shot: Shooting, born: int | None = None
 ) -> list[Inequality]:
     """All inequalities of an itinerary at a solution of its equations, shape (many,).
 
@@ -78,9 +78,11 @@ def inequalities(
     return found
 
 
-def _gaps(numbers: Backend, itinerary: Itinerary, span: Span, segment: int) -> Iterator[Inequality]:
+def _gaps(
+    numbers: Backend, itinerary: Itinerary, span: SegmentFlow, segment: int
+) -> Iterator[Inequality]:
     """The least gaps in a segment and in its mirror image."""
-    for kind, time, value in turns(numbers, span, Quantity.GAP, _zeros(itinerary, segment)):
+    for kind, time, value in extrema(numbers, span, Quantity.GAP, _zeros(itinerary, segment)):
         if kind < 0:
             yield Inequality(MINIMUM, segment, Guard.GAP, -value, time)
             continue
@@ -107,11 +109,11 @@ def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
     return {Guard.DRIFT: 2} if before else {}
 
 
-def _reversed_wrongly(itinerary: Itinerary, spans: Sequence[Span], before: int) -> bool:
+def _reversed_wrongly(itinerary: Itinerary, spans: Sequence[SegmentFlow], before: int) -> bool:
     return spans[before].segment.guard is Guard.DRIFT and _landing(itinerary, spans, before) <= 0
 
 
-def _landing(itinerary: Itinerary, spans: Sequence[Span], segment: int) -> Number:
+def _landing(itinerary: Itinerary, spans: Sequence[SegmentFlow], segment: int) -> Number:
     span, following = spans[segment], spans[(segment + 1) % len(spans)]
     force = following.closed.margin + following.c.friction
     if itinerary.mirrored and segment % len(spans) == len(spans) - 1:
@@ -120,7 +122,7 @@ def _landing(itinerary: Itinerary, spans: Sequence[Span], segment: int) -> Numbe
     return -beyond if following.c.drift else beyond
 
 
-def realised(orbit: Orbit) -> bool:
+def is_admissible(orbit: Orbit) -> bool:
     """Whether the certified map, run for the orbit's periods, goes through the same itinerary.
 
     Where beta = 0 an itinerary without contact stands for those with any.
@@ -149,7 +151,7 @@ def _longest(orbit: Orbit) -> int:
     return max(range(len(orbit.itinerary)), key=lambda i: float(orbit.shot.spans[i].h))
 
 
-def _middle(span: Span) -> tuple[tuple[float, float, float], float]:
+def _middle(span: SegmentFlow) -> tuple[tuple[float, float, float], float]:
     """State in the middle of a segment, and the forcing angle there in [0, 2 pi)."""
     with backend("numpy") as numbers:
         h = float(span.h) / 2

@@ -15,7 +15,7 @@ import numpy as np
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, Inequality
-from capsule_sym._orbits.shooting.equations import Shot, Vector
+from capsule_sym._orbits.shooting.equations import Shooting, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 
 
@@ -46,7 +46,7 @@ def _field(in_contact: int, drifting: int) -> int:
 
 
 def inserted(
-    numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shot, failed: Inequality
+    numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, failed: Inequality
 ) -> tuple[Change, int]:
     """The itinerary with the segment inserted where a MINIMUM or LANDING is 0, and that segment.
 
@@ -99,7 +99,7 @@ def exchanged(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
 
 
 def shortened(
-    numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shot, segment: int
+    numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, segment: int
 ) -> tuple[Change, Inequality]:
     """The itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.
 
@@ -126,7 +126,7 @@ def shortened(
 
 
 def _alone(
-    numbers: Backend, itinerary: Itinerary, shot: Shot, segment: int
+    numbers: Backend, itinerary: Itinerary, shot: Shooting, segment: int
 ) -> tuple[Change, Inequality]:
     """The itinerary of the one other segment, begun at the forcing angle 0."""
     span, guard = shot.spans[1 - segment], itinerary.segments[1 - segment].guard
@@ -143,7 +143,7 @@ def _alone(
     return change, Inequality(MINIMUM, 0, guard, zero, span.h - wait - turns * span.h)
 
 
-def rotated(itinerary: Itinerary, z: Vector, shot: Shot, segment: int) -> Change:
+def rotated(itinerary: Itinerary, z: Vector, shot: Shooting, segment: int) -> Change:
     """The same orbit begun at another segment."""
     n = len(itinerary)
     segment %= n
@@ -152,7 +152,7 @@ def rotated(itinerary: Itinerary, z: Vector, shot: Shot, segment: int) -> Change
     return Change(itinerary.rotated(segment), start, tuple((k - segment) % n for k in range(n)))
 
 
-def _inside(numbers: Backend, shot: Shot, segment: int, h: Number) -> tuple[Number, Number]:
+def _inside(numbers: Backend, shot: Shooting, segment: int, h: Number) -> tuple[Number, Number]:
     """x_r and v_r at a duration h after a segment's start."""
     span = shot.spans[segment]
     values = numbers.kernels.flow(span.c, span.closed, h)

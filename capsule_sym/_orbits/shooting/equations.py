@@ -36,7 +36,7 @@ Matrix = NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Span:
+class SegmentFlow:
     """A segment's flow: closed form, ends, and derivatives with respect to (z, parameters).
 
     States are (x_r, v_r, v_c); `angle` is the forcing angle at the start, not reduced; `moved` has
@@ -60,7 +60,7 @@ class Span:
     column: int
 
     def __repr__(self) -> str:
-        return f"<Span in F{self.segment.field} for {float(self.h):.6g}>"
+        return f"<SegmentFlow in F{self.segment.field} for {float(self.h):.6g}>"
 
     def total(self, rows: Matrix) -> Matrix:
         """Total derivatives (many, n + 11) of what has these derivatives within the segment.
@@ -71,7 +71,7 @@ class Span:
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
+class Shooting:
     """The equations of an orbit at some unknowns: residual, derivatives, and the segments.
 
     `residual` (n + 4,), `by_z` (n + 4, n + 4) and `by_p` (n + 4, 7); `advance` is the change of x_c
@@ -81,16 +81,18 @@ class Shot:
     residual: Vector
     by_z: Matrix
     by_p: Matrix
-    spans: tuple[Span, ...]
+    spans: tuple[SegmentFlow, ...]
     advance: Number
     advance_by: Vector
 
     def __repr__(self) -> str:
         largest = float(max(abs(self.residual)))
-        return f"<Shot of {len(self.spans)} segments: largest residual {largest:.1e}>"
+        return f"<Shooting of {len(self.spans)} segments: largest residual {largest:.1e}>"
 
 
-def shoot(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector) -> Shot:
+def shooting(
+    numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector
+) -> Shooting:
     """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS."""
     n, size = len(itinerary), len(itinerary) + 11
     zero = numbers.number(0)
@@ -124,7 +126,7 @@ def shoot(numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: V
     residual[n + 3] = omega * elapsed - itinerary.period_number * turn
     by[n + 3] = angle_by
     by[n + 3, 3] = zero
-    return Shot(residual, by[:, : n + 4], by[:, n + 4 :], tuple(spans), advance, advance_by)
+    return Shooting(residual, by[:, : n + 4], by[:, n + 4 :], tuple(spans), advance, advance_by)
 
 
 def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
@@ -159,7 +161,7 @@ def _run(
     angle_by: Vector,
     h: Number,
     column: int,
-) -> Span:
+) -> SegmentFlow:
     """A segment of duration h from a start that is known with its derivatives."""
     numbers, c = forms.numbers, forms.constants(segment.field)
     x_r, v_r, v_c = state.tolist()
@@ -173,7 +175,7 @@ def _run(
     end = np.array([x_r + position, velocity, v_c + change])
     moved = np.array([position, change, advance])
     end_by = _total(matrix[:3], state_by, angle_by, column)
-    return Span(
+    return SegmentFlow(
         segment=segment,
         c=c,
         closed=closed,
@@ -198,7 +200,7 @@ def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Mat
     return result  # type: ignore[no-any-return]
 
 
-def _guard(forms: ClosedForms, span: Span, zeros: int, column: int) -> tuple[Number, Vector]:
+def _guard(forms: ClosedForms, span: SegmentFlow, zeros: int, column: int) -> tuple[Number, Vector]:
     """A segment's guard at its end over its duration's power `zeros`, and the gradient."""
     if span.segment.guard is None:
         return span.angle, span.angle_by
@@ -218,7 +220,7 @@ def _guard(forms: ClosedForms, span: Span, zeros: int, column: int) -> tuple[Num
     return value, near + (far - near) * (span.h / least - 1)
 
 
-def _divided_by(span: Span, zeros: int, column: int) -> Vector:
+def _divided_by(span: SegmentFlow, zeros: int, column: int) -> Vector:
     """Gradient of a guard's increment over the duration's power `zeros`."""
     power = span.h**zeros
     by: Vector = _increment_by(span, zeros, column) / power
@@ -226,7 +228,7 @@ def _divided_by(span: Span, zeros: int, column: int) -> Vector:
     return by
 
 
-def _increment(span: Span, zeros: int) -> Number:
+def _increment(span: SegmentFlow, zeros: int) -> Number:
     """What a guard gains over a segment at whose start it and `zeros` - 1 derivatives vanish."""
     if span.segment.guard is Guard.GAP:
         return span.moved[0]
@@ -235,7 +237,7 @@ def _increment(span: Span, zeros: int) -> Number:
     return span.moved[1] - span.closed.margin * span.h / span.c.gamma
 
 
-def _increment_by(span: Span, zeros: int, column: int) -> Vector:
+def _increment_by(span: SegmentFlow, zeros: int, column: int) -> Vector:
     """Gradient of the increment."""
     row = 0 if span.segment.guard is Guard.GAP else 2
     gradient = span.end_by[row] - span.start_by[row]
@@ -250,7 +252,7 @@ def _increment_by(span: Span, zeros: int, column: int) -> Vector:
     return gradient  # type: ignore[no-any-return]
 
 
-def _value(span: Span) -> tuple[Number, Vector]:
+def _value(span: SegmentFlow) -> tuple[Number, Vector]:
     """A guard at the end of a segment, and its gradient."""
     c, (x_r, v_r, v_c), by = span.c, span.end, span.end_by
     if span.segment.guard is Guard.GAP:

@@ -12,8 +12,8 @@ from capsule_sym._map import quasistatic
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.isolation import polish, positive_at, search
-from capsule_sym._map.location import Departure, Flow, Start
-from capsule_sym._orbits.shooting.equations import Span
+from capsule_sym._map.location import Flow, SegmentStart, Start
+from capsule_sym._orbits.shooting.equations import SegmentFlow
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
@@ -29,7 +29,7 @@ class Quantity(Enum):
     SPEED = "speed"  # v_c, of a drift
 
 
-class Turn(NamedTuple):
+class Extremum(NamedTuple):
     """An interior extremum: 1 for a minimum, -1 for a maximum; duration after the start; value."""
 
     kind: int
@@ -45,7 +45,7 @@ class Minimum(NamedTuple):
     value: Number
 
 
-def minima(numbers: Backend, span: Span, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
+def minima(numbers: Backend, span: SegmentFlow, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
     """The minima of all watched guards inside a segment, guard by guard in time.
 
     `zeros` tells which guards vanish at the segment's start, and how many derivatives from the
@@ -53,21 +53,21 @@ def minima(numbers: Backend, span: Span, zeros: Mapping[Guard, int]) -> Iterator
     """
     c = span.c
     side = 1 if c.contact else -1
-    for kind, time, value in turns(numbers, span, Quantity.GAP, zeros):
+    for kind, time, value in extrema(numbers, span, Quantity.GAP, zeros):
         if kind == side:
             yield Minimum(Guard.GAP, time, side * value)
     # In stick P is least where it is nearest to its lower bound.
     quantity = Quantity.SPEED if c.drift else Quantity.FORCE
-    for kind, time, value in turns(numbers, span, quantity, zeros):
+    for kind, time, value in extrema(numbers, span, quantity, zeros):
         if not c.drift:
             yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, c.f_b + kind * value)
         elif kind == c.drift:
             yield Minimum(Guard.DRIFT, time, kind * value)
 
 
-def turns(
-    numbers: Backend, span: Span, quantity: Quantity, zeros: Mapping[Guard, int]
-) -> Iterator[Turn]:
+def extrema(
+    numbers: Backend, span: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+) -> Iterator[Extremum]:
     """The extrema of a quantity inside a segment, in the order of time.
 
     Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
@@ -79,7 +79,7 @@ def turns(
     x_r, gap, v_r, v_c, margin, *_ = map(number, span.closed)
     angle, duration = number(span.angle % numbers.full_turn), number(span.h)
     start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
-    flow = Flow(numbers, c, Departure(span.segment.field, start))
+    flow = Flow(numbers, c, SegmentStart(span.segment.field, start))
     now, sign = duration * 0, 0
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
 
@@ -108,7 +108,7 @@ def turns(
                 low, high, after = _further(about(now), after, rounding, high, most, numbers.unit)
         if sign and after < 0 and now + high < duration:
             time = polish(about, (now + low, now + high), numbers.unit)
-            yield Turn(-sign, time, _value(c, flow(time), quantity))
+            yield Extremum(-sign, time, _value(c, flow(time), quantity))
         sign = after * (sign or 1) or sign
         now, vanishing = now + high, 0
 

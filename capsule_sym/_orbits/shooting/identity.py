@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 
 _SAME = 1e-7  # states of one orbit, found twice, differ by less
 
@@ -33,7 +33,9 @@ def primitive(orbit: Orbit) -> Orbit:
         if most % times or itinerary.fields != itinerary.fields[:count] * times:
             continue
         once = Itinerary(itinerary.segments[:count], itinerary.period_number // times)
-        found = close(orbit.values, once, list(orbit.z[: 4 + count]), backend=orbit.backend)
+        found = solve_itinerary(
+            orbit.values, once, list(orbit.z[: 4 + count]), backend=orbit.backend
+        )
         if isinstance(found, Orbit) and all(
             _alike(orbit, i, found, i % count) for i in range(len(itinerary))
         ):

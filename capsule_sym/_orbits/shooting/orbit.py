@@ -20,9 +20,9 @@ from capsule_sym._orbits.shooting.equations import (
     PARAMETERS,
     ROUNDINGS,
     Matrix,
-    Shot,
+    Shooting,
     Vector,
-    shoot,
+    shooting,
     solve,
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
@@ -32,7 +32,7 @@ _MOST_STEPS = 25
 _LEAST_SCALE = 2.0**-12
 _LOST = 0.01  # condition of the equations, over what double precision resolves
 _BACK = 0.5  # how far a segment may go below duration 0, over its fastest rate
-_backend = backend  # the parameter of `close` has the same name
+_backend = backend  # the parameter of `solve_itinerary` has the same name
 
 
 class Reason(StrEnum):
@@ -45,7 +45,7 @@ class Reason(StrEnum):
     #: The equations have no finite value at the guess.
     NOT_FINITE = "not-finite"
     #: The equations are solved, but the map goes another way from there.
-    NOT_REALISED = "not-realised"
+    NOT_ADMISSIBLE = "not-admissible"
     #: The simulated motion did not settle on a periodic one.
     NOT_PERIODIC = "not-periodic"
 
@@ -85,7 +85,7 @@ class Orbit(Labelled):
     values: tuple[Number, ...]
     itinerary: Itinerary
     z: Vector
-    shot: Shot
+    shot: Shooting
     backend: str
     iterations: int = 0
     dimension = "segment"
@@ -166,7 +166,7 @@ class Orbit(Labelled):
 
     def refined(self) -> Orbit | NoOrbit:
         """The same orbit in 50 digits."""
-        return close(self.values, self.itinerary, list(self.z), backend="mpmath")
+        return solve_itinerary(self.values, self.itinerary, list(self.z), backend="mpmath")
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
@@ -185,7 +185,7 @@ def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
     }
 
 
-def close(
+def solve_itinerary(
     parameters: Parameters | Sequence[Number],
     itinerary: Itinerary,
     guess: Sequence[Number] | None = None,
@@ -228,7 +228,7 @@ def _newton(
     def none(reason: Reason, detail: str) -> NoOrbit:
         return NoOrbit(reason, detail, itinerary, values, norm, steps)
 
-    shot = shoot(numbers, values, itinerary, z)
+    shot = shooting(numbers, values, itinerary, z)
     norm = _norm(shot)
     if not norm < float("inf"):
         return none(Reason.NOT_FINITE, "the residual of the guess is not finite")
@@ -262,7 +262,7 @@ def _tolerance(numbers: Backend, z: Vector) -> Number:
     return tolerance * max(1, *abs(z))
 
 
-def solved_to_rounding(numbers: Backend, shot: Shot, z: Vector) -> bool:
+def solved_to_rounding(numbers: Backend, shot: Shooting, z: Vector) -> bool:
     """Whether each equation is solved as far as the roundings of its own terms let it.
 
     In a long itinerary every rounding is carried on by all that follows: the terms are large.
@@ -277,23 +277,23 @@ def _step(
     itinerary: Itinerary,
     z: Vector,
     step: Vector,
-    shot: Shot,
+    shot: Shooting,
     least_scale: float,
-) -> tuple[Vector, Shot] | None:
+) -> tuple[Vector, Shooting] | None:
     """The longest fraction of a Newton step that makes the residual smaller; None if none does."""
     scale, norm = 1.0, _norm(shot)
     least = [-_BACK / span.c.rate for span in shot.spans]
     while scale >= least_scale:
         trial = z - scale * step
         if all(h > low for h, low in zip(trial[4:], least, strict=True)):
-            ahead = shoot(numbers, values, itinerary, trial)
+            ahead = shooting(numbers, values, itinerary, trial)
             if _norm(ahead) < norm:
                 return trial, ahead
         scale /= 2
     return None
 
 
-def _norm(shot: Shot) -> Number:
+def _norm(shot: Shooting) -> Number:
     return max(abs(shot.residual))
 
 

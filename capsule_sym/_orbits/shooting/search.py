@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Segment, Trajectory, simulate
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._orbits.shooting.admissibility import realised, rerun, tightest
+from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
 from capsule_sym._orbits.shooting.identity import primitive, same
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, close
-from capsule_sym._orbits.shooting.stability import jacobian, multipliers
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, solve_itinerary
+from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
 from capsule_sym._parameters import Parameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether the motion is periodic
@@ -27,10 +27,10 @@ _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, in units of the motion's size, below which a run is on its orbit
 _SLACK = 10  # how far a run may be from an orbit over what the multipliers say
 _BLOCKS = 64  # how long a run that creeps towards its orbit is looked at, in blocks
-_TOLD = 3  # itineraries that a message names
+_MOST_NAMED = 3  # itineraries that a message names
 
 
-def find_orbit(
+def solve_orbit(
     parameters: Parameters,
     state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
@@ -55,7 +55,7 @@ def find_orbit(
             )
         refused = []
         for ending in endings(trajectory):
-            found = _taken(trajectory, ending)
+            found = _accepted(trajectory, ending)
             if isinstance(found, Orbit):
                 return found
             refused.append(_Refused(ending, found))
@@ -69,7 +69,7 @@ def find_orbit(
     return NoOrbit(
         Reason.NOT_PERIODIC,
         f"the run from {tuple(state)} at phase {phase} has not settled within {periods} excitation "
-        f"periods on a motion of at most {LONGEST}; {_told(refused)}",
+        f"periods on a motion of at most {LONGEST}; {_tried(refused)}",
         None,
         _values(parameters),
         float("inf"),
@@ -94,38 +94,38 @@ class _Refused(NamedTuple):
     why: NoOrbit
 
 
-def _told(refused: Sequence[_Refused]) -> str:
+def _tried(refused: Sequence[_Refused]) -> str:
     """What was tried, in words."""
     if not refused:
         return "the end of the run repeats no itinerary"
-    told = [
+    tried = [
         f"{one.ending.itinerary} over {one.ending.itinerary.period_number} "
         f"({one.why.reason}: {one.why.detail})"
-        for one in refused[:_TOLD]
+        for one in refused[:_MOST_NAMED]
     ]
-    more = [f"and {len(refused) - _TOLD} more"] if len(refused) > _TOLD else []
-    return f"tried {', '.join(told + more)}"
+    more = [f"and {len(refused) - _MOST_NAMED} more"] if len(refused) > _MOST_NAMED else []
+    return f"tried {', '.join(tried + more)}"
 
 
-def _taken(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
+def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
     """The orbit next to the end of a run, if the run settles on it."""
-    found = realise(trajectory.parameters, ending.itinerary, ending.guess)
+    found = solve_admissible(trajectory.parameters, ending.itinerary, ending.guess)
     if isinstance(found, NoOrbit):
         return found
     orbit = primitive(found)
-    largest = float(abs(multipliers(orbit)[0]))
+    largest = float(abs(floquet_multipliers(orbit)[0]))
     if not _near(orbit, ending.guess):
         detail = "the orbit of this itinerary is far from the run"
     elif not largest < 1:
         detail = f"the orbit of this itinerary is unstable, its multiplier {largest:.6g}"
-    elif not _settles(trajectory, orbit, largest):
+    elif not _tends_to(trajectory, orbit, largest):
         detail = "the run goes on away from the orbit of this itinerary"
     else:
         return orbit
     return NoOrbit(Reason.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
 
 
-def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
+def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     """Whether a run is on an orbit, or comes closer to it as the largest multiplier says."""
     period_number = orbit.itinerary.period_number
     marks = np.array(rerun(orbit).stroboscopic[-period_number:], dtype=float)
@@ -146,23 +146,23 @@ def _settles(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     return now < first
 
 
-def realise(
+def solve_admissible(
     parameters: Parameters, itinerary: Itinerary, guess: Sequence[float] | None = None
 ) -> Orbit | NoOrbit:
-    """The orbit of a given itinerary near a guess z, as `close` finds it, if the map goes along it.
+    """The orbit of a given itinerary near a guess z that the map follows as well.
 
-    Where it does not, the reason is NOT_REALISED, and the detail names the inequality of the
+    Where it does not, the reason is NOT_ADMISSIBLE, and the detail names the inequality of the
     itinerary that fails most.
     """
-    orbit = close(parameters, itinerary, guess)
-    if isinstance(orbit, NoOrbit) or (min(orbit.durations) > 0 and realised(orbit)):
+    orbit = solve_itinerary(parameters, itinerary, guess)
+    if isinstance(orbit, NoOrbit) or (min(orbit.durations) > 0 and is_admissible(orbit)):
         return orbit
     worst = tightest(orbit)
     detail = "the map goes another way, though every inequality of the itinerary holds"
     if worst.value <= 0:
         value = f"{float(worst.value):.3g}"
         detail = f"{worst.named(itinerary)} is {value}, where the itinerary needs it above 0"
-    return NoOrbit(Reason.NOT_REALISED, detail, itinerary, orbit.values, orbit.residual)
+    return NoOrbit(Reason.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[Ending]:
@@ -224,7 +224,7 @@ def _guess(
     return itinerary.rotated(first), [*segments[first].start, *durations]
 
 
-def random_search(
+def search_orbits(
     parameters: Parameters,
     starts: int = 50,
     *,
@@ -292,12 +292,12 @@ def orbit_at(parameters: Parameters, state: Sequence[float], period_number: int)
 
 def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
     """The orbit next to a run over one turn of it."""
-    guess = _one_turn(run, period_number)
-    orbit = close(run.parameters, *guess) if guess else None
-    return primitive(orbit) if isinstance(orbit, Orbit) and realised(orbit) else None
+    guess = _one_period(run, period_number)
+    orbit = solve_itinerary(run.parameters, *guess) if guess else None
+    return primitive(orbit) if isinstance(orbit, Orbit) and is_admissible(orbit) else None
 
 
-def _one_turn(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
+def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:
     """Itinerary and unknowns of a run over one turn of an orbit, from phase 0 to phase 0."""
     omega = run.parameters.omega
     segments = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in run.segments]

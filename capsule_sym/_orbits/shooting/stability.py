@@ -37,7 +37,7 @@ def field(c: Any, state: Vector, cosine: Number) -> Vector:
     return np.array([v_r, acceleration, formulas.v_c_rate(c, formulas.margin_at(c, *place))])
 
 
-def saltation(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
+def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
     """Saltation matrix (3, 3) where the capsule comes to rest in passing from one field to another.
 
     `before` and `after` are the constants of the two segments, `state` and the cosine of the
@@ -51,7 +51,7 @@ def saltation(before: Any, after: Any, state: Vector, cosine: Number) -> Matrix:
     return matrix  # type: ignore[no-any-return]
 
 
-def monodromy(orbit: Orbit) -> Matrix:
+def monodromy_matrix(orbit: Orbit) -> Matrix:
     """Monodromy matrix (3, 3) of the state over the orbit, at the phase where it begins.
 
     Of the first half of a motion that is its own mirror image it is the matrix of half the period
@@ -61,7 +61,7 @@ def monodromy(orbit: Orbit) -> Matrix:
         return _product(numbers, orbit, 0)
 
 
-def multipliers(orbit: Orbit) -> NDArray[np.complex128]:
+def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
     """The three multipliers, the largest modulus first.
 
     One is 0 exactly where the capsule sticks somewhere along the orbit: only deviations with
@@ -92,7 +92,7 @@ def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
         if span.segment.guard is Guard.DRIFT:
             cosine, _ = numbers.cos_sin(span.angle + span.c.omega * span.h)
             after = forms.constants(itinerary.neighbour(k + 1))
-            product = saltation(span.c, after, span.end, cosine) @ product
+            product = saltation_matrix(span.c, after, span.end, cosine) @ product
     return product
 
 
@@ -107,7 +107,7 @@ def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
     return product
 
 
-def lyapunov(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
+def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
     """The three Lyapunov exponents per unit of time, descending, along a trajectory.
 
     Only segments that begin after `transient` excitation periods count. An exponent is -inf once
@@ -148,7 +148,7 @@ def _steps(
     if following and drift(segment.field) not in (0, drift(following.field)):
         state = np.array([float(value) for value in segment.end_state])
         cosine = math.cos(float(segment.end.phase) * c.omega)
-        yield saltation(c, forms.constants(following.field), state, cosine)
+        yield saltation_matrix(c, forms.constants(following.field), state, cosine)
 
 
 def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -20,9 +20,9 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector, shoot
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, mirror
-from capsule_sym._orbits.shooting.orbit import Orbit, close
+from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 
 KEPT, BROKEN = "kept", "broken"
 _BETA = PARAMETERS.index("beta")
@@ -39,7 +39,7 @@ def springless(orbit: Orbit) -> bool:
     return any(one.guard is Guard.GAP and one.value < 0 for one in held)
 
 
-def mirrored(orbit: Orbit) -> bool:
+def mirror_image(orbit: Orbit) -> bool:
     """Whether an orbit is its own mirror image: all of (x_r, v_r, v_c) reversed half a turn later.
 
     Over an even number of excitation periods no orbit is its own image.
@@ -53,7 +53,7 @@ def mirrored(orbit: Orbit) -> bool:
     return bool(abs(states + later).max() < _SAME * (1 + abs(states).max()))
 
 
-def whole(orbit: Orbit) -> Orbit:
+def whole_orbit(orbit: Orbit) -> Orbit:
     """The whole orbit of which this may be the first half; a segment keeps its index."""
     if not orbit.itinerary.mirrored:
         return orbit
@@ -63,11 +63,11 @@ def whole(orbit: Orbit) -> Orbit:
     else:
         z = np.array([*orbit.z, *durations])
     with backend(orbit.backend) as numbers:
-        shot = shoot(numbers, orbit.values, itinerary, z)
+        shot = shooting(numbers, orbit.values, itinerary, z)
     return Orbit(orbit.values, itinerary, z, shot, orbit.backend, orbit.iterations)
 
 
-def halved(orbit: Orbit) -> Orbit | None:
+def half_orbit(orbit: Orbit) -> Orbit | None:
     """The first half of an orbit that is its own mirror image, None of any other.
 
     Where beta = 0 the half is of fields without contact: the second spring exerts no force.
@@ -76,17 +76,17 @@ def halved(orbit: Orbit) -> Orbit | None:
     if plain is None:
         return None
     itinerary = half_itinerary(plain.itinerary)
-    if itinerary is None or not mirrored(orbit):
+    if itinerary is None or not mirror_image(orbit):
         return None
     half = _first_half(plain, itinerary, plain.z)
-    found = close(half.values, itinerary, list(half.z), backend=half.backend)
+    found = solve_itinerary(half.values, itinerary, list(half.z), backend=half.backend)
     return found if isinstance(found, Orbit) else None
 
 
 def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | None:
-    """The first half of a bifurcating orbit and its segment of duration 0; None as for `halved`."""
+    """A bifurcating orbit's first half and its segment of duration 0; None as for `half_orbit`."""
     itinerary = half_itinerary(orbit.itinerary)
-    if itinerary is None or not mirrored(orbit):
+    if itinerary is None or not mirror_image(orbit):
         return None
     z, n = orbit.z, len(itinerary)
     if segment is not None and segment >= n:
@@ -100,7 +100,7 @@ def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
     if len(orbit.itinerary) == 1:
         z[4] = z[4] / 2
     with backend(orbit.backend) as numbers:
-        shot = shoot(numbers, orbit.values, itinerary, z)
+        shot = shooting(numbers, orbit.values, itinerary, z)
     return Orbit(orbit.values, itinerary, z, shot, orbit.backend, orbit.iterations)
 
 
@@ -129,7 +129,7 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
     if not switches:
         state = orbit.trajectory()(orbit.parameters.period * itinerary.period_number)
         z = [*map(float, state), 0.0, itinerary.period_number * orbit.parameters.period]
-        found = close(
+        found = solve_itinerary(
             orbit.values, Itinerary.of((2,), itinerary.period_number), z, backend=orbit.backend
         )
         return found if isinstance(found, Orbit) else None
@@ -149,5 +149,5 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
                 durations.append(h)
         plain = Itinerary.of(fields, itinerary.period_number)
         unknowns = np.array([*turned.z[:4], *durations])
-        shot = shoot(numbers, orbit.values, plain, unknowns)
+        shot = shooting(numbers, orbit.values, plain, unknowns)
     return Orbit(orbit.values, plain, unknowns, shot, orbit.backend, orbit.iterations)

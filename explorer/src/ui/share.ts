@@ -14,7 +14,7 @@ const float = (value: number): string => {
 
 export function asPython(state: State): string {
   if (state.view !== "motion")
-    return `import tomllib\n\nfrom capsule_sym._sweeps import open_results, read_plan, run\n\nplan = tomllib.loads('''\n${asFile(state)}''')\nrun(read_plan(plan), "sweep")\nresults = open_results("sweep")\nprint(results)\n`;
+    return `import tomllib\n\nfrom capsule_sym import open_results, read_plan, run_sweep\n\nplan = tomllib.loads('''\n${asFile(state)}''')\nrun_sweep(read_plan(plan), "sweep")\nresults = open_results("sweep")\nprint(results)\n`;
   const p = parameters(state);
   const device = state.units === "device";
   const given = device

@@ -1,4 +1,4 @@
-"""What a periodic motion is worth: progression, work and losses, peak forces, and their gradients.
+"""Performance of a periodic motion: progression, work and losses, peak forces; gradients of each.
 
 Work and damper loss are integrals of products of closed forms, entire functions of time of known
 exponential type: Gauss-Legendre quadrature on panels short beside that type has no error above
@@ -23,7 +23,7 @@ import numpy as np
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._orbits.metrics.peaks import peak_of_contact, peak_of_force
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Span, Vector
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 
 _THETA, _H = 3, 4  # columns of the kernels' Jacobian, after x_r, v_r and v_c
@@ -36,16 +36,16 @@ _MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # of this degree mpmath's rule has 48 nod
 _Energy = tuple[Number, Vector]  # of a segment, and its derivatives (12,) within the segment
 
 
-class Figure(NamedTuple):
-    """A figure of merit, and its gradient (7,) with respect to the parameters along the branch."""
+class Metric(NamedTuple):
+    """A metric, and its derivative along the branch with respect to each parameter by its name."""
 
     value: Number
-    gradient: Vector
+    gradient: dict[str, Number]
 
 
 @dataclass(frozen=True)
-class Worth:
-    """Figures of a periodic motion, dimensionless; energies are per excitation period.
+class Performance:
+    """Metrics of a periodic motion, dimensionless; energies are per excitation period.
 
     `velocity` is the average of v_c, `progression` the advance of x_c per excitation period.
     `work` is done by the drive, alpha cos(omega tau) v_m; `damper_loss` is the integral of
@@ -54,18 +54,18 @@ class Worth:
     the bodies, `peak_contact` the largest force beta (x_r - delta) of the second spring.
     """
 
-    velocity: Figure
-    progression: Figure
-    work: Figure
-    damper_loss: Figure
-    friction_loss: Figure
+    velocity: Metric
+    progression: Metric
+    work: Metric
+    damper_loss: Metric
+    friction_loss: Metric
     imbalance: Number
-    peak_force: Figure
-    peak_contact: Figure
+    peak_force: Metric
+    peak_contact: Metric
 
 
-def worth(orbit: Orbit) -> Worth:
-    """All figures of an orbit with their gradients, in the number system of the orbit.
+def performance(orbit: Orbit) -> Performance:
+    """All metrics of an orbit with their gradients, in the number system of the orbit.
 
     Raises numpy.linalg.LinAlgError at a fold, where the branch has no gradient.
     """
@@ -73,15 +73,15 @@ def worth(orbit: Orbit) -> Worth:
         period_number, omega = orbit.itinerary.period_number, orbit.values[_OMEGA]
         per_turn = omega / numbers.full_turn
         progression = _along(orbit, orbit.progression, orbit.shot.advance_by / period_number)
-        slope = progression.gradient * per_turn
-        slope[_OMEGA] += progression.value / numbers.full_turn
+        slopes = {name: slope * per_turn for name, slope in progression.gradient.items()}
+        slopes["omega"] += progression.value / numbers.full_turn
         forms = ClosedForms(numbers, orbit.values)
         segments = [_energies(forms, span) for span in orbit.shot.spans]
         work, damper_loss, friction_loss = (
             _energy(orbit, [segment[i] for segment in segments]) for i in range(3)
         )
-        return Worth(
-            velocity=Figure(progression.value * per_turn, slope),
+        return Performance(
+            velocity=Metric(progression.value * per_turn, slopes),
             progression=progression,
             work=work,
             damper_loss=damper_loss,
@@ -92,12 +92,13 @@ def worth(orbit: Orbit) -> Worth:
         )
 
 
-def _along(orbit: Orbit, value: Number, by: Vector) -> Figure:
-    """A figure whose gradient by unknowns and parameters, (n + 11,), is turned along the branch."""
-    return Figure(value, by[-7:] + by[:-7] @ orbit.by_parameter)
+def _along(orbit: Orbit, value: Number, by: Vector) -> Metric:
+    """A metric from its derivatives (n + 11,): the gradient is that along the branch of orbits."""
+    slopes = by[-7:] + by[:-7] @ orbit.by_parameter
+    return Metric(value, dict(zip(PARAMETERS, slopes, strict=True)))
 
 
-def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Figure:
+def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
     """An energy per excitation period, from those of the segments and their derivatives."""
     period_number = orbit.itinerary.period_number
     spans = orbit.shot.spans
@@ -105,7 +106,7 @@ def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Figure:
     return _along(orbit, sum(value for value, _ in segments) / period_number, by / period_number)
 
 
-def _energies(forms: ClosedForms, span: Span) -> tuple[_Energy, _Energy, _Energy]:
+def _energies(forms: ClosedForms, span: SegmentFlow) -> tuple[_Energy, _Energy, _Energy]:
     """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
     c, h = span.c, span.h
     fractions, weights = _panels(forms.numbers, 2 * float(c.rate) * abs(float(h)))
@@ -136,7 +137,7 @@ def _integral(values: Vector, by: Matrix, weights: Vector, h: Number) -> _Energy
 
 
 def _sample(
-    forms: ClosedForms, span: Span, fractions: Vector
+    forms: ClosedForms, span: SegmentFlow, fractions: Vector
 ) -> tuple[Vector, Vector, Vector, Vector, Matrix, Matrix]:
     """v_r, v_c, cosine and sine of the forcing angle, and derivatives (12, many) of v_r and v_c.
 
