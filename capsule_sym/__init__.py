@@ -40,7 +40,7 @@ _NAMES = {
     "_orbits.metrics.performance": "Metric Performance performance",
     "_orbits.shooting.admissibility": "Inequality is_admissible tightest",
     "_orbits.shooting.itinerary": "Itinerary ItinerarySegment",
-    "_orbits.shooting.orbit": "Orbit NoOrbit Reason solve_itinerary",
+    "_orbits.shooting.orbit": "Orbit OrbitStatus solve_itinerary",
     "_orbits.shooting.search": "solve_admissible solve_orbit search_orbits orbit_at",
     "_orbits.shooting.stability": (
         "floquet_multipliers jacobian lyapunov_exponents monodromy_matrix saltation_matrix"

@@ -68,9 +68,8 @@ from capsule_sym._orbits.shooting.admissibility import is_admissible as is_admis
 from capsule_sym._orbits.shooting.admissibility import tightest as tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary as Itinerary
 from capsule_sym._orbits.shooting.itinerary import ItinerarySegment as ItinerarySegment
-from capsule_sym._orbits.shooting.orbit import NoOrbit as NoOrbit
 from capsule_sym._orbits.shooting.orbit import Orbit as Orbit
-from capsule_sym._orbits.shooting.orbit import Reason as Reason
+from capsule_sym._orbits.shooting.orbit import OrbitStatus as OrbitStatus
 from capsule_sym._orbits.shooting.orbit import solve_itinerary as solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at as orbit_at
 from capsule_sym._orbits.shooting.search import search_orbits as search_orbits

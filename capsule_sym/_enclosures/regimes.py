@@ -47,8 +47,8 @@ def approximate(
 ) -> tuple[tuple[Bifurcation, ...], Orbit]:
     """The bifurcations between two amplitudes, in double precision, and the orbit at the first."""
     start = solve_orbit(parameters.replace(alpha=first))
-    if not isinstance(start, Orbit):
-        raise Unproved("search", start.detail)
+    if not start.success:
+        raise Unproved("search", start.message)
     branch = continue_orbit(start, "alpha", last)
     return branch.bifurcations, start
 

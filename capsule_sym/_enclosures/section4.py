@@ -13,7 +13,6 @@ from capsule_sym._enclosures.certificates import certify_bifurcation, certify_or
 from capsule_sym._enclosures.events import Event
 from capsule_sym._enclosures.regimes import Regime, approximate, regimes, threshold
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._paper import panels, read
 from capsule_sym._parameters import Parameters
@@ -77,14 +76,15 @@ def certified(gamma: str) -> tuple[list[dict[str, Any]], list[str]]:
         for alpha in panels(read()).values()
     ]
     kept, missing = [], []
-    for one in (*found, *orbits):
+    every: tuple[Bifurcation | Orbit, ...] = (*found, *orbits)
+    for one in every:
         try:
             if isinstance(one, Bifurcation):
                 kept.append(certify_bifurcation(one, exact)[0])
-            elif isinstance(one, Orbit):
+            elif one.success:
                 kept.append(certify_orbit(one, exact))
             else:
-                missing.append(one.detail)
+                missing.append(one.message)
         except Unproved as error:
             missing.append(str(error))
     return kept, missing

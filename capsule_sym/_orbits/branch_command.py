@@ -86,7 +86,7 @@ def branch(
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
     "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before" and
-    "itinerary_after"; "ending" and "detail" say why the branch ends; "switched" are the branches
+    "itinerary_after"; "status" and "message" say why the branch ends; "switched" are the branches
     beside it, each with its "origin". --out writes branch.json, points.csv and bifurcations.csv.
 
     Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
@@ -172,8 +172,8 @@ def tell_early_end(found: Branch) -> None:
     """Exit with 3, and the reason, where a branch ends before its parameter is there."""
     from capsule_sym._orbits.continuation.states import Ending
 
-    if found.ending is not Ending.REACHED:
-        click.echo(f"the branch ends ({found.ending.value}): {found.detail}", err=True)
+    if found.status is not Ending.REACHED:
+        click.echo(f"the branch ends ({found.status.value}): {found.message}", err=True)
         raise click.exceptions.Exit(3)
 
 
@@ -202,7 +202,7 @@ def _print_branch(found: Branch) -> None:
     console = make_console()
     if found.origin:
         console.print(f"\nfrom {found.origin}")
-    console.print(f"{len(found.points)} points, {found.ending.value}: {found.detail}\n")
+    console.print(f"{len(found.points)} points, {found.status.value}: {found.message}\n")
     table = make_table(
         found.parameter, "progression", "|multiplier|", "tightest inequality", "itinerary"
     )

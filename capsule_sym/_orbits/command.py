@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from capsule_sym._enclosures.certificates import Certified
-    from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
+    from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._parameters import Parameters
 
 settling_option = state_option("State at phase 0 from which the motion settles.")
@@ -66,7 +66,6 @@ def orbit(
     Exits with 4 where --certify does not prove all.
     """
     from capsule_sym._orbits.continuation.records import failure_record, orbit_record
-    from capsule_sym._orbits.shooting.orbit import NoOrbit
     from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
 
@@ -83,7 +82,7 @@ def orbit(
             certify_found(certify, found)
         return
     settled = solve_orbit(parameters, state)
-    if isinstance(settled, NoOrbit):
+    if not settled.success:
         if as_json:
             click.echo(dumps(failure_record(settled)))
         _give_up(settled)
@@ -133,17 +132,16 @@ def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
 
 def settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
     """The orbit on which the motion settles from a state; exits with 3 where there is none."""
-    from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._orbits.shooting.search import solve_orbit
 
     found = solve_orbit(parameters, state)
-    if isinstance(found, Orbit):
+    if found.success:
         return found
     _give_up(found)
 
 
-def _give_up(found: NoOrbit) -> NoReturn:
-    click.echo(f"no orbit ({found.reason.value}): {found.detail}", err=True)
+def _give_up(found: Orbit) -> NoReturn:
+    click.echo(f"no orbit ({found.status.value}): {found.message}", err=True)
     raise click.exceptions.Exit(3)
 
 

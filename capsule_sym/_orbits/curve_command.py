@@ -105,7 +105,7 @@ def curve(
         middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
     curves = [continue_bifurcation(one, names[1], (first, second), points=points) for one in chosen]
-    record = {"branch": found.ending.value, "curves": [curve_record(one) for one in curves]}
+    record = {"branch": found.status.value, "curves": [curve_record(one) for one in curves]}
     if out is not None:
         texts = {"curves.json": dumps(record) + "\n"}
         texts["points.csv"] = table(curve_rows(curves), ("curve", "type", "line"))

@@ -158,12 +158,11 @@ def _provenance() -> dict[str, str]:
 
 def _followed(parameters: Parameters, parameter: str, to: float, points: int) -> Branch:
     from capsule_sym._orbits.continuation.continuation import continue_orbit
-    from capsule_sym._orbits.shooting.orbit import NoOrbit
     from capsule_sym._orbits.shooting.search import solve_orbit
 
     orbit = solve_orbit(parameters)
-    if isinstance(orbit, NoOrbit):
-        allowed = f"where a run from rest becomes periodic ({orbit.detail})"
+    if not orbit.success:
+        allowed = f"where a run from rest becomes periodic ({orbit.message})"
         raise InvalidInput("parameters", parameters.to_dict(), allowed)
     return continue_orbit(orbit, parameter, to, points=points)
 

@@ -18,7 +18,6 @@ from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import table, write
@@ -86,11 +85,11 @@ def compute(report: Callable[[], object] = lambda: None) -> list[Threshold]:
 
 def _branch(gamma: float) -> tuple[Bifurcation, ...]:
     start = solve_orbit(Parameters(alpha=FIRST, gamma=gamma))
-    if not isinstance(start, Orbit):
-        raise ArithmeticError(start.detail)
+    if not start.success:
+        raise ArithmeticError(start.message)
     branch = continue_orbit(start, "alpha", LAST)
-    if branch.ending is not Ending.REACHED:
-        raise ArithmeticError(branch.detail)
+    if branch.status is not Ending.REACHED:
+        raise ArithmeticError(branch.message)
     return branch.bifurcations
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from capsule_sym._errors import CapsuleError
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
@@ -21,8 +21,8 @@ def orbit_at_end(
     Raises NotClosed where Newton's method leads to none, or to one of another itinerary.
     """
     orbit = solve_orbit(parameters, state, 0.0, 2 * period_number + 1)
-    if isinstance(orbit, NoOrbit):
-        raise NotSolved(f"{orbit.reason}: {orbit.detail}")
+    if not orbit.success:
+        raise NotSolved(f"{orbit.status}: {orbit.message}")
     found = itineraries.text(orbit.itinerary.fields)
     if (orbit.itinerary.period_number, itineraries.code(found)) != (period_number, itinerary):
         raise NotSolved(

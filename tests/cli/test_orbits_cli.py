@@ -23,7 +23,7 @@ def test_an_orbit_as_json(capsys) -> None:
     record = json.loads(out)
     assert record["itinerary"] == ["F5", "F4", "F1", "F2", "F3", "F2"]
     assert record["stable"] is True
-    assert (record["status"], record["converged"]) == ("converged", True)
+    assert (record["status"], record["success"]) == ("converged", True)
     assert len(record["multipliers"]) == 3
     assert record["admissibility"]["value"] > 0
     assert abs(record["imbalance"]) < 1e-12
@@ -54,7 +54,7 @@ def test_a_branch(capsys, tmp_path: Path) -> None:
     assert status == 0
     assert err.startswith("wrote ")
     record = json.loads(out)
-    assert (record["parameter"], record["ending"]) == ("alpha", "reached")
+    assert (record["parameter"], record["status"]) == ("alpha", "reached")
     values = [point["value"] for point in record["points"]]
     assert (values[0], values[-1]) == (0.9, 1.0)
     assert {"itinerary", "multipliers", "progression", "admissibility", "state"} <= set(
@@ -91,7 +91,7 @@ def test_a_branch_that_ends_early_says_why(capsys) -> None:
     status, out, err = call(capsys, "branch", *arguments, "--json")
     assert status == 3
     assert err.startswith("the branch ends (turned-back): omega = 1.6")
-    assert json.loads(out)["ending"] == "turned-back"
+    assert json.loads(out)["status"] == "turned-back"
 
 
 def test_curves(capsys, tmp_path: Path) -> None:
@@ -135,7 +135,7 @@ def test_a_curve_of_events_that_happen_in_pairs_is_followed(capsys) -> None:
     )
     assert (status, err) == (0, "")
     (curve,) = json.loads(out)["curves"]
-    assert [one["ending"] for one in curve["endings"]] == ["reached", "reached"]
+    assert [one["status"] for one in curve["endings"]] == ["reached", "reached"]
     gammas = [point["gamma"] for point in curve["points"]]
     assert (min(gammas), max(gammas)) == (1.0, 5.0)
 
@@ -152,14 +152,14 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
     branch = json.loads(out)
     assert branch["points"][0]["itinerary"] == itinerary
     ends = branch["points"][-1]["itinerary"]
-    assert branch["detail"].endswith(f"itinerary {' '.join(ends)}")
+    assert branch["message"].endswith(f"itinerary {' '.join(ends)}")
     arguments = (*CURVE, "--first", "1.5", "1.53", "--second", "3.29", "3.31")
     status, out, _ = call(capsys, *arguments, "--bifurcation", "all", "--json")
     assert status == 0
     for curve in json.loads(out)["curves"]:
         ends = curve["points"][:: len(curve["points"]) - 1]
         for end, point in zip(curve["endings"], ends, strict=True):
-            assert end["detail"].endswith(f"itinerary {' '.join(point['itinerary'])}")
+            assert end["message"].endswith(f"itinerary {' '.join(point['itinerary'])}")
 
 
 @pytest.mark.parametrize(
@@ -223,16 +223,17 @@ def test_no_orbit_as_json_has_the_reason(capsys) -> None:
     assert status == 3
     assert err.startswith("no orbit (not-periodic): the run from (0.0, 0.0, 0.0) at phase 0.0 has")
     record = json.loads(out)
-    assert (record["status"], record["converged"]) == ("not-periodic", False)
-    assert record["detail"] in err
+    assert (record["status"], record["success"]) == ("not-periodic", False)
+    assert record["message"] in err
     assert err.count("\n") == 1
 
 
 def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
-    from capsule_sym import NoOrbit, Reason
+    from capsule_sym import OrbitStatus
     from capsule_sym._orbits.shooting import search
+    from capsule_sym._orbits.shooting.orbit import NoOrbit
 
-    nothing = NoOrbit(Reason.NOT_PERIODIC, "it wanders", None, (), 0.0)
+    nothing = NoOrbit(OrbitStatus.NOT_PERIODIC, "it wanders", None, (), 0.0)
     monkeypatch.setattr(search, "solve_orbit", lambda *arguments: nothing)
     for arguments in (
         ("orbit",),

@@ -12,10 +12,8 @@ from capsule_sym import (
     Curve,
     Ending,
     InvalidInput,
-    NoOrbit,
-    Orbit,
+    OrbitStatus,
     Parameters,
-    Reason,
     Trajectory,
     continue_orbit,
     simulate,
@@ -23,6 +21,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._orbits.shooting.orbit import NoOrbit
 
 
 @pytest.fixture(scope="module")
@@ -58,13 +57,13 @@ def test_no_times_give_no_states(run: Trajectory) -> None:
 def test_reprs_fit_a_line() -> None:
     run = simulate(Parameters(), periods=400)
     orbit = solve_orbit(Parameters())
-    assert isinstance(orbit, Orbit)
+    assert orbit.success, orbit.message
     near = solve_itinerary(Parameters(alpha=0.94), orbit.itinerary, list(orbit.z))
-    assert isinstance(near, Orbit)
+    assert near.success, near.message
     branch = continue_orbit(near, "alpha", 0.943, points=2)
     ends = (Ending.REACHED, ""), (Ending.REACHED, "")
     curve = Curve("grazing", ("alpha", "gamma"), (), (), ends)
-    none = NoOrbit(Reason.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
+    none = NoOrbit(OrbitStatus.SINGULAR, "", orbit.itinerary, orbit.values, 1.0)
     parts = [
         run,
         run.segments[0],

@@ -9,7 +9,7 @@ LOW, HIGH = 0.005, 2.0
 
 def settled(**parameters: float) -> Orbit:
     orbit = solve_orbit(Parameters(**parameters))
-    assert isinstance(orbit, Orbit), orbit
+    assert orbit.success, orbit.message
     return orbit
 
 

@@ -14,7 +14,7 @@ def twice(orbit: Orbit) -> Orbit:
     """The same orbit gone round two times."""
     itinerary = Itinerary(2 * orbit.itinerary.segments, 2 * orbit.itinerary.period_number)
     found = solve_itinerary(orbit.values, itinerary, [*orbit.z, *orbit.durations])
-    assert isinstance(found, Orbit)
+    assert found.success, found.message
     return found
 
 
@@ -23,7 +23,7 @@ def turned(orbit: Orbit, segment: int) -> Orbit:
     span, h = orbit.shot.spans[segment], orbit.durations
     guess = [*span.start, span.angle, *h[segment:], *h[:segment]]
     found = solve_itinerary(orbit.values, orbit.itinerary.rotated(segment), guess)
-    assert isinstance(found, Orbit)
+    assert found.success, found.message
     return found
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -11,10 +13,9 @@ from mpmath import mp, mpf
 from capsule_sym import (
     InvalidInput,
     Itinerary,
-    NoOrbit,
     Orbit,
+    OrbitStatus,
     Parameters,
-    Reason,
     simulate,
     solve_itinerary,
     solve_orbit,
@@ -62,7 +63,7 @@ def test_orbit_is_where_a_long_run_goes(alpha: float) -> None:
 def test_refined_orbit_has_fifty_digits() -> None:
     orbit = settled(alpha=1.2)
     fine = orbit.refined()
-    assert isinstance(fine, Orbit)
+    assert fine.success, fine.message
     with mp.workdps(60):
         assert fine.residual < mpf("1e-50")
         assert max(abs(fine.z - orbit.z)) < 1e-14
@@ -83,7 +84,7 @@ def test_stick_without_impact_is_the_forced_response() -> None:
     """x_r = alpha cos(omega tau - phi) / |1 - omega^2 + 2 i zeta omega|, capsule at rest."""
     parameters = Parameters(alpha=0.005)
     orbit = solve_itinerary(parameters, Itinerary.parse("2"))
-    assert isinstance(orbit, Orbit)
+    assert orbit.success, orbit.message
     response = parameters.alpha / complex(
         1 - parameters.omega**2, 2 * parameters.zeta * parameters.omega
     )
@@ -95,21 +96,21 @@ def test_stick_without_impact_is_the_forced_response() -> None:
 
 def test_equilibrium_is_at_rest() -> None:
     orbit = solve_itinerary(Parameters(alpha=0.0), Itinerary.parse("2"))
-    assert isinstance(orbit, Orbit)
+    assert orbit.success, orbit.message
     assert not np.any(orbit.z[:4])
 
 
 def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
     """Along a direction with a part in every parameter."""
     orbit = settled(alpha=0.7).refined()
-    assert isinstance(orbit, Orbit)
+    assert orbit.success, orbit.message
     with mp.workdps(60):
         along = np.array([mpf(i) / 4 - 1 for i in (1, 2, 3, 5, 6, 7, 8)])
         ends = []
         for step in (mpf("1e-18"), -mpf("1e-18")):
             values = [value + step * part for value, part in zip(orbit.values, along, strict=True)]
             moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend="mpmath")
-            assert isinstance(moved, Orbit)
+            assert moved.success, moved.message
             ends.append(moved.z)
         slope = (ends[0] - ends[1]) / mpf("2e-18")
         assert max(abs(slope - orbit.by_parameter @ along)) < mpf("1e-30")
@@ -117,8 +118,8 @@ def test_derivative_by_the_parameters_is_that_of_the_branch() -> None:
 
 def test_undamped_resonance_is_singular() -> None:
     found = solve_itinerary(Parameters(alpha=0.1, zeta=0.0, omega=1.0), Itinerary.parse("2"))
-    assert isinstance(found, NoOrbit)
-    assert found.reason is Reason.SINGULAR
+    assert not found.success
+    assert found.status is OrbitStatus.SINGULAR
 
 
 def test_word_without_orbit_does_not_converge() -> None:
@@ -126,21 +127,21 @@ def test_word_without_orbit_does_not_converge() -> None:
     found = solve_itinerary(
         Parameters(alpha=0.003), Itinerary.parse("52"), [0.02, 0.001, 0.0, 0.2, 0.5, 7.0]
     )
-    assert isinstance(found, NoOrbit) or min(found.durations) < 0
+    assert (not found.success) or min(found.durations) < 0
 
 
 def test_guess_that_overflows_is_typed() -> None:
     itinerary = Itinerary.parse("52")
     found = solve_itinerary(Parameters(), itinerary, [1e308, 1e308, 0.0, 0.0, 1.0, 1.0])
-    assert isinstance(found, NoOrbit)
-    assert found.reason is Reason.NOT_FINITE
+    assert not found.success
+    assert found.status is OrbitStatus.NOT_FINITE
     assert found.itinerary is itinerary
-    assert found.detail
+    assert found.message
 
 
 def test_motion_that_does_not_settle_is_typed() -> None:
     found = solve_orbit(Parameters(alpha=0.7, omega=0.8, zeta=0.0, delta=0.5), periods=2)
-    assert isinstance(found, NoOrbit)
+    assert not found.success
 
 
 @pytest.mark.parametrize("guess", [None, [0.0] * 5, [0.0] * 7])
@@ -153,7 +154,29 @@ def test_guess_may_be_rough() -> None:
     """Ten per cent off in every unknown, Newton's method comes to the same orbit."""
     orbit = settled(alpha=0.7)
     again = solve_itinerary(orbit.parameters, orbit.itinerary, [1.1 * value for value in orbit.z])
-    assert isinstance(again, Orbit)
+    assert again.success, again.message
     assert max(abs(again.z[:3] - orbit.z[:3])) < 1e-13
     turns = (again.z[3] - orbit.z[3]) / (2 * math.pi)
     assert turns == pytest.approx(round(turns), abs=1e-13)
+
+
+def test_what_is_no_orbit_says_so_whatever_is_asked_of_it() -> None:
+    none = solve_itinerary(Parameters(alpha=0.003), Itinerary.parse("52"), [np.nan] * 6)
+    assert (none.success, none.status) == (False, OrbitStatus.NOT_FINITE)
+    for name in ("z", "shot", "progression", "durations"):
+        with pytest.raises(AttributeError, match=r"there is no orbit, and so no .*not finite"):
+            getattr(none, name)
+    assert repr(none).startswith("<NoOrbit (not-finite)")
+    again = pickle.loads(pickle.dumps(none))
+    assert (again.status, again.message, again.success) == (none.status, none.message, False)
+
+
+def test_an_orbit_says_how_it_was_found() -> None:
+    orbit = settled(alpha=1.2)
+    assert (orbit.success, orbit.status) == (True, OrbitStatus.CONVERGED)
+    assert orbit.statistics == {"iterations": orbit.iterations, "residual": orbit.residual}
+    moved = dataclasses.replace(
+        orbit, shot=dataclasses.replace(orbit.shot, residual=orbit.shot.residual + 1e-3)
+    )
+    assert (moved.success, moved.status) == (False, OrbitStatus.NOT_CONVERGED)
+    assert "not small" in moved.message

@@ -62,8 +62,8 @@ def test_the_doubled_branch_is_that_of_the_motion_that_settles() -> None:
 def test_a_doubled_branch_says_where_it_arrives() -> None:
     first = hysteretic()
     (one,) = period_doubling_cascade(first, 1, points=20)
-    assert (one.origin, one.ending) == ("PD1", Ending.PERIOD_HALVED)
-    assert one.detail.endswith("PD2 of the first branch")
+    assert (one.origin, one.status) == ("PD1", Ending.PERIOD_HALVED)
+    assert one.message.endswith("PD2 of the first branch")
     end, known = one.bifurcations[-1], first.at("PD2")
     assert end.type == PERIOD_DOUBLING
     assert abs(end.value - known.value) <= end.uncertainty + known.uncertainty
@@ -90,7 +90,7 @@ def test_every_border_collision_is_left_to_the_words_on_its_sides() -> None:
     for one in branch.bifurcations:
         for side, itinerary in ((-1e-3, one.itinerary_before), (1e-3, one.itinerary_after)):
             (found,) = continue_from(branch, one.label, one.value + side, points=1)
-            assert found.ending is Ending.REACHED
+            assert found.status is Ending.REACHED
             assert str(found.points[0].orbit.itinerary) == str(itinerary), (one.label, side)
 
 
@@ -162,15 +162,15 @@ def test_branches_that_leave_are_gone_on_from_by_both_labels(tmp_path: Path) -> 
 def test_a_doubling_whose_orbits_are_not_found_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("capsule_sym._orbits.continuation.switching._doubled", lambda *_: None)
     (lost,) = period_doubling_cascade(light(), 1)
-    assert (lost.origin, lost.ending, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
-    assert lost.detail == "no doubled orbit is found beside PD1"
+    assert (lost.origin, lost.status, lost.points) == ("PD1", Ending.NOT_CONVERGED, ())
+    assert lost.message == "no doubled orbit is found beside PD1"
     assert json.loads(dumps(branch_record(light(), [lost])))["switched"][0]["points"] == []
 
 
 def test_a_branch_in_the_stiffness_leaves_where_there_is_none() -> None:
     without = continue_orbit(settled(alpha=0.5, beta=0.0), "alpha", 0.6, points=4)
     (found,) = continue_from(without, "EP2", 0.5, parameter="beta", points=4)
-    assert found.ending is Ending.REACHED
+    assert found.status is Ending.REACHED
     assert same(found.points[-1].orbit, settled(alpha=0.6, beta=0.5))
     slipping = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
     with pytest.raises(InvalidInput, match="label = 'AS1': must be EP1 or EP2 where beta varies"):
@@ -214,7 +214,7 @@ def wrong_points(file: Path) -> Iterator[dict[str, Any]]:
 def test_what_is_no_branch_of_this_format_is_refused_in_one_line(file: Path, tmp_path) -> None:
     other = tmp_path / "other.json"
     for text, itineraries in (
-        (damaged(file, format=1), "format = 1: must be 2"),
+        (damaged(file, format=1), "format = 1: must be 3"),
         ("{}", "a branch.json that"),
         ("[1", "JSON that"),
         (damaged(file, bifurcations=[{"label": "PD1"}]), "a whole branch.json"),

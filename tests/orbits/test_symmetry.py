@@ -65,7 +65,7 @@ def test_without_contact_a_motion_is_its_own_mirror_image() -> None:
 @pytest.mark.parametrize(("begin", "end"), [(0.1, 2.0), (2.0, 0.1)])
 def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: float) -> None:
     branch = over_alpha(begin, end, delta=1.2)
-    assert branch.ending is Ending.REACHED
+    assert branch.status is Ending.REACHED
     found = sorted(branch.bifurcations, key=lambda one: one.value)
     assert [one.type for one in found] == SCENARIO
     assert [one.symmetry for one in found] == ["kept", "broken", "", "", ""]
@@ -87,7 +87,7 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
 def test_what_never_sticks_is_reached_and_left() -> None:
     up, down = over_alpha(0.5, 1.5, delta=5.0), over_alpha(1.5, 0.5, delta=5.0)
     for branch in (up, down):
-        assert branch.ending is Ending.REACHED
+        assert branch.status is Ending.REACHED
         assert [one.type for one in branch.bifurcations] == [CROSSING]
     one, other = up.bifurcations[0], down.bifurcations[0]
     assert (str(one.itinerary_before), str(one.itinerary_after)) == ("F2 F1 F2 F3", "F1 F3")
@@ -134,7 +134,7 @@ def never_sticking() -> float:
 
 def test_a_spring_without_stiffness_does_not_matter() -> None:
     branch, far = over_alpha(0.1, 1.5, beta=0.0), over_alpha(0.1, 1.5, delta=50.0)
-    assert branch.ending is far.ending is Ending.REACHED
+    assert branch.status is far.status is Ending.REACHED
     assert [one.type for one in branch.bifurcations] == [ADDING, CROSSING]
     for one, other in zip(branch.bifurcations, far.bifurcations, strict=True):
         assert abs(one.value - other.value) <= one.uncertainty + other.uncertainty

@@ -22,7 +22,7 @@ pytest.importorskip("xarray")
 @pytest.fixture(scope="module")
 def orbit() -> Orbit:
     found = solve_orbit(Parameters(alpha=0.93))
-    assert isinstance(found, Orbit)
+    assert found.success, found.message
     return found
 
 
@@ -49,7 +49,7 @@ def test_a_branch_is_a_row_a_point(branch: Branch) -> None:
         largest = float(np.abs(floquet_multipliers(point.orbit)).max())
         assert row["largest_multiplier"] == pytest.approx(largest, rel=1e-6)
     assert dataset["alpha"].attrs == {"long_name": "excitation amplitude", "units": "dimensionless"}
-    assert dataset.attrs["ending"] == branch.ending
+    assert dataset.attrs["status"] == branch.status
 
 
 def test_a_curve_is_a_row_a_point(branch: Branch) -> None:
@@ -65,5 +65,5 @@ def test_a_curve_is_a_row_a_point(branch: Branch) -> None:
 
 
 def test_a_branch_without_points_is_an_empty_table(branch: Branch) -> None:
-    empty = Branch(branch.axis, (), (), branch.ending, "")
+    empty = Branch(branch.axis, (), (), branch.status, "")
     assert len(empty.to_dataframe()) == empty.to_xarray().sizes["point"] == 0

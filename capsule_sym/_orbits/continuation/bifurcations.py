@@ -21,7 +21,7 @@ from capsule_sym._orbits.continuation.events import (
 )
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, Status
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
 
 FOLD = "fold"
@@ -70,7 +70,7 @@ class Bifurcation:
     uncertainty: float
     residual: float
     iterations: int
-    status: Status
+    status: OrbitStatus
     line: str
     surfaces: tuple[str, ...]
     segment: int | None
@@ -134,7 +134,7 @@ class SmoothEvent(NamedTuple):
     """Error of the share, estimated from the rounding of the test function and its slope."""
     residual: float
     iterations: int
-    status: Status
+    status: OrbitStatus
 
 
 class _Lost(Exception):
@@ -186,12 +186,12 @@ def zero_of_test_function(
     except _Lost:
         if name == NEIMARK_SACKER and not (_rotations(first) and _rotations(last)):
             return None
-        return SmoothEvent(0.0, first, 1.0, residual, iterations, Status.NOT_CONVERGED)
+        return SmoothEvent(0.0, first, 1.0, residual, iterations, OrbitStatus.NOT_CONVERGED)
     if name == NEIMARK_SACKER and not _rotations(orbit):
         return None
     error = noise(orbit)
-    solved = residual <= error + slope * _SHARE and orbit.status is Status.CONVERGED
-    status = Status.CONVERGED if solved else Status.NOT_CONVERGED
+    solved = residual <= error + slope * _SHARE and orbit.status is OrbitStatus.CONVERGED
+    status = OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
     doubt = error / slope if solved else 1.0
     return SmoothEvent(
         share, orbit, doubt, max(residual, float(orbit.residual)), iterations, status

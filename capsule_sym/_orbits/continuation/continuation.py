@@ -63,8 +63,8 @@ class Branch(Labelled):
     axis: Axis
     points: tuple[BranchPoint, ...]
     bifurcations: tuple[Bifurcation, ...]
-    ending: Ending
-    detail: str
+    status: Ending
+    message: str
     origin: str = ""
     dimension = "point"
 
@@ -84,7 +84,18 @@ class Branch(Labelled):
 
     def attributes(self) -> dict[str, Any]:
         """Why the branch ends, and where it leaves another."""
-        return {"ending": str(self.ending), "detail": self.detail, "origin": self.origin}
+        return {"status": str(self.status), "message": self.message, "origin": self.origin}
+
+    @property
+    def success(self) -> bool:
+        """Whether the branch ends where it was to end."""
+        return self.status is Ending.REACHED
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """How many points there are, and Newton's steps to all of them."""
+        steps = sum(point.orbit.iterations for point in self.points)
+        return {"points": len(self.points), "iterations": steps}
 
     @property
     def parameter(self) -> str:
@@ -107,7 +118,7 @@ class Branch(Labelled):
     def __repr__(self) -> str:
         ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
         counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
-        return f"<Branch in {self.parameter} from {ends}: {counts}, ending {self.ending}>"
+        return f"<Branch in {self.parameter} from {ends}: {counts}, ended {self.status}>"
 
 
 def continue_orbit(

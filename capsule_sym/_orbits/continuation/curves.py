@@ -28,7 +28,7 @@ from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym._orbits.shooting.orbit import Orbit, Status, columns_of
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole_orbit
 from capsule_sym._parameters import Parameters
 
@@ -53,7 +53,7 @@ class CurvePoint:
     admissibility: Inequality
     residual: float
     iterations: int
-    status: Status
+    status: OrbitStatus
 
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
@@ -82,7 +82,7 @@ class CodimensionTwoPoint:
     uncertainties: tuple[float, float]
     residual: float
     iterations: int
-    status: Status
+    status: OrbitStatus
     failed: str
     itinerary_before: Itinerary
     itinerary_after: Itinerary | None
@@ -116,6 +116,32 @@ class Curve(Labelled):
             "residual": np.array([float(point.residual) for point in self.points]),
             "status": np.array([str(point.status) for point in self.points], dtype=np.str_),
         }
+
+    @property
+    def success(self) -> bool:
+        """Whether both ends are where the curve was to end: at the ranges, or where it began."""
+        return all(end in (Ending.REACHED, Ending.RETURNED) for end, _ in self.endings)
+
+    @property
+    def status(self) -> Ending:
+        """Why the curve ends: of the two ends the first that is not where it was to be."""
+        return self._worst[0]
+
+    @property
+    def message(self) -> str:
+        """The status in words."""
+        return self._worst[1]
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """How many points there are, and Newton's steps to all of them."""
+        steps = sum(point.iterations for point in self.points)
+        return {"points": len(self.points), "iterations": steps}
+
+    @property
+    def _worst(self) -> tuple[Ending, str]:
+        fine = (Ending.REACHED, Ending.RETURNED)
+        return min(self.endings, key=lambda end: end[0] in fine)
 
     def attributes(self) -> dict[str, Any]:
         """The type of the bifurcations, and why the curve ends."""
@@ -258,7 +284,7 @@ class _Curve:
         if self.follower.critical is not None:
             test = abs(state.tests[self.follower.critical])
             residual = max(residual, test)
-            status = status if test <= noise(state.orbit) else Status.NOT_CONVERGED
+            status = status if test <= noise(state.orbit) else OrbitStatus.NOT_CONVERGED
         self.points.append(
             CurvePoint(values, line, orbit, segment, tightest, residual, orbit.iterations, status)
         )

@@ -48,8 +48,8 @@ def halved(old: Orbit, new: Orbit, axis: Axis) -> SmoothEvent | None:
 
     def at(q: float) -> Orbit | None:
         found = solve_itinerary(axis.placed(values, q), once, guess)
-        near = isinstance(found, Orbit) and abs(found.durations - durations).max() <= reach
-        return found if near and isinstance(found, Orbit) else None
+        near = found.success and abs(found.durations - durations).max() <= reach
+        return found if near and found.success else None
 
     for factor in _WIDTHS.tolist():
         width = factor * abs(last - first)

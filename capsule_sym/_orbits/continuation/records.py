@@ -13,7 +13,7 @@ from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint, Curve, 
 from capsule_sym._orbits.metrics.performance import Metric, performance
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Status
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 
 _METRICS = (
     "velocity",
@@ -27,7 +27,7 @@ _METRICS = (
 
 
 #: Of what `branch_record` gives; another number is another version of it.
-FORMAT = 2
+FORMAT = 3
 
 
 def orbit_record(orbit: Orbit) -> dict[str, Any]:
@@ -62,8 +62,9 @@ def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, 
         "ties": dict(branch.axis.path.texts),
         "points": [_branch_point(point) for point in branch.points],
         "bifurcations": [bifurcation_record(one) for one in branch.bifurcations],
-        "ending": branch.ending.value,
-        "detail": branch.detail,
+        "success": branch.success,
+        "status": branch.status.value,
+        "message": branch.message,
         "switched": others,
     }
 
@@ -113,7 +114,7 @@ def curve_record(curve: Curve) -> dict[str, Any]:
         "parameters": list(curve.parameters),
         "points": [_curve_point(curve, point) for point in curve.points],
         "codimension_two": [_meeting(curve, one) for one in curve.codimension_two],
-        "endings": [{"ending": end.value, "detail": detail} for end, detail in curve.endings],
+        "endings": [{"status": end.value, "message": text} for end, text in curve.endings],
     }
 
 
@@ -225,13 +226,13 @@ def codimension_two_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
     ]
 
 
-def failure_record(found: NoOrbit) -> dict[str, Any]:
+def failure_record(found: Orbit) -> dict[str, Any]:
     """What is known where there is no orbit: why, and where Newton's method ended."""
     residual = float(found.residual)
     return {
-        "status": found.reason.value,
-        "converged": False,
-        "detail": found.detail,
+        "success": found.success,
+        "status": found.status.value,
+        "message": found.message,
         "itinerary": _names(found.itinerary) if found.itinerary else None,
         "residual": residual if math.isfinite(residual) else None,
         "iterations": found.iterations,
@@ -244,7 +245,7 @@ def _convergence(found: Orbit | Bifurcation | CurvePoint | CodimensionTwoPoint) 
         "residual": float(found.residual),
         "iterations": found.iterations,
         "status": found.status.value,
-        "converged": found.status is Status.CONVERGED,
+        "success": found.status is OrbitStatus.CONVERGED,
     }
 
 

@@ -18,7 +18,7 @@ from capsule_sym._orbits.continuation.records import FORMAT
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, Status
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 
 Record = Mapping[str, Any]
 _CLOSED = 1e-6  # what the equations of a written orbit are off by is less
@@ -98,7 +98,7 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         uncertainty=record["uncertainty"],
         residual=record["residual"],
         iterations=record["iterations"],
-        status=Status(record["status"]),
+        status=OrbitStatus(record["status"]),
         line=record["line"] or "",
         surfaces=tuple(record["surfaces"]),
         # The orbit's segments are written from where the paper begins, as segments are counted.

@@ -126,7 +126,7 @@ def period_doubling_cascade(branch: Branch, depth: int, *, points: int = 100) ->
 
 def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> Iterator[Branch]:
     """The branches of doubled orbits that leave a branch, each once."""
-    last = branch.bifurcations[-1:] if branch.ending is Ending.PERIOD_HALVED else ()
+    last = branch.bifurcations[-1:] if branch.status is Ending.PERIOD_HALVED else ()
     reached: set[str] = set()
     for one in branch.bifurcations:
         if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
@@ -138,12 +138,12 @@ def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> It
             yield Branch(axis, (), (), Ending.NOT_CONVERGED, lost, origin)
             continue
         new = Run(start.follower, start.state.u, start.state.tangent, points, origin).go()
-        if new.ending is Ending.PERIOD_HALVED:
+        if new.status is Ending.PERIOD_HALVED:
             at = _arrival(new, branch)
             if at is not None:
                 reached.add(at.label)
                 name = f"branch {branch.origin}" if branch.origin else "the first branch"
-                new = replace(new, detail=f"{new.detail}: {at.label} of {name}")
+                new = replace(new, message=f"{new.message}: {at.label} of {name}")
         yield new
 
 

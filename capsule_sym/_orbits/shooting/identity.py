@@ -36,9 +36,7 @@ def primitive(orbit: Orbit) -> Orbit:
         found = solve_itinerary(
             orbit.values, once, list(orbit.z[: 4 + count]), backend=orbit.backend
         )
-        if isinstance(found, Orbit) and all(
-            _alike(orbit, i, found, i % count) for i in range(len(itinerary))
-        ):
+        if found.success and all(_alike(orbit, i, found, i % count) for i in range(len(itinerary))):
             return found
     return orbit
 

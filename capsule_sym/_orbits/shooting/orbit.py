@@ -35,9 +35,11 @@ _BACK = 0.5  # how far a segment may go below duration 0, over its fastest rate
 _backend = backend  # the parameter of `solve_itinerary` has the same name
 
 
-class Reason(StrEnum):
-    """Why there is no orbit."""
+class OrbitStatus(StrEnum):
+    """Whether the equations of an orbit are solved, or why there is no orbit."""
 
+    #: The equations are solved to rounding.
+    CONVERGED = "converged"
     #: Newton's method did not come to rest on a solution.
     NOT_CONVERGED = "not-converged"
     #: The equations' derivative is singular, as at a fold or at undamped resonance.
@@ -48,28 +50,6 @@ class Reason(StrEnum):
     NOT_ADMISSIBLE = "not-admissible"
     #: The simulated motion did not settle on a periodic one.
     NOT_PERIODIC = "not-periodic"
-
-
-@dataclass(frozen=True)
-class NoOrbit:
-    """No orbit was found, and why; `residual` is the largest entry where the search ended.
-
-    `iterations` counts the steps of Newton's method up to there.
-    """
-
-    reason: Reason
-    detail: str
-    itinerary: Itinerary | None
-    values: tuple[Number, ...]
-    residual: Number
-    iterations: int = 0
-
-
-class Status(StrEnum):
-    """Whether equations are solved."""
-
-    CONVERGED = "converged"
-    NOT_CONVERGED = "not-converged"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +85,27 @@ class Orbit(Labelled):
         return max(abs(self.shot.residual))
 
     @cached_property
-    def status(self) -> Status:
+    def status(self) -> OrbitStatus:
         """Whether the equations are solved, by their residual here."""
         with backend(self.backend) as numbers:
             solved = solved_to_rounding(numbers, self.shot, self.z)
-        return Status.CONVERGED if solved else Status.NOT_CONVERGED
+        return OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
+
+    @property
+    def success(self) -> bool:
+        """Whether this is an orbit; where it is not, `status` and `message` say why."""
+        return self.status is OrbitStatus.CONVERGED
+
+    @property
+    def message(self) -> str:
+        """The status in words."""
+        solved = "the equations are solved to rounding"
+        return solved if self.success else "the residual of the equations is not small"
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Newton's steps, and the largest entry of the residual where they ended."""
+        return {"iterations": self.iterations, "residual": float(self.residual)}
 
     @property
     def durations(self) -> Vector:
@@ -164,9 +160,55 @@ class Orbit(Labelled):
         progression = {"progression": float(self.progression), "status": str(self.status)}
         return {**self.parameters.to_dict(), **progression}
 
-    def refined(self) -> Orbit | NoOrbit:
+    def refined(self) -> Orbit:
         """The same orbit in 50 digits."""
         return solve_itinerary(self.values, self.itinerary, list(self.z), backend="mpmath")
+
+
+class NoOrbit(Orbit):
+    """What takes the place of an orbit where none is found: `success` is False.
+
+    `status` and `message` say why, `residual` is the largest entry where the search ended,
+    `iterations` how many steps of Newton's method led there. An orbit's other properties raise
+    AttributeError with the message.
+    """
+
+    def __init__(
+        self,
+        status: OrbitStatus,
+        message: str,
+        itinerary: Itinerary | None,
+        values: tuple[Number, ...],
+        residual: Number,
+        iterations: int = 0,
+    ) -> None:
+        given = {"status": status, "itinerary": itinerary, "values": values}
+        self.__dict__.update(
+            given, backend="numpy", iterations=iterations, _why=(message, residual)
+        )
+
+    def __repr__(self) -> str:
+        return f"<NoOrbit ({self.status}): {self.message}>"
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        raise AttributeError(f"there is no orbit, and so no {name}: {self.message}")
+
+    @property
+    def success(self) -> bool:
+        """False."""
+        return False
+
+    @property
+    def message(self) -> str:
+        """Why there is no orbit."""
+        return str(self._why[0])
+
+    @property
+    def residual(self) -> Number:
+        """Largest entry of the equations' residual where the search ended."""
+        return self._why[1]
 
 
 def columns_of(orbits: Sequence[Orbit]) -> dict[str, NDArray[Any]]:
@@ -191,7 +233,7 @@ def solve_itinerary(
     guess: Sequence[Number] | None = None,
     *,
     backend: str = "numpy",
-) -> Orbit | NoOrbit:
+) -> Orbit:
     """The orbit of this itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
     The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
@@ -220,23 +262,21 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
     return [numbers.number(0)] * 4 + [period]
 
 
-def _newton(
-    numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector
-) -> Orbit | NoOrbit:
+def _newton(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector) -> Orbit:
     steps = 0
 
-    def none(reason: Reason, detail: str) -> NoOrbit:
-        return NoOrbit(reason, detail, itinerary, values, norm, steps)
+    def none(status: OrbitStatus, message: str) -> NoOrbit:
+        return NoOrbit(status, message, itinerary, values, norm, steps)
 
     shot = shooting(numbers, values, itinerary, z)
     norm = _norm(shot)
     if not norm < float("inf"):
-        return none(Reason.NOT_FINITE, "the residual of the guess is not finite")
+        return none(OrbitStatus.NOT_FINITE, "the residual of the guess is not finite")
     for steps in range(1, _MOST_STEPS + 1):
         try:
             step = solve(numbers, shot.by_z, shot.residual)
         except np.linalg.LinAlgError:
-            return none(Reason.SINGULAR, "the Jacobian of the equations is singular")
+            return none(OrbitStatus.SINGULAR, "the Jacobian of the equations is singular")
         solved = norm <= _tolerance(numbers, z)
         # A solution is polished by one more step, as far as rounding lets it.
         better = _step(numbers, values, itinerary, z, step, shot, 1.0 if solved else _LEAST_SCALE)
@@ -247,12 +287,12 @@ def _newton(
             solved = True
         if solved:
             if numbers.name != "mpmath" and np.linalg.cond(shot.by_z) * numbers.unit > _LOST:
-                return none(Reason.SINGULAR, "rounding leaves no digit of the solution")
+                return none(OrbitStatus.SINGULAR, "rounding leaves no digit of the solution")
             return Orbit(values, itinerary, z, shot, numbers.name, steps)
         if better is None:
             break
     return none(
-        Reason.NOT_CONVERGED, "Newton's method came to rest where the residual is not small"
+        OrbitStatus.NOT_CONVERGED, "Newton's method came to rest where the residual is not small"
     )
 
 

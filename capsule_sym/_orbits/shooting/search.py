@@ -14,7 +14,7 @@ from capsule_sym._map.steady import LONGEST
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
 from capsule_sym._orbits.shooting.identity import primitive, same
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
-from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, Reason, solve_itinerary
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit, OrbitStatus, solve_itinerary
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, jacobian
 from capsule_sym._parameters import Parameters
 
@@ -35,7 +35,7 @@ def solve_orbit(
     state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
     periods: int = 1024,
-) -> Orbit | NoOrbit:
+) -> Orbit:
     """The stable orbit on which the simulated motion settles within so many excitation periods.
 
     The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
@@ -51,12 +51,16 @@ def solve_orbit(
         trajectory = simulate(parameters, state, phase, length)
         if not trajectory.success:
             return NoOrbit(
-                Reason.NOT_PERIODIC, trajectory.message, None, _values(parameters), float("inf")
+                OrbitStatus.NOT_PERIODIC,
+                trajectory.message,
+                None,
+                _values(parameters),
+                float("inf"),
             )
         refused = []
         for ending in endings(trajectory):
             found = _accepted(trajectory, ending)
-            if isinstance(found, Orbit):
+            if found.success:
                 return found
             refused.append(_Refused(ending, found))
         if length == periods:
@@ -67,7 +71,7 @@ def solve_orbit(
         # The run did settle, and yet its equations have no such solution.
         return repeated[0]
     return NoOrbit(
-        Reason.NOT_PERIODIC,
+        OrbitStatus.NOT_PERIODIC,
         f"the run from {tuple(state)} at phase {phase} has not settled within {periods} excitation "
         f"periods on a motion of at most {LONGEST}; {_tried(refused)}",
         None,
@@ -91,7 +95,7 @@ class _Refused(NamedTuple):
     """What was tried, and why it is not the orbit that the run settles on."""
 
     ending: Ending
-    why: NoOrbit
+    why: Orbit
 
 
 def _tried(refused: Sequence[_Refused]) -> str:
@@ -100,17 +104,17 @@ def _tried(refused: Sequence[_Refused]) -> str:
         return "the end of the run repeats no itinerary"
     tried = [
         f"{one.ending.itinerary} over {one.ending.itinerary.period_number} "
-        f"({one.why.reason}: {one.why.detail})"
+        f"({one.why.status}: {one.why.message})"
         for one in refused[:_MOST_NAMED]
     ]
     more = [f"and {len(refused) - _MOST_NAMED} more"] if len(refused) > _MOST_NAMED else []
     return f"tried {', '.join(tried + more)}"
 
 
-def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
+def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit:
     """The orbit next to the end of a run, if the run settles on it."""
     found = solve_admissible(trajectory.parameters, ending.itinerary, ending.guess)
-    if isinstance(found, NoOrbit):
+    if not found.success:
         return found
     orbit = primitive(found)
     largest = float(abs(floquet_multipliers(orbit)[0]))
@@ -122,7 +126,7 @@ def _accepted(trajectory: Trajectory, ending: Ending) -> Orbit | NoOrbit:
         detail = "the run goes on away from the orbit of this itinerary"
     else:
         return orbit
-    return NoOrbit(Reason.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
+    return NoOrbit(OrbitStatus.NOT_PERIODIC, detail, orbit.itinerary, orbit.values, orbit.residual)
 
 
 def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
@@ -148,21 +152,21 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
 
 def solve_admissible(
     parameters: Parameters, itinerary: Itinerary, guess: Sequence[float] | None = None
-) -> Orbit | NoOrbit:
+) -> Orbit:
     """The orbit of a given itinerary near a guess z that the map follows as well.
 
     Where it does not, the reason is NOT_ADMISSIBLE, and the detail names the inequality of the
     itinerary that fails most.
     """
     orbit = solve_itinerary(parameters, itinerary, guess)
-    if isinstance(orbit, NoOrbit) or (min(orbit.durations) > 0 and is_admissible(orbit)):
+    if not orbit.success or (min(orbit.durations) > 0 and is_admissible(orbit)):
         return orbit
     worst = tightest(orbit)
     detail = "the map goes another way, though every inequality of the itinerary holds"
     if worst.value <= 0:
         value = f"{float(worst.value):.3g}"
         detail = f"{worst.named(itinerary)} is {value}, where the itinerary needs it above 0"
-    return NoOrbit(Reason.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
+    return NoOrbit(OrbitStatus.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[Ending]:
@@ -294,7 +298,9 @@ def _read_off(run: Trajectory, period_number: int) -> Orbit | None:
     """The orbit next to a run over one turn of it."""
     guess = _one_period(run, period_number)
     orbit = solve_itinerary(run.parameters, *guess) if guess else None
-    return primitive(orbit) if isinstance(orbit, Orbit) and is_admissible(orbit) else None
+    return (
+        primitive(orbit) if orbit is not None and orbit.success and is_admissible(orbit) else None
+    )
 
 
 def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[float]] | None:

@@ -80,7 +80,7 @@ def half_orbit(orbit: Orbit) -> Orbit | None:
         return None
     half = _first_half(plain, itinerary, plain.z)
     found = solve_itinerary(half.values, itinerary, list(half.z), backend=half.backend)
-    return found if isinstance(found, Orbit) else None
+    return found if found.success else None
 
 
 def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | None:
@@ -132,7 +132,7 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
         found = solve_itinerary(
             orbit.values, Itinerary.of((2,), itinerary.period_number), z, backend=orbit.backend
         )
-        return found if isinstance(found, Orbit) else None
+        return found if found.success else None
     with backend(orbit.backend) as numbers:
         turned = rotated(orbit.itinerary, orbit.z, orbit.shot, switches[0])
         fields, durations = list[int](), list[float]()
