@@ -13,6 +13,7 @@ from capsule_sym._enclosures.certificates import certify_bifurcation, certify_or
 from capsule_sym._enclosures.events import Event
 from capsule_sym._enclosures.regimes import Regime, approximate, regimes, threshold
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._paper import panels, read
 from capsule_sym._parameters import Parameters
