@@ -43,11 +43,12 @@ def enclose(
 ) -> None:
     """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
 
-    At both mass ratios, each bifurcation is enclosed with its type, line and order of contact, and
-    on each interval between them existence, uniqueness, itinerary and stability of the orbit are
-    proved, box by box, but for 1e-12 on either side of a bifurcation. Takes some two minutes on two
-    cores. The two mass ratios between them at which two bifurcations coincide are enclosed too, and
-    the curves of both are proved to cross there. Exits with 1 where a step is left unproved.
+    At both mass ratios, each bifurcation is enclosed with its type, line, order of contact and
+    coefficient (alpha moves by coefficient times duration^order as a segment is born), and on each
+    interval between them existence, uniqueness, itinerary and stability of the orbit are proved,
+    box by box, but for 1e-12 on either side of a bifurcation. Takes some two minutes on two cores.
+    The two mass ratios between them at which two bifurcations coincide are enclosed too, and the
+    curves of both are proved to cross there. Exits with 1 where a step is left unproved.
 
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
     stable orbit with one itinerary all over each. It tells what share of the plane that is.
@@ -164,9 +165,10 @@ def _print(
     console = make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
-        table = make_table("type", "line", "order", "alpha")
+        table = make_table("type", "line", "order", "coefficient", "alpha")
         for event in one["thresholds"]:
-            table.add_row(event["type"], event["line"], str(event["order"]), event["alpha"])
+            growth = f"{float(event['coefficient']):.6g}"
+            table.add_row(event["type"], event["line"], str(event["order"]), growth, event["alpha"])
         console.print(table)
         if not thresholds:
             table = make_table("orbit", "from", "to", "boxes")
