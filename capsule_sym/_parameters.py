@@ -10,7 +10,6 @@ import math
 from collections.abc import Container
 from dataclasses import dataclass, fields, replace
 from os import PathLike
-from pathlib import Path
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -199,6 +198,7 @@ def read_toml(path: str | PathLike[str]) -> dict[str, Any]:
     """What a TOML file holds; raises `InvalidInput` when it cannot be read or is not TOML."""
     try:
         import tomllib
+        from pathlib import Path
 
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -264,6 +265,23 @@ def contracts(checkout: Path) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join([str(checkout), sysconfig.get_path("purelib")])
     code = "from importlinter.cli import lint_imports_command as run; run(['--no-cache'])"
     return python("-S", "-c", code, cwd=str(checkout), env=os.environ | {"PYTHONPATH": path})
+
+
+def test_the_picture_of_the_packages_is_that_of_the_contract() -> None:
+    """Every package stands in it once, and none above one that it may import."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
+    (layers,) = (one["layers"] for one in contracts if one["id"] == "layers")
+    levels = [set(re.findall(r"\w+", layer)) for layer in reversed(layers)]
+    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+    picture = page.partition("```text")[2].partition("```")[0]
+    drawn = re.findall(r"^(?:capsule_sym/(\w+)|(generated)/)", picture, re.M)
+    names = [package or files for package, files in drawn]
+    assert sorted(names) == sorted(set().union(*levels))
+    level = {name: number for number, names in enumerate(levels) for name in names}
+    # The generator is drawn on the derivation's side of the line, beside the map in the contract.
+    level["codegen"] = level["_symbolic"]
+    assert [level[name] for name in names] == sorted(level[name] for name in names)
 
 
 def test_the_import_contracts_hold(checkout: Path) -> None:

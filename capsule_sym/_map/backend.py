@@ -10,7 +10,6 @@ import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from fractions import Fraction
 from functools import cache
 from typing import Any, Protocol
 
@@ -78,7 +77,9 @@ class NumpyBackend:
 
     def angle(self, phase: float, omega: float) -> tuple[float, float]:
         angle = phase * omega
-        return angle, float(Fraction(phase) * Fraction(omega) - Fraction(angle))
+        # Exactly, in whole numbers, whose quotient Python rounds once.
+        (a, b), (c, d), (e, f) = (x.as_integer_ratio() for x in (phase, omega, angle))
+        return angle, (a * c * f - e * b * d) / (b * d * f)
 
     def cos_sin(self, angle: float, rest: float = 0.0) -> tuple[float, float]:
         cosine, sine = math.cos(angle), math.sin(angle)
