@@ -122,7 +122,7 @@ def figure(
 )
 @_width_option
 @_dpi_option
-def plot_diagram(
+def diagram(
     paths: tuple[Path, ...], out: Path, quantity: str, width: float | None, dpi: float | None
 ) -> None:
     """Draw files that `branch --out` wrote, with the branches that leave theirs.
@@ -176,7 +176,7 @@ def sweep_figure(
     width: float | None,
     dpi: float | None,
 ) -> None:
-    """Draw the results of `sweep` or `plot_basin`.
+    """Draw the results of `sweep` or `basin`.
 
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
@@ -189,12 +189,12 @@ def sweep_figure(
         from capsule_sym._figures import charts, sweeps
         from capsule_sym._figures.style import save_figure
 
-        read_branch = [_curve(path) for path in curves]
+        lines = [_curve(path) for path in curves]
         with open_results(store) as results:
             if kind is None:
                 kind = "basin" if "attractor" in results else "chart"
             if kind == "chart":
-                drawn = charts.plot_chart(results, read_branch, width=wide)
+                drawn = charts.plot_chart(results, lines, width=wide)
             else:
                 drawn = {"basin": sweeps.plot_basin, "pareto": sweeps.plot_pareto}[kind](
                     results, width=wide
