@@ -12,7 +12,7 @@ import click
 from capsule_sym.codegen._render import COMMAND, INPUTS, render
 
 _GENERATED = INPUTS.parent / "generated"
-_MANAGED = {".py", ".json", ".c", ".h", ".pxi"}
+_MANAGED = {".py", ".json", ".c", ".h", ".m", ".pxi"}
 
 
 def _present(directory: Path) -> dict[str, str]:
@@ -44,7 +44,7 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
     help="Directory to write to or to check.  [default: generated/]",
 )
 def main(check: bool, out: Path) -> None:
-    """Derive the kernels and write them as NumPy, mpmath and C code."""
+    """Derive the kernels and write them as NumPy, mpmath, C and MATLAB code."""
     if not INPUTS.is_dir():
         click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
         sys.exit(2)

@@ -11,7 +11,7 @@ from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.switching import guards
 from capsule_sym._symbolic.model.symbols import PARAMETERS, alpha
-from capsule_sym.codegen._printers import Language
+from capsule_sym.codegen._printers import LANGUAGES, Language
 
 Matrix = Sequence[Sequence[sp.Expr]]
 _PARAMETERS = tuple(parameter for parameter in PARAMETERS if parameter is not alpha)
@@ -41,7 +41,9 @@ def _by(matrix: Matrix) -> str:
 
 
 def field_texts(language: Language) -> str:
-    """The functions that give each field's matrices; empty but for languages of Python."""
+    """What gives each field's matrices, in Python functions of their own; empty for C."""
+    if language.comment == "%":
+        return "".join(map(_matlab_field, SEGMENTS))
     if language.comment != "#":
         return ""
     arguments = ", ".join(map(str, _PARAMETERS))
@@ -59,3 +61,18 @@ def field_texts(language: Language) -> str:
             names = ", ".join(f"{name}_{segment.name}{suffix}" for segment in SEGMENTS)
             texts.append(f"{name.upper()}{suffix.upper()} = ({names})\n")
     return "\n\n".join(texts)
+
+
+def _matlab_field(segment: Segment) -> str:
+    """Assignments of a field's matrices A and G, in a switch by its number."""
+    found = matrices(segment)
+    size = len(found["rates"]) + 1
+    text = f"    case {segment.index} % {segment.mode}\n"
+    text += f"        A = zeros({size}); G = zeros({len(found['guards'])}, {size});\n"
+    for name, matrix in (("A", found["rates"]), ("G", found["guards"])):
+        for i, row in enumerate(matrix, start=1):
+            for j, value in enumerate(row, start=1):
+                if value != 0:
+                    printed = LANGUAGES["matlab"].expression(sp.factor(value))
+                    text += f"        {name}({i}, {j}) = {printed};\n"
+    return text

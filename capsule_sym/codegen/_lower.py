@@ -42,6 +42,11 @@ class Kernel:
                 signature = ", ".join(f"{name}: Any" for name in ("c", *self.arguments))
                 returned = " -> Any"
             joined = ", ".join(results) if self.single else f"({', '.join(results)},)"
+        elif language.comment == "%":
+            signature = ", ".join(("c", *self.arguments))
+            joined = f"[{', '.join(self.returns)}] = "
+            # All at once: a result may have an argument's name.
+            lines.append(f"{joined}deal({', '.join(results)});")
         elif language.kind == "double":
             doubles = (f"double {name}" for name in self.arguments)
             signature = ", ".join(("const capsule_constants *restrict c", *doubles))
@@ -75,19 +80,24 @@ class Kernel:
 _WIDTH = 100
 
 
-def wrapped(text: str) -> str:
-    """The text with its long lines broken at spaces."""
+def wrapped(text: str, mark: str = "", comment: str = "") -> str:
+    """The text with its long lines broken at spaces.
+
+    Code goes on after a mark, a comment in a comment of its own, where the language has them.
+    """
     lines: list[str] = []
     for line in text.splitlines():
         start = re.match(r"\s*", line)
-        indent = (start[0] if start else "") + "    "
-        if len(line) > _WIDTH and (named := _ASSIGNED.fullmatch(line)):
+        indent, end = (start[0] if start else "") + "    ", mark
+        if comment and line.lstrip().startswith(comment):
+            indent, end = f"{start[0] if start else ''}{comment} ", ""
+        if not mark and len(line) > _WIDTH and (named := _ASSIGNED.fullmatch(line)):
             line = f"{named[1]}({named[2]})"  # Python breaks lines within brackets only
         while len(line) > _WIDTH:
-            cut = line.rfind(" ", len(indent), _WIDTH + 1)
+            cut = line.rfind(" ", len(indent), _WIDTH + 1 - len(end))
             if cut < 0:
                 break
-            lines.append(line[:cut])
+            lines.append(line[:cut] + end)
             line = indent + line[cut + 1 :]
         lines.append(line)
     return "\n".join(lines) + "\n"

@@ -8,6 +8,7 @@ from typing import ClassVar
 import sympy as sp
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.codeprinter import CodePrinter
+from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.pycode import PythonCodePrinter
 
@@ -158,6 +159,13 @@ static inline {returned} {name}({signature})
 {body}{results}}}
 """
 
+# Element by element: where no choice is made, constants and durations may be arrays.
+_MATLAB = OctaveCodePrinter({"user_functions": {"expm1": "expm1"}})
+_MATLAB_FUNCTION = """function {results}{name}({signature})
+% {doc} {operations} operations.
+{body}end
+"""
+
 LANGUAGES = {
     "numpy": Language(_Python(), "{} = {}", "{0} = c.{0}", _PYTHON_FUNCTION, "#"),
     "mpmath": Language(_Python(), "{} = {}", "{0} = c.{0}", _PYTHON_FUNCTION, "#"),
@@ -172,6 +180,7 @@ LANGUAGES = {
         "//",
         "real",
     ),
+    "matlab": Language(_MATLAB, "{} = {};", "{0} = c.{0};", _MATLAB_FUNCTION, "%"),
     "bound": Language(
         _Bound(),
         "const bound {} = {};",

@@ -135,6 +135,15 @@ def _segment_texts(language: Language) -> str:
                 f'    """m, kappa, push, friction, sigma and K of {segment.mode}."""\n'
                 f"    return ({', '.join(results)})\n"
             )
+        elif language.comment == "%":
+            texts.append(
+                f"    case {segment.index} % {segment.mode}\n"
+                f"        c.contact = {int(segment.contact)}; c.drift = {segment.drift};\n"
+                + "".join(
+                    f"        c.{name} = {result};\n"
+                    for name, result in zip(_SEGMENT_NAMES, results, strict=True)
+                )
+            )
         else:
             assigned = "".join(
                 f"        c->{name} = {result};\n"
@@ -196,6 +205,7 @@ def render() -> dict[str, str]:
         operations |= {kernel.name: kernel.operations for kernel in [*kernels, *inline, *sizes]}
         values = {
             "header": header,
+            "marked_header": "\n".join(f"{language.comment} {row}" for row in header.split("\n\n")),
             "digest": stamp,
             "jet_order": str(config["jet_order"]),
             "series_terms": str(config["series_terms"]),
@@ -208,6 +218,9 @@ def render() -> dict[str, str]:
             "table": table_text(language),
             "fields": field_texts(language),
             "kernels": "\n\n".join(kernel.text(language) for kernel in kernels),
+            "margin": next(kernel for kernel in inline if kernel.name == "margin_at").text(language)
+            if language.comment == "%"
+            else "",
             "formulas": "\n\n".join(kernel.text(language) for kernel in [*inline, *sizes])
             if language.comment == "#"
             else "",
@@ -224,7 +237,8 @@ def render() -> dict[str, str]:
         values["cython_interface"] = cython_interface(interface, "".join(headers))
         for path, template in target["files"].items():
             text = _fill(template, values)
-            files[path] = text if path.endswith(".pxi") else wrapped(text)
+            marks = (" ...", "%") if language.comment == "%" else ()
+            files[path] = text if path.endswith(".pxi") else wrapped(text, *marks)
     manifest = {
         "command": COMMAND,
         "sympy": sp.__version__,

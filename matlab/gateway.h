@@ -1,0 +1,68 @@
+/* What the gateways share: arguments of MATLAB and Octave, checked, as the C library takes them. */
+#ifndef CAPSULE_GATEWAY_H
+#define CAPSULE_GATEWAY_H
+
+#include <math.h>
+#include <string.h>
+
+#include "capsule.h"
+#include "mex.h"
+
+static const char *const PARAMETERS[] = {"alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b"};
+static const char *const STATUS[] = {"done", "full", "open", "stopped", "refused"};
+
+/* The numbers of a real matrix of doubles of so many rows and columns; of any many where one is 0. */
+static const double *matrix(const mxArray *given, const char *name, size_t rows, size_t columns)
+{
+    if (!mxIsDouble(given) || mxIsComplex(given) || mxIsSparse(given) ||
+        (rows && mxGetM(given) != rows) || (columns && mxGetN(given) != columns))
+        mexErrMsgIdAndTxt("capsule:input", "%s has the wrong size or is not of real doubles", name);
+    return mxGetPr(given);
+}
+
+static double number(const mxArray *given, const char *name, double low, double high)
+{
+    const double value = *matrix(given, name, 1, 1);
+    if (!(low <= value && value <= high))
+        mexErrMsgIdAndTxt("capsule:input", "%s = %g: must be from %g to %g", name, value, low, high);
+    return value;
+}
+
+static int64_t periods_of(const mxArray *given)
+{
+    const double value = number(given, "periods", 0, 1e15);
+    if (value != floor(value))
+        mexErrMsgIdAndTxt("capsule:input", "periods = %g: must be a whole number", value);
+    return (int64_t)value;
+}
+
+/* Parameters one by one, in the order of the names above. */
+static capsule_parameters checked(const double *values, size_t stride)
+{
+    for (int i = 0; i < 7; i++) {
+        const double value = values[i * stride];
+        const int positive = i == 1 || i == 5 || i == 6;
+        if (!(positive ? value > 0 : value >= 0) || !isfinite(value))
+            mexErrMsgIdAndTxt("capsule:input", "%s = %g: must be finite and %s 0", PARAMETERS[i],
+                              value, positive ? "greater than" : "at least");
+    }
+    return (capsule_parameters){values[0],          values[stride],     values[2 * stride],
+                                values[3 * stride], values[4 * stride], values[5 * stride],
+                                values[6 * stride]};
+}
+
+static capsule_parameters parameters_of(const mxArray *given)
+{
+    double values[7];
+    if (!mxIsStruct(given) || mxGetNumberOfElements(given) != 1)
+        mexErrMsgIdAndTxt("capsule:input", "p must be a struct of parameters");
+    for (int i = 0; i < 7; i++) {
+        const mxArray *field = mxGetField(given, 0, PARAMETERS[i]);
+        if (!field)
+            mexErrMsgIdAndTxt("capsule:input", "p.%s is missing", PARAMETERS[i]);
+        values[i] = *matrix(field, PARAMETERS[i], 1, 1);
+    }
+    return checked(values, 1);
+}
+
+#endif
