@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated docs docs-links explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -95,6 +95,11 @@ docs: results/verify.md  ## build the documentation in docs/_build/html, and run
 docs-links: results/verify.md  ## follow every link of the documentation
 	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	$(SPHINX) -b linkcheck docs/_build/links
+
+# Octave with mkoctfile, and gnuplot to draw with: octave, octave-dev and gnuplot-nox in Debian.
+octave: $(READY)  ## run the functions for MATLAB in Octave, which has to be there
+	@command -v octave-cli mkoctfile > /dev/null || { echo 'octave-cli or mkoctfile is missing' >&2; exit 1; }
+	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -q -m "long or not long" tests/octave
 
 # The explorer's page needs Node.js, to be built, and Chromium, to be tested and measured.
 explorer/node_modules/.package-lock.json: explorer/package-lock.json

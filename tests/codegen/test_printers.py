@@ -1,19 +1,35 @@
 """Expressions as they are printed mean what they meant."""
 
+import re
+
 import pytest
 import sympy as sp
 
+from capsule_sym.codegen._lower import wrapped
 from capsule_sym.codegen._printers import LANGUAGES
 
 A, B, C = sp.symbols("a b c")
 
 
-@pytest.mark.parametrize("language", ["numpy", "c", "bound"])
+@pytest.mark.parametrize("language", ["numpy", "c", "bound", "matlab"])
 @pytest.mark.parametrize(
     "expression",
     [A / B**2, -A / B**2, (A + C) / B**3, A / (2 * B**2), A * C / B**4, A / (B**2 * C)],
 )
 def test_a_quotient_by_a_power_is_one(expression: sp.Expr, language: str) -> None:
     printed = LANGUAGES[language].expression(expression)
+    if language == "matlab":
+        printed = re.sub(r"\.(?=[*/^])", "", printed).replace("^", "**")
     value = eval(printed, {"a": 3.0, "b": 7.0, "c": 11.0})  # spelled alike in C
     assert value == pytest.approx(float(expression.subs({A: 3, B: 7, C: 11})), rel=1e-15)
+
+
+def test_long_lines_go_on_as_the_language_has_it() -> None:
+    words = " ".join(["number"] * 30)
+    code, comment = wrapped(f"  x = {words};", " ...", "%"), wrapped(f"  % {words}", " ...", "%")
+    for text in (code, comment):
+        assert max(map(len, text.splitlines())) <= 100
+        assert len(text.splitlines()) > 1
+    assert all(line.endswith(" ...") for line in code.splitlines()[:-1])
+    assert all(line.startswith("  % ") for line in comment.splitlines())
+    assert code.replace(" ...\n     ", "") == f"  x = {words};\n"

@@ -89,7 +89,15 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
         with contextlib.suppress(click.exceptions.Exit):
             command.make_context(name, rest)
     else:
-        assert program in {"cc", "cmake", "eval", "python", "python3", ".venv/bin/python"}
+        assert program in {
+            "cc",
+            "cmake",
+            "eval",
+            "octave-cli",
+            "python",
+            "python3",
+            ".venv/bin/python",
+        }
 
 
 def test_what_the_readme_links_to_is_there() -> None:
