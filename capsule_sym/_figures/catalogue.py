@@ -201,6 +201,13 @@ class Entry:
     make: Callable[[Study], Figure]
     least: float = 7.0
 
+    @property
+    def alt(self) -> str:
+        """What is seen, in words, for who does not see it."""
+        from capsule_sym._figures.described import ALTERNATIVES
+
+        return ALTERNATIVES[next(name for name, one in FIGURES.items() if one.title == self.title)]
+
 
 _EVENTS = (
     "Whole on the left, magnified around the line on the right; dotted below, solid at, dashed "

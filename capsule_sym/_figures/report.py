@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from capsule_sym import _explorer as explorer
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.catalogue import BENCH, FIGURES, Study, measured
+from capsule_sym._figures.equations import EQUATIONS, typeset
 from capsule_sym._figures.style import Colours, figure_style
 from capsule_sym._options import Track
 from capsule_sym._paper import read
@@ -39,15 +40,24 @@ _SOURCES = {
     "bench": (BENCH, "capsule-sym bench"),
 }
 _VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
-_RESOLUTION = 150  # of parts that are pixels within a drawing, in dots per inch
+_RESOLUTION = 160  # of dots, in each inch
+_COLOURS = 64  # of a drawing in dots
+_MOST_CURVES, _MOST_BYTES = 40, 30_000  # of a drawing that is kept as curves
+_SHOWN = 96  # pixels of a page in each inch
 
 
 class Picture(NamedTuple):
-    """A figure of the page, its `source` a data URI, and the command that draws it."""
+    """A figure of the page: what it shows, a data URI and its size, and the command that draws it.
+
+    `alt` says in words what is seen, for who does not see it.
+    """
 
     title: str
     caption: str
+    alt: str
     source: str
+    width: int
+    height: int
     command: str
 
 
@@ -71,11 +81,13 @@ def page(colours: Colours, track: Track) -> str:
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {"maths": maths, "line_name": _line_name, "number": _number}
+    environment.filters["typeset"] = typeset
     template = environment.from_string(
         (files(__package__) / "report.html.j2").read_text(encoding="utf-8")
     )
     saved = {name: _load(path) for name, (path, _) in _SOURCES.items() if name != "bench"}
     saved["bench"] = _load(measured())
+    differing = _differing(saved["proofs"])
     return template.render(
         **saved,
         missing={name: command for name, (_, command) in _SOURCES.items()},
@@ -84,7 +96,10 @@ def page(colours: Colours, track: Track) -> str:
         gammas=GAMMAS,
         printed_thresholds=THRESHOLDS,
         titles={name: entry.title for name, entry in FIGURES.items()},
-        errata=_errata(saved["proofs"]),
+        equations=EQUATIONS,
+        findings=_findings(saved),
+        refuted=[item for item in differing if item["status"] == "refuted"],
+        confirmed=[item for item in differing if item["status"] != "refuted"],
         lines=_lines(saved["proofs"]),
         statuses=Counter(item["status"] for item in saved["proofs"]["items"])
         if saved["proofs"]
@@ -110,10 +125,38 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _errata(proofs: Mapping[str, Any] | None) -> list[Mapping[str, Any]]:
-    """What was found about printed statements that do not hold as they stand."""
+def _differing(proofs: Mapping[str, Any] | None) -> list[Mapping[str, Any]]:
+    """What was found about printed statements that do not hold just as they stand."""
     items = proofs["items"] if proofs else []
     return [item for item in items if item.get("printed") and item["derived"] != "as printed"]
+
+
+def _findings(saved: Mapping[str, Any]) -> list[str]:
+    """What the results say, in a sentence each; of results that are not there nothing."""
+    found = []
+    cases, proofs, hard = saved["cases"], saved["proofs"], saved["hard"]
+    if cases:
+        for gamma in GAMMAS:
+            own = [case for case in cases["cases"] if case["parameters"]["gamma"] == gamma]
+            agree = sum(case["agrees"] for case in own)
+            found.append(
+                f"At γ = {gamma} the exact map gives the printed global map in {agree} of "
+                f"{len(own)} panels of Fig. 7."
+            )
+        if cases.get("bifurcations"):
+            said = cases["bifurcations"]["conclusion"].removesuffix(".").split(". ")
+            found += [f"{sentence}." for sentence in said]
+    if proofs:
+        statuses = Counter(item["status"] for item in proofs["items"])
+        told = ", ".join(f"{count} {status}" for status, count in statuses.items())
+        found.append(f"Of {len(proofs['items'])} statements put to proof, {told}.")
+    if hard:
+        passed = sum(case["verdict"] == "ok" for case in hard["cases"])
+        found.append(
+            f"{passed} of {len(hard['cases'])} hard cases end as 50 digits have them, no switch "
+            "missed and none invented."
+        )
+    return found
 
 
 def _lines(proofs: Mapping[str, Any] | None) -> list[tuple[str, list[Mapping[str, Any]]]]:
@@ -140,8 +183,10 @@ def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[
         title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
         if entry.by_gamma:
             title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
-        source = _data_uri(entry.make(Study(store, Parameters(gamma=gamma), colours)))
-        found.setdefault(name, []).append(Picture(title, entry.caption, source, command))
+        drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
+        size = [round(_SHOWN * inches) for inches in drawn.get_size_inches()]
+        picture = Picture(title, entry.caption, entry.alt, _data_uri(drawn), *size, command)
+        found.setdefault(name, []).append(picture)
     return found
 
 
@@ -151,10 +196,38 @@ def _drawing(one: tuple[str, float]) -> str:
 
 
 def _data_uri(figure: Any) -> str:
-    text = io.BytesIO()
+    """A figure as an address that holds it: as curves or, where these take more room, as dots."""
+    few = sum(len(axes.lines) for axes in figure.axes) <= _MOST_CURVES
+    kind, drawn = "svg+xml", _as_curves(figure) if few else b""
+    if not 0 < len(drawn) < _MOST_BYTES:
+        kind, drawn = "webp", _as_dots(figure)
+    return f"data:image/{kind};base64," + base64.b64encode(drawn).decode("ascii")
+
+
+def _as_curves(figure: Any) -> bytes:
+    """SVG with its paths to a hundredth of a point, which no screen and no print can show."""
+    text = io.StringIO()
     with figure_style():
         figure.savefig(text, format="svg", dpi=_RESOLUTION, metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(text.getvalue()).decode("ascii")
+    short = re.sub(
+        r'(?<= d=")[^"]+',
+        lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path[0]),
+        text.getvalue(),
+    )
+    return short.encode()
+
+
+def _as_dots(figure: Any) -> bytes:
+    """WebP without loss, of as many colours as a drawing of flat ones and their rims needs."""
+    from PIL import Image
+
+    drawn, picture = io.BytesIO(), io.BytesIO()
+    with figure_style():
+        figure.savefig(drawn, format="png", dpi=_RESOLUTION)
+    with Image.open(drawn) as image:
+        few = image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
+    few.convert("RGB").save(picture, format="webp", lossless=True, quality=80)
+    return picture.getvalue()
 
 
 def maths(text: str) -> Any:
