@@ -184,8 +184,8 @@ def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[
         if entry.by_gamma:
             title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
         drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
-        size = [round(_SHOWN * inches) for inches in drawn.get_size_inches()]
-        picture = Picture(title, entry.caption, entry.alt, _data_uri(drawn), *size, command)
+        across, down = (round(_SHOWN * float(inches)) for inches in drawn.get_size_inches())
+        picture = Picture(title, entry.caption, entry.alt, _data_uri(drawn), across, down, command)
         found.setdefault(name, []).append(picture)
     return found
 
