@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
 
+_LONGEST = 1.05  # inches that a name at its slope needs to the right
 _ROOM = 0.028  # least distance of names, over the width of the axes
 
 
@@ -119,7 +120,10 @@ def name_bifurcations(record: Record, axes: Axes) -> None:
     found = sorted(record["bifurcations"], key=lambda one: one["value"])
     low, high = _range(record)
     at = [(one["value"] - low) / (high - low) for one in found]
-    for one, true, place in zip(found, at, spread(at, _ROOM), strict=True):
+    # The last name ends within the figure.
+    wide = axes.get_position().width * figure_of(axes).get_figwidth()
+    last = 1.0 - _LONGEST / wide
+    for one, true, place in zip(found, at, spread(at, _ROOM, last), strict=True):
         axes.annotate(
             f"{_title(one)}  {one['value']:.6f}",
             (true, 1.0),
@@ -139,8 +143,8 @@ def _title(one: Record) -> str:
     return f"{one['type']} {mathematical(one['line'])}" if one["line"] else str(one["type"])
 
 
-def spread(places: Sequence[float], room: float) -> list[float]:
-    """Ascending places in [0, 1] moved as little as needed to lie at least `room` apart."""
+def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[float]:
+    """Ascending places in [0, last] moved as little as needed to lie at least `room` apart."""
     from scipy.optimize import isotonic_regression
 
     if not places:
@@ -148,4 +152,4 @@ def spread(places: Sequence[float], room: float) -> list[float]:
     # Less their least distances from the first, places need only ascend.
     steps = room * np.arange(len(places))
     ascending = isotonic_regression(np.array(places) - steps).x
-    return [float(place) for place in np.clip(ascending, 0.0, 1.0 - steps[-1]) + steps]
+    return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]

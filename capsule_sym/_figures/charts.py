@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PLACES = 24  # points across a chart at which a region's name is tried
+_SMALL, _TINY = 0.01, 0.001  # of a chart: a region of an itinerary that is named, or is not
 _REACH = 90.0  # points that a name may be away from a region that has no room for it
 _CURVES = {
     "grazing": ("black", (0, (1, 1.2))),
@@ -131,8 +132,14 @@ def _fill(axes: Axes, regions: Sequence[Region]) -> None:
 def _name_regions(axes: Axes, plane: Plane, regions: Sequence[Region], names: Names) -> None:
     """The itinerary of each region where it has most room, or beside it where it has none."""
     itineraries = by_area(plane, regions)
-    named = [region for region in regions if region.itinerary]
-    for region in sorted(named, key=lambda one: -one.shape().area):
+    whole = float(np.ptp(plane.x) * np.ptp(plane.y))
+    seen: set[str] = set()
+    for region in sorted(regions, key=lambda one: -one.shape().area):
+        # Of an itinerary the largest region is named, and what else is not small.
+        least = _SMALL if region.itinerary in seen else _TINY
+        if not region.itinerary or region.shape().area < least * whole:
+            continue
+        seen.add(region.itinerary)
         rank = itineraries.index(region.itinerary)
         colour = REGIONS[rank % len(REGIONS)]
         names.within(

@@ -158,12 +158,13 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     found = []
     for face in cut:
         inside = shapely.contains_xy(face, within[..., 0], within[..., 1])
-        own = face.boundary.difference(rim)
+        own, parts = face.boundary.difference(rim), []
         known, counts = np.unique(codes[inside], return_counts=True)
+        most = ""
         for rank, code in enumerate(known[np.argsort(-counts)]):
             itinerary = texts.get(int(code), "").replace("_", " ")
             if rank == 0:
-                found.append(_region(plane, face, itinerary))
+                most = itinerary
                 continue
             cells = at[inside & (codes == code)]
             # Beside a curve a cell may be on the other side of the line between its points.
@@ -171,11 +172,15 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
             if float(np.nan_to_num(away.max(), nan=np.inf)) < _BESIDE * min(steps):
                 continue
             boxes = shapely.box(*(cells - steps).T, *(cells + steps).T)
-            part = shapely.unary_union(boxes).intersection(face)
+            parts.append(
+                (itinerary, shapely.unary_union(boxes, grid_size=_GRID).intersection(face))
+            )
+        rest = face.difference(shapely.unary_union([part for _, part in parts]))
+        for itinerary, part in ((most, rest), *parts):
             found += [
                 _region(plane, piece, itinerary)
                 for piece in getattr(part, "geoms", [part])
-                if piece.geom_type == "Polygon"
+                if piece.geom_type == "Polygon" and piece.area > _LEAST
             ]
     return plane, found
 

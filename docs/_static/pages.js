@@ -2,6 +2,12 @@
 addEventListener("DOMContentLoaded", () => {
   for (const caption of document.querySelectorAll("p.caption[role=heading]"))
     caption.setAttribute("aria-level", "2");
+  const body = document.querySelector("article");
+  if (body && !document.querySelector("h1")) {
+    const heading = document.createElement("h1");
+    heading.textContent = document.title.split(" - ")[0];
+    body.prepend(heading);
+  }
   document.querySelector("aside.sidebar-drawer")?.setAttribute("aria-label", "All pages");
   document.querySelector("aside.toc-drawer")?.setAttribute("aria-label", "On this page");
   for (const box of document.querySelectorAll("pre, .table-wrapper"))

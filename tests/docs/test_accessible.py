@@ -5,7 +5,16 @@ import pytest
 from tests.docs.test_site import SITE
 from tests.explorer.conftest import AXE, browser  # noqa: F401
 
-KINDS = ["index", "quickstart", "theory/system", "performance", "glossary", "cli", "api/run"]
+KINDS = [
+    "index",
+    "gallery",
+    "quickstart",
+    "theory/system",
+    "performance",
+    "glossary",
+    "cli",
+    "api/run",
+]
 
 pytestmark = [
     pytest.mark.long,

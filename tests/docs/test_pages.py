@@ -100,6 +100,19 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
         }
 
 
+def drawn(page: Page) -> list[str]:
+    """The scripts of a page that end in a figure."""
+    return [block.split("\n\n", 1)[1] for block in page.blocks(r"\{drawn\}")]
+
+
+def test_every_script_of_the_gallery_is_short_and_ends_in_a_figure() -> None:
+    (gallery,) = [page for page in PAGES if page.name == "docs/gallery.md"]
+    assert len(drawn(gallery)) >= 8
+    for script in drawn(gallery):
+        assert len(script.strip().splitlines()) <= 15
+        assert isinstance(ast.parse(script).body[-1], ast.Expr)
+
+
 def test_what_the_readme_links_to_is_there() -> None:
     linked = re.findall(r"\]\(\s*((?!https?:)[^)\s]+)", README.text)
     assert len(linked) > 10
