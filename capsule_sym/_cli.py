@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from capsule_sym._study.casestudy import Case
     from capsule_sym._study.thresholds import Threshold
 
-_RESULTS = Path("results/paper")
 _INTERRUPTED = 130  # the exit status of shells for it
 _COMPLETE = "_CAPSULE_SYM_COMPLETE"  # the variable through which a shell asks for completions
 
@@ -244,16 +243,24 @@ def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | N
 
 
 @group.command()
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="results/paper",
+    show_default=True,
+    metavar="DIRECTORY",
+    help="Where the files are written.",
+)
 @json_option
-def paper(as_json: bool) -> None:
+def paper(out: Path, as_json: bool) -> None:
     """Compute the case study of Section 4 and compare it with what the paper prints.
 
     Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and
     at γ = 3.0, and shows each exact global map beside the printed one. Two maps agree if they are
     the same cyclic sequence of local maps. Then follows the orbit from α = 0.005 to 2 at both γ
     and shows each exact bifurcation value beside the printed one. Writes
-    results/paper/casestudy.json (what --json prints), cases.csv, segments.csv, thresholds.csv, and
-    curves.csv with the bifurcations' curves in the plane of α and γ.
+    casestudy.json (what --json prints), cases.csv, segments.csv, thresholds.csv, and curves.csv
+    with the bifurcations' curves in the plane of α and γ, where --out says.
     """
     from capsule_sym._records import dumps
     from capsule_sym._study import casestudy, thresholds
@@ -269,7 +276,7 @@ def paper(as_json: bool) -> None:
         task = progress.add_task("Locating the bifurcations", total=total)
         found = thresholds.compute(lambda: progress.advance(task))
     record = casestudy.record(cases) | {"bifurcations": thresholds.record(found)}
-    paths = casestudy.write(record, _RESULTS) + thresholds.save(found, _RESULTS)
+    paths = casestudy.write(record, out) + thresholds.save(found, out)
     if as_json:
         click.echo(dumps(record))
     else:

@@ -49,7 +49,7 @@ def parameter_options(command: _Command) -> _Command:
         ("zeta", "0.05", "Damping ratio."),
         ("beta", "1.5", "Stiffness ratio."),
         ("gamma", "3.3", "Mass ratio."),
-        ("fb", "1", "Friction bound."),
+        ("f_b", "1", "Friction bound."),
     )
     command = click.option(
         "--params",
@@ -59,10 +59,10 @@ def parameter_options(command: _Command) -> _Command:
         help="Parameters from a file, dimensionless (options above override it) or physical in SI "
         "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
     )(command)
-    for flag, default, text in reversed(options):
-        name = "f_b" if flag == "fb" else flag
+    for name, default, text in reversed(options):
         text = f"{text}  [default: {default}]"
-        command = click.option(f"--{flag}", name, type=float, help=text)(command)
+        flags = dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}"))
+        command = click.option(*flags, name, type=float, help=text)(command)
     return command
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from capsule_sym._bench.study import Row
     from capsule_sym._bench.whole import Study
 
-_RESULTS = Path("results/bench")
-
 
 @click.command("bench")
 @click.option(
@@ -34,8 +32,16 @@ _RESULTS = Path("results/bench")
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
 @click.option("--face", is_flag=True, help="What a person calls first, instead: under a minute.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    default="results/bench",
+    show_default=True,
+    metavar="DIRECTORY",
+    help="Where the files are written.",
+)
 @json_option
-def bench(repeats: int, only: str, quick: bool, face: bool, as_json: bool) -> None:
+def bench(repeats: int, only: str, quick: bool, face: bool, out: Path, as_json: bool) -> None:
     """Measure speed against error, beside other tools.
 
     Times are processor time of calls from Python, by excitation period. Errors are those of the
@@ -43,7 +49,7 @@ def bench(repeats: int, only: str, quick: bool, face: bool, as_json: bool) -> No
     invented are the fewest that explain a run's itinerary of fields beside the true one; in the
     sweep the true itineraries are those of this map, and 50 digits judge them in 11 of the 1,000.
 
-    Writes results/bench/bench.json (part.json if --only or --quick is given), what --json prints,
+    Writes bench.json in --out (part.json if --only or --quick is given), what --json prints,
     after each part, so that an interrupted study leaves the parts that were done. `figure
     work-precision` draws bench.json, or part.json where there is no other. "trajectory"
     (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
@@ -63,7 +69,7 @@ def bench(repeats: int, only: str, quick: bool, face: bool, as_json: bool) -> No
     study = Study(repeats, only, quick)
     for line in study.record["skipped"]:
         click.echo(line, err=True)
-    file = _RESULTS / ("part.json" if only or quick else "bench.json")
+    file = out / ("part.json" if only or quick else "bench.json")
     with make_progress() as progress:
         for part, turns in study.turns().items():
             task = progress.add_task(part, total=turns)

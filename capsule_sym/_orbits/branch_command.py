@@ -30,7 +30,11 @@ if TYPE_CHECKING:
 
 @click.command("branch")
 @parameter_options
-@click.option("--parameter", help="The parameter that varies, such as alpha.")
+@click.option(
+    "--parameter",
+    callback=lambda context, option, name: name and name.replace("-", "_"),
+    help="The parameter that varies, such as alpha or f-b.",
+)
 @click.option("--from", "begin", type=float, help="Its value at the begin.")
 @click.option("--to", "end", type=float, required=True, help="Its value at the end.")
 @click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     nargs=2,
     required=True,
     metavar="FIRST SECOND",
+    callback=lambda context, option, names: tuple(name.replace("-", "_") for name in names),
     help="The two parameters, such as alpha gamma.",
 )
 @click.option(

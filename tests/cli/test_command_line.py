@@ -41,7 +41,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run --json --zeta -0.1", ["zeta = -0.1: must be finite and >= 0"]),
         ("run --omega 0", ["omega = 0.0: must be finite and > 0"]),
         ("run --alpha nan", ["alpha = nan: must be finite and >= 0"]),
-        ("run --fb 0", ["f_b = 0.0: must be finite and > 0"]),
+        ("run --f-b 0", ["f_b = 0.0: must be finite and > 0"]),
         ("run --gamma 1e400", ["gamma = inf: must be finite and > 0"]),
         ("run --json --alpha x", ["--alpha", "'x'", "float"]),
         ("run --periods 0", ["periods = 0: must be a whole number"]),

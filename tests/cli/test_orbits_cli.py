@@ -218,7 +218,7 @@ def test_bad_input_exits_with_2(capsys, arguments: tuple[str, ...], complaint: s
 
 def test_no_orbit_as_json_has_the_reason(capsys) -> None:
     # Undamped and without contact the response keeps its beat for ever.
-    arguments = ("--alpha", "0.3", "--delta", "5", "--zeta", "0", "--fb", "10", "--json")
+    arguments = ("--alpha", "0.3", "--delta", "5", "--zeta", "0", "--f-b", "10", "--json")
     status, out, err = call(capsys, "orbit", *arguments)
     assert status == 3
     assert err.startswith("no orbit (not-periodic): the run from (0.0, 0.0, 0.0) at phase 0.0 has")
@@ -276,3 +276,10 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
         assert (status, out) == (2, "")
         assert words in err
         assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["f-b", "f_b"])
+def test_a_branch_in_the_friction_bound_is_asked_for_either_way(capsys, name: str) -> None:
+    arguments = ("--parameter", name, "--from", "1", "--to", "1.001", "--points", "2", "--json")
+    status, out, _ = call(capsys, "branch", *arguments)
+    assert (status, json.loads(out)["parameter"]) == (0, "f_b")

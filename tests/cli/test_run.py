@@ -15,7 +15,7 @@ from capsule_sym import Parameters
 from capsule_sym._map.backend import default_backend
 from tests.cli.terminal import in_terminal
 
-OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--fb")
+OPTIONS = ("--alpha", "--omega", "--delta", "--zeta", "--beta", "--gamma", "--f-b")
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,9 @@ def test_options_and_start_are_taken(command) -> None:
 
 def test_help_names_the_defaults_of_the_parameters(command) -> None:
     text = command("run", "--help").stdout
-    shown = [re.search(rf"{option} FLOAT .*\[default: (\S+)\]", text) for option in OPTIONS]
+    shown = [
+        re.search(rf"{option}(?:, --f_b)? FLOAT .*\[default: (\S+)\]", text) for option in OPTIONS
+    ]
     assert [float(match[1]) for match in shown] == list(Parameters().to_dict().values())
 
 
@@ -254,3 +256,9 @@ def test_a_run_in_a_terminal_shows_its_progress_and_can_be_interrupted() -> None
     assert shown.status == 130
     assert "error: interrupted: nothing is kept, but a run that --max-" in shown.written
     assert shown.cursor
+
+
+@pytest.mark.parametrize("flag", ["--f-b", "--f_b"])
+def test_the_friction_bound_is_written_either_way(command, flag: str) -> None:
+    record = json.loads(command("run", flag, "0.9", "--periods", "2", "--json").stdout)
+    assert record["parameters"]["f_b"] == 0.9

@@ -35,7 +35,7 @@ export function asCommand(state: State): string {
   const p = parameters(state);
   const flags = state.units === "device"
     ? ["--params device.toml"]
-    : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name === "f_b" ? "fb" : name} ${p[name]}`);
+    : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name === "f_b" ? "f-b" : name} ${p[name]}`);
   if (started(state)) flags.push(`--state ${state.x_r} ${state.v_r} ${state.v_c}`);
   if (state.phase) flags.push(`--phase ${state.phase}`);
   flags.push(`--periods ${state.periods}`);
