@@ -281,6 +281,41 @@ cdef class Map:
         return done
 
 
+    def differentiate(self, segments, const double[::1] times, double[:, ::1] switches,
+                      double[:, :, ::1] slopes):
+        """Writes the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
+
+        `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
+        (times, 4, 11). The columns are the start's x_r, v_r, v_c and phase, and the parameters.
+        """
+        cdef size_t n = times.shape[0], done
+        if segments.dtype != SEGMENT:
+            raise TypeError("segments must be of dtype SEGMENT")
+        _need(switches.shape[0] + 1 == len(segments) and switches.shape[1] == 11, "switches",
+              (len(segments) - 1, 11))
+        _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and slopes.shape[2] == 11,
+              "slopes", (n, 4, 11))
+        cdef attention a
+        cdef capsule_slopes at
+        cdef const char[::1] bytes_ = segments.view("i1")
+        cdef size_t count = len(segments)
+        cdef double[11] *ends = NULL
+        cdef double[4][11] *rows = NULL
+        cdef const double *when = NULL
+        if count > 1:
+            ends = <double[11] *> &switches[0, 0]
+        if n:
+            rows, when = <double[4][11] *> &slopes[0, 0, 0], &times[0]
+        cdef capsule_watch *watch = _attend(&a, None, None)
+        with nogil:
+            capsule_slopes_start(&at)
+            done = capsule_differentiate(self.map, <const capsule_segment *> &bytes_[0], count, &at,
+                                         ends, when, n, rows, watch)
+        _raised(&a)
+        if done < count:
+            raise ValueError("a field that there is not")
+
+
 cdef int _check_rows(const double[:, ::1] parameters, states) except -1:
     """Refuses what the loops below would read or write beside: every array has a row for each run."""
     if states.dtype != STATE or states.ndim != 1:
