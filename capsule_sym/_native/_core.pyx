@@ -286,26 +286,27 @@ cdef class Map:
         """Writes the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
 
         `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
-        (times, 4, 11). The columns are the start's x_r, v_r, v_c and phase, and the parameters.
+        (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
+        `slopes` the rate of change.
         """
         cdef size_t n = times.shape[0], done
         if segments.dtype != SEGMENT:
             raise TypeError("segments must be of dtype SEGMENT")
         _need(switches.shape[0] + 1 == len(segments) and switches.shape[1] == 11, "switches",
               (len(segments) - 1, 11))
-        _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and slopes.shape[2] == 11,
-              "slopes", (n, 4, 11))
+        _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and slopes.shape[2] == 12,
+              "slopes", (n, 4, 12))
         cdef attention a
         cdef capsule_slopes at
         cdef const char[::1] bytes_ = segments.view("i1")
         cdef size_t count = len(segments)
         cdef double[11] *ends = NULL
-        cdef double[4][11] *rows = NULL
+        cdef double[4][12] *rows = NULL
         cdef const double *when = NULL
         if count > 1:
             ends = <double[11] *> &switches[0, 0]
         if n:
-            rows, when = <double[4][11] *> &slopes[0, 0, 0], &times[0]
+            rows, when = <double[4][12] *> &slopes[0, 0, 0], &times[0]
         cdef capsule_watch *watch = _attend(&a, None, None)
         with nogil:
             capsule_slopes_start(&at)

@@ -174,11 +174,12 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
                         int more, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch);
 
-/* Derivatives of a run at a time t that stays: of the state and x_c there, and of the time of the
-   last switch before, by the start's x_r, v_r, v_c and phase and by the seven parameters. */
-#define CAPSULE_SLOPES 11
+/* Derivatives of a run at times that stay, counted from its start: of the state and x_c there, and
+   of the time of the last switch before, by the start's x_r, v_r, v_c and phase of the forcing, and
+   by the seven parameters. */
 typedef struct {
-    double state[4][CAPSULE_SLOPES], time[CAPSULE_SLOPES];
+    double state[4][11];
+    double time[11];
 } capsule_slopes;
 
 /* The derivatives where a run begins. */
@@ -187,13 +188,13 @@ void capsule_slopes_start(capsule_slopes *at);
 /* Carries derivatives through the segments of a run in their order, from the start of the first to
    that of the last, and leaves them in `at`. `switches`, a row for each segment but the last, or
    null, receives the derivatives of their ends' times; `slopes` those of (x_r, v_r, v_c, x_c) at `n`
-   times in ascending order. Where a switch is tangential they are infinite or not a number from then
+   times in ascending order, each with the rate of change at last. Where a switch is tangential they are infinite or not a number from then
    on; where two happen at once they are those of the side that the run takes. Returns how many
    segments were passed: less than `count` where `watch`, which may be null, stops it. */
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
-                             capsule_slopes *at, double (*switches)[CAPSULE_SLOPES],
+                             capsule_slopes *at, double (*switches)[11],
                              const double *times, size_t n,
-                             double (*slopes)[4][CAPSULE_SLOPES], capsule_watch *watch);
+                             double (*slopes)[4][12], capsule_watch *watch);
 
 /* P - friction at a state. */
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);

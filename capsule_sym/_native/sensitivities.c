@@ -5,8 +5,9 @@
 
 #include "number.h"
 
-#define N CAPSULE_SLOPES
-#define OMEGA 5    /* among the slopes, the parameters from 4 on */
+#define N 11
+#define PHASE 3    /* among the slopes; the parameters from 4 on */
+#define OMEGA 5
 #define BY_ANGLE 3 /* columns of the closed form's derivatives: state, angle, time, parameters */
 #define BY_TIME 4
 #define COLUMNS 12
@@ -30,6 +31,7 @@ static passing passing_of(const capsule_map *map, const capsule_segment *s,
                  .at = at};
     for (int k = 0; k < N; k++)
         p.angle_by[k] = omega * at->time[k];
+    p.angle_by[PHASE] += omega;
     p.angle_by[OMEGA] += p.time;
     return p;
 }
@@ -107,12 +109,12 @@ void capsule_slopes_start(capsule_slopes *at)
     memset(at, 0, sizeof *at);
     for (int i = 0; i < 3; i++)
         at->state[i][i] = 1.0;
-    at->time[3] = 1.0;
 }
 
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
                              capsule_slopes *at, double (*switches)[N], const double *times,
-                             size_t n, double (*slopes)[4][N], capsule_watch *watch)
+                             size_t n, double (*slopes)[4][N + 1],
+                             capsule_watch *watch)
 {
     const double omega = map->parameters.omega;
     size_t done = 0;
@@ -128,8 +130,10 @@ size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segm
             for (int k = 0; k < N; k++)
                 earlier[k] = -at->time[k];
             rows_at(&p, times[done] - p.time, rows);
-            for (int row = 0; row < 4; row++)
+            for (int row = 0; row < 4; row++) {
                 total(&p, rows[row], earlier, slopes[done][row]);
+                slopes[done][row][N] = rows[row][BY_TIME];
+            }
             for (int k = 0; k < N; k++)
                 slopes[done][3][k] += at->state[3][k];
         }

@@ -1,0 +1,1 @@
+"""From the map to the device: how motions depend on parameters, and which parameters are best."""

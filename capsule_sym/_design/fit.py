@@ -1,0 +1,454 @@
+"""Parameters, start and phase of a device from measured time series, by least squares.
+
+The residuals' Jacobian is exact: it is that of the closed forms, carried through every switch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._design.measured import OF_STATE, Measured, measured
+from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
+from capsule_sym._design.units import DEVICE, slopes_of
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import simulate
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._parameters import Parameters, PhysicalParameters
+
+LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+_POSITIVE = ("omega", "gamma", "f_b", "M_m", "M_c", "k1", "Omega", "mu", "g")
+_LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
+_TRIES = 4  # of a multi-start's candidates, so many are followed
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+System = Parameters | PhysicalParameters
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What measured series tell of a device, and what they leave open.
+
+    Values are dimensionless, or in SI units where the system that was fitted is a device. Standard
+    errors and intervals hold for independent errors of the measurements, where the model is nearly
+    linear over them.
+    """
+
+    system: System
+    """The parameters, those that were known among them."""
+    state: tuple[float, float, float]
+    """(x_r, v_r, v_c) at the first time."""
+    phase: float
+    """Phase of the forcing there."""
+    values: dict[str, float]
+    """What was unknown."""
+    standard_errors: dict[str, float]
+    """Its standard errors; infinite where `open_combinations` tells of it."""
+    covariance: Matrix
+    """Their covariance, shape (k, k)."""
+    success: bool
+    """Whether the least squares came to rest on a minimum."""
+    status: str
+    """"converged", "not-converged" or "not-identifiable"."""
+    message: str
+    """The same as a sentence."""
+    evaluations: int
+    """Runs with derivatives that it took."""
+    noise: float
+    """Standard deviation of the residuals, in units of each column's `scales`."""
+    residuals: Vector
+    """Model less measurement over `scales`, shape (n,), in the order of time."""
+    singular_values: Vector
+    """Of the Jacobian by the relative changes of what was unknown, largest first."""
+    open_combinations: tuple[dict[str, float], ...]
+    """Relative changes of what was unknown that the measurements cannot tell from none."""
+    border: str
+    """Where the itinerary changes within a standard error: which value; else empty."""
+    problem: Any
+
+    def __repr__(self) -> str:
+        told = ", ".join(
+            f"{name} = {value:.6g} +/- {self.standard_errors[name]:.1g}"
+            for name, value in self.values.items()
+        )
+        return f"<Fit: {told}, {self.status}>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The results by name, of numbers, texts and lists."""
+        return {
+            "success": self.success,
+            "status": self.status,
+            "message": self.message,
+            "evaluations": self.evaluations,
+            "values": self.values,
+            "standard_errors": self.standard_errors,
+            "covariance": self.covariance.tolist(),
+            "parameters": {
+                name: getattr(self.system, name) for name in type(self.system).__slots__
+            },
+            "state": list(self.state),
+            "phase": self.phase,
+            "noise": self.noise,
+            "singular_values": self.singular_values.tolist(),
+            "open_combinations": list(self.open_combinations),
+            "border": self.border,
+        }
+
+    def interval(self, name: str, deviations: float = 1.96) -> tuple[float, float]:
+        """Profile interval of an unknown: where the others, fitted anew, fit as well as they should.
+
+        The sum of squares grows there by `deviations` squared times the noise's variance. Raises
+        InvalidInput for another name.
+        """
+        if name not in self.values:
+            raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
+        low, high = (_edge(self, name, sign * deviations) for sign in (-1, 1))
+        return low, high
+
+
+def fit(
+    data: Mapping[str, ArrayLike],
+    system: System,
+    unknown: Sequence[str],
+    *,
+    state: Sequence[float] = (0.0, 0.0, 0.0),
+    phase: float = 0.0,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    loss: str = "linear",
+    starts: int = 0,
+    seed: int = 0,
+) -> Fit:
+    """Values of what is unknown of a system, from measured time series, by least squares.
+
+    `data` has columns: times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m, a nan
+    for a gap. The motion starts in `state` (x_r, v_r, v_c), at `phase` of the forcing, at the first
+    of the times. `unknown` names parameters of `system`, and of x_r, v_r, v_c, phase, x_c of the
+    start (x_c: where the capsule's position was zero); the others are known, and what is given for
+    the unknown is the first guess. All is dimensionless, or in SI units where `system` is
+    PhysicalParameters. Each column's residuals count in units of its standard deviation; `loss` is
+    one of SciPy's. `starts` draws so many other guesses, within `bounds` or else between half and
+    twice the guess, and follows the best of them; `seed` makes them others.
+
+    Raises InvalidInput for columns, names, bounds or values that are not allowed.
+    """
+    if loss not in LOSSES:
+        raise InvalidInput("loss", loss, f"one of {', '.join(LOSSES)}")
+    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 0:
+        raise InvalidInput("starts", starts, "a whole number from 0 on")
+    problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase)
+    low, high = _limits(problem, bounds or {})
+    guesses = [problem.guess, *_drawn(problem, low, high, starts, seed)]
+    if starts:
+        guesses = sorted(guesses, key=problem.cost)[:_TRIES]
+    found = [_least(problem, guess, low, high, loss) for guess in guesses]
+    return _told(problem, min(found, key=lambda one: float(one.cost)), low, high, loss)
+
+
+@dataclass
+class Problem:
+    """Residuals and their Jacobian at values of the unknown."""
+
+    data: Measured
+    system: System
+    unknown: tuple[str, ...]
+    state: tuple[float, ...]
+    phase: float
+
+    def __post_init__(self) -> None:
+        own = type(self.system).__slots__
+        start = ("x_r", "v_r", "v_c", "phase", "x_c")
+        for name in self.unknown:
+            if name not in own and name not in start:
+                raise InvalidInput("unknown", name, f"one of {', '.join((*own, *start))}")
+        if not self.unknown or len(set(self.unknown)) < len(self.unknown):
+            raise InvalidInput("unknown", ", ".join(self.unknown), "one or more different names")
+        if len(self.state) != 3:
+            raise InvalidInput("state", self.state, "three numbers")
+        if len(self.unknown) >= len(self.data.values):
+            raise InvalidInput("data", f"{len(self.data.values)} values", "more than are unknown")
+        known = dict(zip(start, (*self.state, self.phase, 0.0), strict=True))
+        self.base = {name: getattr(self.system, name) for name in own} | known
+        self.guess = np.array([float(self.base[name]) for name in self.unknown])
+        self.scales = np.array(
+            [self.data.values[self.data.column == k].std() for k in range(len(self.data.names))]
+        )[self.data.column]
+        self.rows = np.array([OF_STATE[name] for name in self.data.names])[self.data.column]
+        self.speeds = np.array([name.startswith("v") for name in self.data.names])[self.data.column]
+        self.elapsed = self.data.times - self.data.times[0]
+        self.different, self.which = np.unique(self.elapsed, return_inverse=True)
+        self.evaluations = 0
+        self._last: tuple[bytes, Vector, Matrix, str] | None = None
+
+    def cost(self, values: Vector) -> float:
+        """Half the sum of the residuals' squares."""
+        return float(np.sum(self.at(values)[0] ** 2) / 2)
+
+    def at(self, values: Vector) -> tuple[Vector, Matrix, str]:
+        """Residuals (n,), their Jacobian (n, k), and the run's itinerary."""
+        key = values.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = (key, *self._at(values))
+        return self._last[1:]
+
+    def system_at(self, values: Vector) -> System:
+        """The system with these values of the unknown."""
+        own = type(self.system).__slots__
+        now = self.base | dict(zip(self.unknown, values.tolist(), strict=True))
+        return type(self.system)(**{name: now[name] for name in own})
+
+    def _at(self, values: Vector) -> tuple[Vector, Matrix, str]:
+        self.evaluations += 1
+        now = self.base | dict(zip(self.unknown, values.tolist(), strict=True))
+        system = self.system_at(values)
+        device = system if isinstance(system, PhysicalParameters) else None
+        p = system if isinstance(system, Parameters) else system.dimensionless()
+        length, rate = (
+            (1.0, 1.0) if device is None else (device.length_scale, device.natural_frequency)
+        )
+        units = np.array([length, length * rate, length * rate])
+        start = np.array([now["x_r"], now["v_r"], now["v_c"]]) / units
+        phase = now["phase"] * rate
+        reduced = phase % p.period
+        reduced = 0.0 if reduced >= p.period else reduced
+        times = reduced + self.different * rate
+        periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
+        run = simulate(p, tuple(start.tolist()), reduced, periods)
+        if not run.success or times[-1] > run.span[1]:
+            lost = np.full(len(self.elapsed), 1e3)
+            return lost, np.zeros((len(lost), len(values))), "open"
+        found = sensitivities(run, times)
+        slopes = found.slopes
+        # The phase was taken less whole periods, which depend on omega.
+        slopes[..., SLOPES.index("omega")] += slopes[..., 3] * ((phase - reduced) / p.omega)
+        chain, by_length, by_rate = self._chain(device, units, start, phase)
+        states = found.states
+        states[:, 3] += now["x_c"] / length
+        moved = slopes @ chain
+        moved += found.rates[..., None] * (self.different[:, None, None] * rate * by_rate)
+        if "x_c" in self.unknown:
+            moved[:, 3, self.unknown.index("x_c")] += 1.0 / length
+        moved[:, 3] -= now["x_c"] / length * by_length
+        unit = np.where(self.speeds, length * rate, length)
+        model = np.sum(self.rows * states[self.which], axis=1)
+        by = np.einsum("nk,nkj->nj", self.rows, moved[self.which])
+        by += model[:, None] * (by_length + self.speeds[:, None] * by_rate)
+        residuals = (unit * model - self.data.values) / self.scales
+        itinerary = " ".join(f"F{field}" for field in run.records["field"].tolist())
+        return residuals, by * (unit / self.scales)[:, None], itinerary
+
+    def _chain(
+        self, device: PhysicalParameters | None, units: Vector, start: Vector, phase: float
+    ) -> tuple[Matrix, Vector, Vector]:
+        """Derivatives of SLOPES by the unknown (11, k), and of the logarithms of the units (k,)."""
+        chain, by_length, by_rate = (
+            np.zeros((11, len(self.unknown))),
+            *np.zeros((2, len(self.unknown))),
+        )
+        by_device = None if device is None else slopes_of(device)
+        rate = 1.0 if device is None else device.natural_frequency
+        for k, name in enumerate(self.unknown):
+            if by_device is not None and name in DEVICE:
+                column = DEVICE.index(name)
+                chain[4:, k] = by_device.parameters[:, column]
+                by_length[k], by_rate[k] = by_device.length[column], by_device.rate[column]
+            elif name in PARAMETERS:
+                chain[SLOPES.index(name), k] = 1.0
+            elif name in START:
+                chain[START.index(name), k] = (
+                    rate if name == "phase" else 1.0 / units[START.index(name)]
+                )
+        # The start is held in SI units: in those of the device it moves as they do.
+        chain[0] -= start[0] * by_length
+        chain[1:3] -= start[1:, None] * (by_length + by_rate)
+        chain[3] += phase * by_rate
+        return chain, by_length, by_rate
+
+
+def _limits(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
+    """Lowest and highest values of the unknown."""
+    for name in bounds:
+        if name not in problem.unknown:
+            raise InvalidInput("bounds", name, f"one of {', '.join(problem.unknown)}")
+    low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
+    for k, name in enumerate(problem.unknown):
+        if name not in ("x_r", "v_r", "v_c", "phase", "x_c"):
+            low[k] = 1e-12 if name in _POSITIVE else 0.0
+        if name in bounds:
+            first, last = bounds[name]
+            if not low[k] <= first < last:
+                allowed = f"two numbers that ascend, from {low[k]:g} on"
+                raise InvalidInput(f"bounds of {name}", (first, last), allowed)
+            low[k], high[k] = first, last
+        if not low[k] <= problem.guess[k] <= high[k]:
+            raise InvalidInput(name, problem.guess[k], f"from {low[k]:g} to {high[k]:g} at first")
+    return low, high
+
+
+def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -> list[Vector]:
+    """Guesses between the bounds, or where there are none between half and twice the guess."""
+    if not count:
+        return []
+    from scipy.stats.qmc import Sobol
+
+    size = np.where(problem.guess == 0.0, 1.0, np.abs(problem.guess))
+    first = np.where(
+        np.isfinite(high), low, np.where(np.isfinite(low), size / 2, problem.guess - size)
+    )
+    last = np.where(
+        np.isfinite(high), high, np.where(np.isfinite(low), 2 * size, problem.guess + size)
+    )
+    if "phase" in problem.unknown and not np.isfinite(high[problem.unknown.index("phase")]):
+        k, system = problem.unknown.index("phase"), problem.system
+        first[k] = 0.0
+        last[k] = system.period if isinstance(system, Parameters) else 2 * math.pi / system.Omega
+    draws = Sobol(len(first), seed=seed).random_base2(max(0, (count - 1).bit_length()))[:count]
+    return list(first + draws * (last - first))
+
+
+def _least(problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str) -> Any:
+    """SciPy's result; a robust loss takes its scale from the residuals that are left at last."""
+    from scipy.optimize import least_squares
+
+    def solve(start: Vector, loss: str, scale: float) -> Any:
+        return least_squares(
+            lambda values: problem.at(values)[0],
+            start,
+            lambda values: problem.at(values)[1],
+            bounds=(low, high),
+            x_scale="jac",
+            loss=loss,
+            f_scale=scale,
+            ftol=1e-14,
+            xtol=1e-12,
+            gtol=1e-14,
+            max_nfev=200,
+        )
+
+    inside = np.clip(guess, low, high)
+    found = solve(
+        inside, "linear" if loss == "linear" else "soft_l1", 1.0 if loss == "linear" else 0.1
+    )
+    for _ in range(0 if loss == "linear" else 2):
+        found = solve(found.x, loss, 2.0 * _spread(problem.at(found.x)[0], loss) + 1e-300)
+    return found
+
+
+def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
+    """Standard deviation of the residuals; by their median where some may be far off."""
+    if loss != "linear":
+        return float(1.4826 * np.median(np.abs(residuals)))
+    return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
+
+
+def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str) -> Fit:
+    """What the least squares came to, and what that says."""
+    values, k = found.x, len(found.x)
+    residuals, jacobian, itinerary = problem.at(values)
+    noise = _spread(residuals, loss, k)
+    size = np.where(values == 0.0, 1.0, np.abs(values))
+    # SciPy's Jacobian of a robust loss has the weights of the residuals.
+    _, singular, directions = np.linalg.svd(found.jac * size, full_matrices=False)
+    kept = singular > _LOST * singular[0]
+    inverse = directions[kept].T / singular[kept]
+    covariance = noise**2 * (inverse @ inverse.T) * np.outer(size, size)
+    errors = np.sqrt(np.diag(covariance))
+    lost = [dict(zip(problem.unknown, row.tolist(), strict=True)) for row in directions[~kept]]
+    for row in lost:
+        for i, name in enumerate(problem.unknown):
+            if abs(row[name]) > 0.1:
+                errors[i] = math.inf
+    at_rest = bool(found.success) and itinerary != "open"
+    status = "converged" if at_rest else "not-converged"
+    message = "the least squares came to rest" if at_rest else str(found.message)
+    at_bound = [
+        n for n, v, a, b in zip(problem.unknown, values, low, high, strict=True) if v <= a or v >= b
+    ]
+    if lost:
+        status, message = "not-identifiable", "the measurements leave a combination open"
+    elif at_bound:
+        message += f", with {', '.join(at_bound)} at a bound"
+    system = problem.system_at(values)
+    named = dict(zip(problem.unknown, values.tolist(), strict=True))
+    now = problem.base | named
+    return Fit(
+        system=system,
+        state=(now["x_r"], now["v_r"], now["v_c"]),
+        phase=now["phase"],
+        values=named,
+        standard_errors=dict(zip(problem.unknown, errors.tolist(), strict=True)),
+        covariance=covariance,
+        success=at_rest and not lost,
+        status=status,
+        message=message,
+        evaluations=problem.evaluations,
+        noise=noise,
+        residuals=residuals,
+        singular_values=singular,
+        open_combinations=tuple(lost),
+        border=_border(problem, values, errors, itinerary, low, high),
+        problem=problem,
+    )
+
+
+def _border(
+    problem: Problem, values: Vector, errors: Vector, itinerary: str, low: Vector, high: Vector
+) -> str:
+    """Which value, a standard error off, has another itinerary."""
+    for i, name in enumerate(problem.unknown):
+        for sign in (-1.0, 1.0):
+            moved = values.copy()
+            moved[i] += sign * errors[i] if math.isfinite(errors[i]) else 0.0
+            if low[i] <= moved[i] <= high[i] and problem.at(moved)[2] != itinerary:
+                return name
+    return ""
+
+
+def _edge(fitted: Fit, name: str, deviations: float) -> float:
+    """Where the sum of squares has grown so far on one side of an unknown."""
+    from scipy.optimize import brentq
+
+    problem, k = fitted.problem, list(fitted.values).index(name)
+    values = np.array(list(fitted.values.values()))
+    others = [i for i in range(len(values)) if i != k]
+    least = float(fitted.residuals @ fitted.residuals)
+    low, high = _limits(problem, {})
+    guess = values[others]
+
+    def grown(at: float) -> float:
+        nonlocal guess
+        if not others:
+            total = 2 * problem.cost(np.array([at]))
+        else:
+            from scipy.optimize import least_squares
+
+            def whole(part: Vector) -> Vector:
+                full = np.empty(len(values))
+                full[k], full[others] = at, part
+                return full
+
+            found = least_squares(
+                lambda part: problem.at(whole(part))[0],
+                guess,
+                lambda part: problem.at(whole(part))[1][:, others],
+                bounds=(low[others], high[others]),
+                x_scale="jac",
+            )
+            guess, total = found.x, 2 * found.cost
+        return (total - least) / fitted.noise**2 - deviations**2
+
+    step = deviations * fitted.standard_errors[name]
+    far = values[k] + step
+    for _ in range(20):
+        if not low[k] <= far <= high[k]:
+            return float(np.clip(far, low[k], high[k]))
+        if grown(far) >= 0:
+            edge: float = brentq(grown, values[k], far, xtol=1e-6 * abs(step))
+            return edge
+        step *= 1.5
+        far = values[k] + step
+    return math.copysign(math.inf, deviations)

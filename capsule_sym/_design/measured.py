@@ -1,0 +1,125 @@
+"""Measured time series: what a fit is made to, from arrays or from a file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map import evaluation
+from capsule_sym._map.labelled import package
+from capsule_sym._parameters import PhysicalParameters
+
+OF_STATE = {
+    "x_r": (1.0, 0.0, 0.0, 0.0),
+    "v_r": (0.0, 1.0, 0.0, 0.0),
+    "v_c": (0.0, 0.0, 1.0, 0.0),
+    "x_c": (0.0, 0.0, 0.0, 1.0),
+    "x_m": (1.0, 0.0, 0.0, 1.0),
+    "v_m": (0.0, 1.0, 1.0, 0.0),
+}
+"""What can be measured, as combinations of (x_r, v_r, v_c, x_c)."""
+_ALLOWED = f"t and one or more of {', '.join(OF_STATE)}"
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Measured values: `values` (n,) of the quantity `OF_STATE[names[column]]` at `times` (n,).
+
+    Dimensionless; in the order of time, gaps left out.
+    """
+
+    names: tuple[str, ...]
+    times: NDArray[np.float64]
+    column: NDArray[np.int64]
+    values: NDArray[np.float64]
+
+
+def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None = None) -> Measured:
+    """Measured series from columns: times `t` and one or more of x_r, x_c, x_m, v_r, v_c, v_m.
+
+    Dimensionless, or in s, m and m/s where a device is given. A nan is a gap. Raises InvalidInput
+    for columns that are missing, unknown, of other length or constant, and for times that do not
+    ascend.
+    """
+    for name in table:
+        if name != "t" and name not in OF_STATE:
+            raise InvalidInput("column", name, _ALLOWED)
+    names = tuple(name for name in OF_STATE if name in table)
+    if "t" not in table or not names:
+        raise InvalidInput("columns", ", ".join(table) or "none", _ALLOWED)
+    columns = {
+        name: evaluation.real(name, values, "real numbers") for name, values in table.items()
+    }
+    times = columns.pop("t")
+    if times.ndim != 1 or not np.all(np.isfinite(times)):
+        raise InvalidInput(
+            "t", "not finite" if times.ndim == 1 else times.shape, "a column of times"
+        )
+    if np.any(np.diff(times) <= 0):
+        at = int(np.argmax(np.diff(times) <= 0)) + 1
+        raise InvalidInput(
+            f"t in row {at + 1}", float(times[at]), f"after {float(times[at - 1])!r}"
+        )
+    parts = []
+    for k, name in enumerate(names):
+        values = columns[name]
+        if values.shape != times.shape:
+            raise InvalidInput(name, values.shape, f"{len(times)} values, as there are times")
+        there = np.isfinite(values)
+        if np.ptp(values[there]) == 0.0 if there.any() else True:
+            raise InvalidInput(name, "constant" if there.any() else "empty", "a column that varies")
+        scaled = values if device is None else _dimensionless(device, name, values)
+        parts.append((times[there], np.full(there.sum(), k), scaled[there]))
+    t, column, values = (np.concatenate(one) for one in zip(*parts, strict=True))
+    if device is not None:
+        t = t * device.natural_frequency
+    order = np.argsort(t, kind="stable")
+    return Measured(names, t[order], column[order], values[order])
+
+
+def _dimensionless(
+    device: PhysicalParameters, name: str, values: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    unit = device.displacement(1.0) if name.startswith("x") else device.velocity(1.0)
+    return values / unit
+
+
+def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
+    """The columns of a CSV or Parquet file by name, a missing value as nan.
+
+    Raises InvalidInput for a file that cannot be read, that has no header, or where a value is no
+    number; NotInstalled for Parquet without pandas.
+    """
+    file = Path(path)
+    if file.suffix == ".parquet":
+        pandas = package("pandas", "sweep")
+        try:
+            frame = pandas.read_parquet(file)
+        except (OSError, ValueError) as error:
+            raise InvalidInput("file", str(path), f"a Parquet file ({error})") from error
+        return {str(name): frame[name].to_numpy(float) for name in frame.columns}
+    try:
+        with file.open(encoding="utf-8-sig", newline="") as opened:
+            header, *rows = [row for row in csv.reader(opened) if row] or [[]]
+    except OSError as error:
+        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from error
+    except (ValueError, csv.Error) as error:
+        raise InvalidInput("file", str(path), f"a CSV file ({error})") from error
+    names = [name.strip() for name in header]
+    columns = np.full((len(names), len(rows)), np.nan)
+    for i, row in enumerate(rows):
+        if len(row) != len(names):
+            raise InvalidInput(f"row {i + 2}", ",".join(row), f"{len(names)} values, as the header")
+        for k, text in enumerate(row):
+            try:
+                columns[k, i] = float(text) if text.strip() else np.nan
+            except ValueError:
+                raise InvalidInput(f"{names[k]} in row {i + 2}", text, "a number") from None
+    return dict(zip(names, columns, strict=True))
