@@ -37,7 +37,7 @@ class Sensitivities:
     omega, delta, zeta, beta, gamma, f_b. Times stay the same, counted from the start: the phase is
     that of the forcing there. Where the run passes a tangential switch, derivatives are
     infinite or nan from then on: there is none. At a start on a surface, and where two switches
-    coincide, they are those of the side that the run takes.
+    coincide, they are those of the side that the run takes; a capsule at rest stays at rest.
     """
 
     columns = SLOPES

@@ -1,0 +1,139 @@
+"""Derivatives of runs, against differences of an independent integrator's runs with 36 digits."""
+
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from capsule_sym import InvalidInput, Parameters, simulate
+from capsule_sym._design import sensitivities as module
+from capsule_sym._design.sensitivities import SLOPES, Sensitivities, sensitivities
+from capsule_sym._native import core
+from tests.judges import taylor_events
+from tests.sampling import sampled, some
+
+PERIODS = 1
+STEP = mpf(10) ** -15
+CASES = {
+    "slips and impacts": (Parameters(alpha=0.8), (0.1, 0.2, 0.3), 0.4),
+    "rest at first": (Parameters(alpha=1.2, gamma=3.0), (0.0, 0.0, 0.0), 0.0),
+    "critical damping": (Parameters(alpha=1.4, zeta=1.0, beta=4.0), (0.0, 0.5, -0.3), 1.0),
+    "resonance": (Parameters(alpha=0.6, omega=1.0, zeta=0.0), (0.2, 0.1, 0.0), 0.5),
+}
+each_way = pytest.mark.parametrize(
+    "native",
+    [pytest.param(True, marks=pytest.mark.skipif(core is None, reason="no C core")), False],
+    ids=["by the core", "by Python"],
+)
+
+
+@cache
+def judged(name: str, column: int, sign: int):
+    """The judge's run with one of the columns a little off."""
+    parameters, state, phase = CASES[name]
+    exact = [mpf(value) for value in (*state, phase, *parameters.to_dict().values())]
+    if column >= 0:
+        exact[column] += sign * STEP
+    moved = SimpleNamespace(**dict(zip(SLOPES[4:], exact[4:], strict=True)))
+    return taylor_events.run(moved, exact[:3], exact[3], PERIODS, digits=36)
+
+
+def capsule_moves(name: str) -> bool:
+    """Whether the capsule moves at first; at rest its velocity is 0, and stays so."""
+    return CASES[name][1][2] != 0.0
+
+
+def found_of(name: str, native: bool, monkeypatch) -> tuple[Sensitivities, int]:
+    parameters, state, phase = CASES[name]
+    if not native:
+        monkeypatch.setattr(module, "core", None)
+    # The judge counts its periods from the start.
+    run = simulate(parameters, state, phase, PERIODS + 1)
+    end = phase + PERIODS * parameters.period
+    found = sensitivities(run, [end])
+    return found, int(np.sum(found.switching_times < end))
+
+
+@sampled
+@each_way
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives_are_differences_of_the_judges_runs(name, native, monkeypatch) -> None:
+    found, switches = found_of(name, native, monkeypatch)
+    parameters, _, _ = CASES[name]
+    assert switches == len(judged(name, -1, 0).segments) - 1 > 0
+    tried = enumerate(SLOPES)
+    for column, of in some([(k, n) for k, n in tried if n != "v_c" or capsule_moves(name)], 3):
+        with mp.workdps(50):
+            up, down = judged(name, column, 1), judged(name, column, -1)
+            ends = [
+                (a.end - b.end) / (2 * STEP)
+                for a, b in zip(up.segments, down.segments, strict=True)
+            ]
+            states = [(a - b) / (2 * STEP) for a, b in zip(up.final, down.final, strict=True)]
+        # Times are counted from the start, and the judge's end moves with the frequency.
+        elapsed = np.array(ends[:switches], dtype=float) - (of == "phase")
+        moved = -PERIODS * parameters.period / parameters.omega if of == "omega" else 0.0
+        slopes = np.array(states, dtype=float) - found.rates[0] * moved
+        size = max(1.0, np.abs(found.switching_slopes[:switches, column]).max())
+        assert found.switching_slopes[:switches, column] == pytest.approx(elapsed, abs=1e-11 * size)
+        size = max(1.0, np.abs(found.slopes[0, :, column]).max())
+        assert found.slopes[0, :, column] == pytest.approx(slopes, abs=1e-11 * size)
+
+
+@each_way
+def test_a_saltation_that_is_left_out_is_noticed(native, monkeypatch) -> None:
+    """What the test above judges by: without the times' derivatives it would fail."""
+    found, switches = found_of("slips and impacts", native, monkeypatch)
+    assert np.abs(found.switching_slopes[:switches]).max() > 0.1
+
+
+@each_way
+def test_times_may_come_in_any_order_and_more_than_once(native, monkeypatch) -> None:
+    if not native:
+        monkeypatch.setattr(module, "core", None)
+    run = simulate(Parameters(alpha=0.8), periods=3)
+    times = np.array([5.0, 0.0, 12.0, 5.0])
+    found = sensitivities(run, times)
+    for i, time in enumerate(times):
+        assert np.array_equal(found.slopes[i], sensitivities(run, [time]).slopes[0])
+    assert np.array_equal(found.states, run(times, position=True))
+
+
+@each_way
+def test_beside_grazing_and_at_it(native, monkeypatch) -> None:
+    """Derivatives grow without bound as an impact becomes tangential."""
+    if not native:
+        monkeypatch.setattr(module, "core", None)
+    sizes = []
+    for distance in (1e-2, 1e-4, 1e-6):
+        # At rest on the capsule, undamped and not driven: x_r = delta cos(h) + v_r sin(h).
+        reach = 0.5 + distance
+        parameters = Parameters(alpha=0.0, zeta=0.0, delta=0.5, gamma=1e6, f_b=10.0)
+        run = simulate(parameters, (0.0, reach, 0.0), periods=1)
+        found = sensitivities(run, [0.1])
+        first = np.arcsin(0.5 / reach)
+        assert found.switching_times[0] == pytest.approx(first, rel=1e-9)
+        # d/dv of asin(delta/v)
+        slope = -0.5 / (reach * np.sqrt(reach**2 - 0.25))
+        assert found.switching_slopes[0, 1] == pytest.approx(slope, rel=1e-9)
+        sizes.append(abs(slope))
+    assert sizes[0] < sizes[1] < sizes[2]
+
+
+def test_a_run_without_segments_is_refused() -> None:
+    run = simulate(Parameters(), periods=2, keep="final")
+    with pytest.raises(InvalidInput, match="segments"):
+        sensitivities(run, [0.0])
+    with pytest.raises(InvalidInput, match="t ="):
+        sensitivities(simulate(Parameters(), periods=2), [1e6])
+
+
+def test_columns_have_names() -> None:
+    found = sensitivities(simulate(Parameters(), periods=2), [1.0, 2.0])
+    assert np.array_equal(found.by("alpha"), found.slopes[:, :, 4])
+    assert found.by("alpha", "f_b").shape == (2, 4, 2)
+    with pytest.raises(InvalidInput, match="mass"):
+        found.by("mass")
+    assert repr(found).startswith("<Sensitivities at 2 times")
