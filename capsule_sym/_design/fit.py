@@ -100,7 +100,7 @@ class Fit:
         }
 
     def interval(self, name: str, deviations: float = 1.96) -> tuple[float, float]:
-        """Profile interval of an unknown: where the others, fitted anew, fit as well as they should.
+        """Profile interval of an unknown: where the others, fitted anew, still fit.
 
         The sum of squares grows there by `deviations` squared times the noise's variance. Raises
         InvalidInput for another name.
@@ -348,7 +348,7 @@ def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
 def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str) -> Fit:
     """What the least squares came to, and what that says."""
     values, k = found.x, len(found.x)
-    residuals, jacobian, itinerary = problem.at(values)
+    residuals, _, itinerary = problem.at(values)
     noise = _spread(residuals, loss, k)
     size = np.where(values == 0.0, 1.0, np.abs(values))
     # SciPy's Jacobian of a robust loss has the weights of the residuals.
