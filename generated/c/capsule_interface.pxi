@@ -116,7 +116,7 @@ cdef extern from "capsule.h" nogil:
     capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state, double (*states)[3], int count, double tolerance, capsule_event *events, size_t room, capsule_watch *watch, capsule_motion *motion, capsule_outcome *open)
     size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count, int more, const double *times, size_t n, double (*states)[4], capsule_watch *watch)
     void capsule_slopes_start(capsule_slopes *at)
-    size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count, capsule_slopes *at, double (*switches)[11], const double *times, size_t n, double (*slopes)[4][11], capsule_watch *watch)
+    size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count, capsule_slopes *at, double (*switches)[11], const double *times, size_t n, double (*slopes)[4][12], capsule_watch *watch)
     double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r)
     const char *capsule_digest()
 
