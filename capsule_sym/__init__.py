@@ -5,6 +5,9 @@ next to nothing. `__init__.pyi` has the same names for type checkers.
 """
 
 _NAMES = {
+    "_design.fit": "Fit fit",
+    "_design.measured": "read_measured",
+    "_design.sensitivities": "Sensitivities sensitivities",
     "_enclosures.certificates": "certify_bifurcation certify_orbit certify_run",
     "_enclosures.checker": "Rejected check_certificate",
     "_errors": "CapsuleError InvalidInput NotInstalled Outcome Status",

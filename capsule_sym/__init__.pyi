@@ -1,5 +1,10 @@
 """The public names, for type checkers and editors; `__init__.py` imports them on first use."""
 
+from capsule_sym._design.fit import Fit as Fit
+from capsule_sym._design.fit import fit as fit
+from capsule_sym._design.measured import read_measured as read_measured
+from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
+from capsule_sym._design.sensitivities import sensitivities as sensitivities
 from capsule_sym._enclosures.certificates import certify_bifurcation as certify_bifurcation
 from capsule_sym._enclosures.certificates import certify_orbit as certify_orbit
 from capsule_sym._enclosures.certificates import certify_run as certify_run

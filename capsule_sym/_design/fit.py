@@ -184,6 +184,14 @@ class Problem:
         self.evaluations = 0
         self._last: tuple[bytes, Vector, Matrix, str] | None = None
 
+    def residuals(self, values: Vector) -> Vector:
+        """Residuals (n,)."""
+        return self.at(values)[0]
+
+    def jacobian(self, values: Vector) -> Matrix:
+        """Their Jacobian (n, k)."""
+        return self.at(values)[1]
+
     def cost(self, values: Vector) -> float:
         """Half the sum of the residuals' squares."""
         return float(np.sum(self.at(values)[0] ** 2) / 2)
@@ -314,11 +322,11 @@ def _least(problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str
     """SciPy's result; a robust loss takes its scale from the residuals that are left at last."""
     from scipy.optimize import least_squares
 
-    def solve(start: Vector, loss: str, scale: float) -> Any:
+    def solve(start: Vector, loss: Any, scale: float) -> Any:
         return least_squares(
-            lambda values: problem.at(values)[0],
+            problem.residuals,
             start,
-            lambda values: problem.at(values)[1],
+            problem.jacobian,
             bounds=(low, high),
             x_scale="jac",
             loss=loss,
@@ -431,15 +439,19 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
                 full[k], full[others] = at, part
                 return full
 
+            def residuals(part: Vector) -> Vector:
+                found: Vector = problem.residuals(whole(part))
+                return found
+
+            def jacobian(part: Vector) -> Matrix:
+                found: Matrix = problem.jacobian(whole(part))[:, others]
+                return found
+
             found = least_squares(
-                lambda part: problem.at(whole(part))[0],
-                guess,
-                lambda part: problem.at(whole(part))[1][:, others],
-                bounds=(low[others], high[others]),
-                x_scale="jac",
+                residuals, guess, jacobian, bounds=(low[others], high[others]), x_scale="jac"
             )
             guess, total = found.x, 2 * found.cost
-        return (total - least) / fitted.noise**2 - deviations**2
+        return float((total - least) / fitted.noise**2 - deviations**2)
 
     step = deviations * fitted.standard_errors[name]
     far = values[k] + step

@@ -139,7 +139,7 @@ def differentiated(
                 found = matrix[:, :3] @ state[:3] + np.outer(matrix[:, 3], angle)
                 found += np.outer(matrix[:, 4], moved)
                 found[:, 4:] += matrix[:, 5:]
-                return found  # type: ignore[no-any-return]
+                return found
 
             for k in np.flatnonzero(of == i):
                 matrix = rows(times[k] - begins[i])
@@ -171,11 +171,11 @@ def guard_row(
     passes; None where the field stays.
     """
     if following.contact != c.contact:
-        row = matrix[0].copy()
+        row = np.array(matrix[0])
         row[_DELTA + 1] -= 1.0
         return row
     if c.drift:
-        return None if following.drift == c.drift else matrix[2].copy()
+        return None if following.drift == c.drift else np.array(matrix[2])
     if not following.drift:
         return None
     row = formulas.force_change(c, matrix[0], matrix[1])
