@@ -89,6 +89,8 @@ def words_of(draw: Any, parameter: click.Parameter) -> list[str]:
         if parameter.is_flag:
             return words
     count = parameter.nargs if not isinstance(parameter.type, click.Tuple) else 1
+    if count < 0:  # any number of them
+        count = draw(st.integers(1, 2))
     for _ in range(count):
         words += draw(_value(parameter.type))
     return words

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -125,7 +126,8 @@ def test_help_and_version_succeed(command) -> None:
         assert f"\n  {name} " in overview.stdout
         assert command(name, "--help").returncode == 0
     assert re.fullmatch(
-        r"0\.1\.0 \((C core, (8 lanes|4 lanes|1 lane)|no C core: NumPy)\)\n",
+        re.escape(version("capsule-sym"))
+        + r" \((C core, (8 lanes|4 lanes|1 lane)|no C core: NumPy)\)\n",
         command("--version").stdout,
     )
     alone = command()
@@ -134,7 +136,8 @@ def test_help_and_version_succeed(command) -> None:
 
 def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
     code = (
-        "from capsule_sym import casestudy, cli, thresholds\n"
+        "from capsule_sym import _cli as cli\n"
+        "from capsule_sym._study import casestudy, thresholds\n"
         "casestudy.PANELS = {'f': 0.7}\n"
         "thresholds.GAMMAS, thresholds.LAST = (3.0,), 0.05\n"
         "cli.main(['paper', '--json'])"
@@ -152,7 +155,8 @@ def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
 def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     code = (
         "import sys\n"
-        "from capsule_sym import casestudy, cli\n"
+        "from capsule_sym import _cli as cli\n"
+        "from capsule_sym._study import casestudy\n"
         "run = casestudy.run\n"
         "def announced():\n"
         "    print('running', file=sys.stderr, flush=True)\n"
@@ -198,7 +202,7 @@ def test_a_core_of_other_kernels_is_one_line() -> None:
         "import sys\n"
         "from capsule_sym.generated import py\n"
         "py.DIGEST = 'another'\n"
-        "from capsule_sym import cli\n"
+        "from capsule_sym import _cli as cli\n"
         "cli.main(['run'])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -25,6 +25,7 @@ WITNESSES += tuple(
         "model/basis",
         "model/switching",
         "proofs/appendices",
+        "proofs/attraction",
         "proofs/flow_proofs",
         "proofs/geometry_proofs",
         "proofs/inner_products",

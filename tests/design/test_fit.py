@@ -216,8 +216,8 @@ def test_gaps_in_a_file_are_left_out(tmp_path) -> None:
     lines = ["t, x_m, x_c"]
     for i, (t, x_m, x_c) in enumerate(zip(*data.values(), strict=True)):
         lines.append(
-            f"{float(t)!r},{'' if i % 7 == 3 else float(x_m)!r},"
-            f"{'nan' if i % 5 == 2 else float(x_c)!r}"
+            f"{float(t)!r},{'' if i % 7 == 3 else repr(float(x_m))},"
+            f"{'nan' if i % 5 == 2 else repr(float(x_c))}"
         )
     file = tmp_path / "data.csv"
     file.write_text("\n".join(lines))

@@ -19,9 +19,9 @@ const out = JSON.parse(readFileSync(0, "utf8")).map(({ parameters, state, phase,
   const stop = c.record(periods);
   const count = c.count();
   c.segments();
-  const word = Array.from({ length: count }, (_, i) => [...numbers.slice(i * SEGMENT, i * SEGMENT + 3)]);
+  const itinerary = Array.from({ length: count }, (_, i) => [...numbers.slice(i * SEGMENT, i * SEGMENT + 3)]);
   c.where();
   const [x_r, v_r, v_c, , position] = numbers;
-  return { stop, word, final: [x_r, v_r, v_c], position };
+  return { stop, itinerary, final: [x_r, v_r, v_c], position };
 });
 process.stdout.write(JSON.stringify(out));
