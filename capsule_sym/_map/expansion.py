@@ -129,7 +129,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
     rest, growth = force * energy(order), force * drive * c.omega
     for guard, sign in ((Guard.UPPER, -1), (Guard.LOWER, 1)):
         # In stick the margin is P itself, unless the start is known to lie on the bound.
-        first = c.f_b + sign * at.margin
+        first = formulas.friction_guard(c, sign, at.margin)
         expansions[guard] = Expansion(
             [first, *(sign * value for value in p[1:order])],
             [margin_error(c, at, unit) + 2 * unit * abs(first), *error_p[1:order]],

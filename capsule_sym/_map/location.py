@@ -203,7 +203,7 @@ class Flow:
             return point.gap if c.contact else -point.gap
         if guard is Guard.DRIFT:
             return c.drift * point.v_c
-        return c.f_b - point.margin if guard is Guard.UPPER else c.f_b + point.margin
+        return formulas.friction_guard(c, -1 if guard is Guard.UPPER else 1, point.margin)
 
 
 def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:

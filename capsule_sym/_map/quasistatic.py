@@ -126,7 +126,8 @@ def _guards(
         values, slack = [], []
         for n in range(order):
             force = formulas.force_change(c, x[n], x[n + 1])
-            values.append(c.f_b * (n == 0) + sign * (force + mean * (n == 0)))
+            first = n == 0
+            values.append(formulas.friction_guard(c, sign, force + mean) if first else sign * force)
             slack.append(formulas.force_change_size(c, errors[n], errors[n + 1]))
         slack[0] = slack[0] + rounding * (
             c.f_b + formulas.force_size(c, abs(centre), abs(centre) + c.delta, zero)

@@ -102,9 +102,10 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
     c = constants[FIELDS[int(state.gap > 0), 0] - 1]
     force = formulas.force(c, state.x_r, state.gap, state.v_r)
     added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
-    if abs(abs(force) - c.f_b) <= (formulas.FORCE_UNITS + 1) * backend.unit * (added + c.f_b):
+    beyond = -formulas.friction_guard(c, -1, abs(force))
+    if abs(beyond) <= (formulas.FORCE_UNITS + 1) * backend.unit * (added + c.f_b):
         return None
-    return PLACES.get((*signs, 3 * _sign(force) if abs(force) > c.f_b else 0))
+    return PLACES.get((*signs, 3 * _sign(force) if beyond > 0 else 0))
 
 
 def _sign(value: Number) -> int:
@@ -114,7 +115,7 @@ def _sign(value: Number) -> int:
 def start_at(c: Any, state: State) -> Start:
     """The start of a segment with constants `c` at a state, before its zeros are known."""
     if state.bound:
-        margin = state.bound * c.f_b - c.friction
+        margin = formulas.friction_at(c, state.bound) - c.friction
     else:
         margin = formulas.margin_at(c, state.x_r, state.gap, state.v_r)
     return Start(

@@ -150,7 +150,7 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         const int field = state.field ? state.field : capsule_code_here(0)->field_at(&workspace->map, &state);
         if (stop == CAPSULE_FULL && !field) {
             if (!help)
-                continue; /* by the scalar code, in as batch digits as it takes */
+                continue; /* by the scalar code, in as many digits as it takes */
             stop = CAPSULE_OPEN;
         }
         if (stop != CAPSULE_FULL) {
@@ -167,8 +167,8 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
         const double numbers[CAPSULE_RUN_NUMBERS] = {
             [X_R] = state.x_r, [FAR] = state.gap, [V_R] = state.v_r, [V_C] = state.v_c,
-            [MARGIN] = state.bound ? at_bound * c->f_b - c->friction
-                                   : capsule_margin_at(c, state.x_r, state.gap, state.v_r),
+            [MARGIN] = state.bound ? friction_at(c, at_bound) - c->friction
+                                   : margin_at(c, state.x_r, state.gap, state.v_r),
             [ANGLE] = state.angle, [COSINE] = cosine, [SINE] = sine,
             [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
             [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
@@ -191,7 +191,7 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
     double *guess = &workspace->run[slot].guess[field - 1][key];
     const int crossing = out->crossing >> l & 1, open = out->open >> l & 1;
     const int expansions = ++workspace->run[slot].expansions - open;
-    /* A switch after batch expansions, whose roundings add up, is moved to where the closed form from
+    /* A switch after many expansions, whose roundings add up, is moved to where the closed form from
        the segment's start has it. */
     if ((out->undetermined >> l & 1) || (crossing && expansions > MOST_SUMMED) ||
         (open && level + 1 == CAPSULE_LEVELS)) {

@@ -71,7 +71,7 @@ static point point_at(const segment *c, int field, const known *p, const capsule
     (void)context;
 #endif
         sine_cosine(p->angle, p->angle_rest, &s.sine, &s.cosine);
-    s.margin = bound_at != 0.0 ? sub(mul(num(bound_at), c->f_b), c->friction)
+    s.margin = bound_at != 0.0 ? sub(friction_at(c, num(bound_at)), c->friction)
                                : margin_at(c, p->x_r, p->gap, p->v_r);
     if (near_to(p->gap) == 0.0)
         s.gap_zeros = near_to(p->v_r) == 0.0 ? 2.0 : 1.0;
@@ -120,7 +120,7 @@ static int is_successor(const segment *c, int field, const known *p)
         return sign < 0 ? 0 : (open || sign == 0) ? -1 : 1;
     }
     for (int turn = -1; turn <= 1; turn += 2) {
-        const double first = near_to(mad(num(turn), s.margin, c->f_b));
+        const double first = near_to(friction_guard(c, num(turn), s.margin));
         const double values[2] = {first, turn * near_to(force_rate)};
         const double errors[2] = {margin_error, force_error}; /* a sum has its sign exactly */
         sign = first_sign(values, errors, p->bound_at == -turn);
@@ -200,7 +200,7 @@ static void refine(const segment *c, const capsule_constants *k, const point *fr
     const double v_c = from->v_c + change[2], pull = force(c, x_r, gap, v_r);
     const double rate = v_rate(c, x_r, gap, v_r, to->cosine);
     const double slip = c->drift != 0.0 ? v_c_rate(c, pull - c->friction) : 0.0;
-    const double value = o->at_gap ? gap : c->drift != 0.0 ? v_c : pull - o->bound_at * c->f_b;
+    const double value = o->at_gap ? gap : c->drift != 0.0 ? v_c : pull - friction_at(c, o->bound_at);
     const double slope = o->at_gap ? v_r : c->drift != 0.0 ? slip : force_change(c, v_r, rate);
     const double by = -value / slope;
     if (!(fabs(by) <= error))

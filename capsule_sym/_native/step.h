@@ -190,7 +190,7 @@ inlined guard guard_of(const segment *c, const expansion *e, const point *s, int
     g.sign = sign;
     g.first = gap     ? mul(wide(sign), s->gap)
               : drift ? mul(wide(sign), s->v_c)
-                      : mad(wide(sign), s->margin, c->f_b);
+                      : friction_guard(c, wide(sign), s->margin);
     g.zeros = gap     ? s->gap_zeros
               : drift ? s->second_zeros
                       : larger(-sign * s->second_zeros, all(0.0));
@@ -236,11 +236,11 @@ inlined bound direction_after(const segment *c, const segment_sizes *b, const po
     const real pull = force(c, s->x_r, s->gap, s->v_r);
     const mask rests = near_to(s->v_c) == 0.0, at_bound = bound_at != 0.0;
     const bound side = pick(near_to(pull) > 0.0, all(1.0), all(-1.0));
-    const bound beyond = near_to(sub(mul(pull, wide(side)), c->f_b));
-    const mask close = size_of(beyond) <= 16.0 * UNIT * (terms + b->f_b);
+    const bound within = near_to(friction_guard(c, wide(-side), pull));
+    const mask close = size_of(within) <= 16.0 * UNIT * (terms + b->f_b);
     *undetermined = (rests & not(at_bound) & close) |
                ((near_to(s->gap) == 0.0) & (near_to(s->v_r) == 0.0));
-    const bound at_rest = pick(at_bound, bound_at, pick(beyond > 0.0, side, all(0.0)));
+    const bound at_rest = pick(at_bound, bound_at, pick(within < 0.0, side, all(0.0)));
     return pick(rests, at_rest, pick(near_to(s->v_c) > 0.0, all(1.0), all(-1.0)));
 }
 
@@ -345,7 +345,7 @@ again:
     if (some(active)) {
         enum { MOST = TERMS + 1 };
         real p[MOST + 1]; /* sign times the guard */
-        p[0] = choose(is_gap, s->gap, drift ? s->v_c : mad(wide(sign), c->f_b, s->margin));
+        p[0] = choose(is_gap, s->gap, drift ? s->v_c : mul(wide(sign), friction_guard(c, wide(sign), s->margin)));
         const int gaps = some(is_gap), others = some(active & not(is_gap));
         for (int n = 1; n <= MOST; n++) {
             real term = num(0.0);
@@ -436,7 +436,7 @@ again:
         const real gap = mul(wide(all(side)), add(s->gap, m.x));
         const real pulled = force_change(c, m.x, mul(m.slope, row(t->per_reach)));
         const real second = drift ? mul(wide(other_sign), add(s->v_c, changed))
-                                  : mad(wide(other_sign), add(s->margin, pulled), c->f_b);
+                                  : friction_guard(c, wide(other_sign), add(s->margin, pulled));
         const bound value = near_to(choose(other_is_gap, gap, second));
         const bound most = bound_dot(t->x_speed, e.size) + bound_dot(t->second_speed, e.size) +
                            size_of(near_to(e.slope));
@@ -546,9 +546,8 @@ again:
     to->gap_zeros = pick(at_gap, one, zero);
     const mask slips = crossing & (near_to(to->v_c) == 0.0) & (out->way != 0.0);
     to->second_zeros = pick(slips, pick(outside != 0.0, all(2.0), one), zero);
-    const real friction = mul(wide(out->way), c->f_b);
     to->margin = choose(crossing & (outside != 0.0), num(0.0),
-                        sub(force(c, to->x_r, to->gap, to->v_r), friction));
+                        sub(force(c, to->x_r, to->gap, to->v_r), friction_at(c, wide(out->way))));
 
     if (ends && some(passed)) {
         const real left = mad(num(TWO_PI), num(1.0), neg(s->angle));

@@ -67,7 +67,7 @@ class Kernel:
         text = language.function.format(
             name=self.name,
             doc=self.doc,
-            operations=self.operations,
+            operations=f"{self.operations} operation{'s' * (self.operations != 1)}",
             signature=signature,
             body="".join(f"    {line}\n" for line in lines),
             results=joined,

@@ -141,11 +141,11 @@ class Language:
 _PYTHON_FUNCTION = '''def {name}({signature}){returned}:
     """{doc}
 
-    {operations} operations.
+    {operations}.
     """
 {body}    return {results}
 '''
-_C_FUNCTION = """/* {doc} {operations} operations. */
+_C_FUNCTION = """/* {doc} {operations}. */
 typedef struct {{
 {fields}}} {name}_results;
 static {name}_results {name}({signature})
@@ -153,7 +153,7 @@ static {name}_results {name}({signature})
 {body}    return ({name}_results){{{results}}};
 }}
 """
-_GENERIC_FUNCTION = """/* {doc} {operations} operations. */
+_GENERIC_FUNCTION = """/* {doc} {operations}. */
 static inline {returned} {name}({signature})
 {{
 {body}{results}}}
@@ -162,7 +162,7 @@ static inline {returned} {name}({signature})
 # Element by element: where no choice is made, constants and durations may be arrays.
 _MATLAB = OctaveCodePrinter({"user_functions": {"expm1": "expm1"}})
 _MATLAB_FUNCTION = """function {results}{name}({signature})
-% {doc} {operations} operations.
+% {doc} {operations}.
 {body}end
 """
 

@@ -34,19 +34,35 @@ WITNESSES += tuple(
 LOSS = "_orbits/metrics/performance.py"  # 2 zeta v_r^2 is the damper's loss
 
 
-def places() -> list[str]:
+# Friction, and how far a resting capsule is from slipping, with a sign. Sums of magnitudes may
+# have f_b as a term.
+FRICTION = (
+    r"\*\s*(\w+(\.|->))*f_b\b",
+    r"\bf_b\s*\*",
+    r"-\s*(\w+(\.|->))*f_b\b",
+    r"\bf_b\s*-(?!>)",
+    r"\b(mad|mul|sub|over)\([^;]*\bf_b\b",
+)
+
+
+def places(parts: tuple[str, ...] = PARTS) -> list[str]:
     found = []
     for path in sorted((ROOT / "capsule_sym").rglob("*")):
         name = path.relative_to(ROOT / "capsule_sym").as_posix()
         if path.suffix not in (".py", ".c", ".h", ".pyx") or name.startswith((*WITNESSES, LOSS)):
             continue
         text = re.sub(r'""".*?"""|/\*.*?\*/', "", path.read_text(encoding="utf-8"), flags=re.S)
-        found += [name for line in text.splitlines() if any(re.search(p, line) for p in PARTS)]
+        found += [name for line in text.splitlines() if any(re.search(p, line) for p in parts)]
     return found
 
 
 def test_the_force_stands_in_one_place() -> None:
     assert places() == ["_symbolic/model/model.py"]
+
+
+def test_what_runs_has_no_friction_of_its_own() -> None:
+    runs = ("_native/", "_map/", "_orbits/shooting/")
+    assert [name for name in places(FRICTION) if name.startswith(runs)] == []
 
 
 @pytest.mark.long

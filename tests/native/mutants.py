@@ -68,7 +68,7 @@ TERMS: tuple[Term, ...] = (
     _term("Newton's end by curvature", "UNIT * size_of(near_to(fall))", "1e-6 * size_of(near_to(fall))", {"moving": ALL}),
     _term("rounding over steepness", "(rounding + rounding) / steepness", "0.0*rounding", {"creeping": DOUBLES, "displaced": WIDE}),
     _term("a rival guard", "value > near_zero", "value > -1e300", {"corner": ALL}),
-    _term("which way after a switch", "size_of(beyond) <= 16.0 * UNIT * (terms + b->f_b)", "none", {"stopped": DOUBLES}),
+    _term("which way after a switch", "size_of(within) <= 16.0 * UNIT * (terms + b->f_b)", "none", {"stopped": DOUBLES}),
     _term("what is lost below the normal range", "#define UNDERFLOW 1e-290", "0.0", {"tiny": DOUBLES, "tiny, 106 bits": WIDE}, "number.h"),
     _term("a simple root", "(0.5 * steepness * straight > apart + apart)", "(straight > -1.0)", {"inflected": ("1",)}),
     _term("the remainder in P or v_c", "t->limit[k][SECOND_ERROR] += left", "t->limit[k][SECOND_ERROR] += 0.0*left", {"late": WIDE}, "tables.h"),

@@ -14,6 +14,7 @@ from capsule_sym._orbits.shooting.equations import SegmentFlow, Shooting
 from capsule_sym._orbits.shooting.extrema import Quantity, extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym.generated import formulas
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 _NEAR = 1e-5  # share of a segment within which a minimum is that at its end
@@ -118,7 +119,7 @@ def _landing(itinerary: Itinerary, spans: Sequence[SegmentFlow], segment: int) -
     force = following.closed.margin + following.c.friction
     if itinerary.mirrored and segment % len(spans) == len(spans) - 1:
         force = -force
-    beyond = span.c.f_b + span.c.drift * force
+    beyond = formulas.friction_guard(span.c, span.c.drift, force)
     return -beyond if following.c.drift else beyond
 
 

@@ -264,7 +264,7 @@ def _value(span: SegmentFlow) -> tuple[Number, Vector]:
     side = 1 if span.segment.guard is Guard.UPPER else -1
     gradient = force_by(c, x_r, v_r, by)
     gradient[-7 + _F_B] = gradient[-7 + _F_B] - side
-    return formulas.force(c, x_r, x_r - c.delta, v_r) - side * c.f_b, gradient
+    return formulas.force(c, x_r, x_r - c.delta, v_r) - formulas.friction_at(c, side), gradient
 
 
 def force_by(c: Any, x_r: Number, v_r: Number, by: Matrix) -> Vector:

@@ -14,6 +14,7 @@ from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.isolation import polish, positive_at, search
 from capsule_sym._map.location import Flow, SegmentStart, Start
 from capsule_sym._orbits.shooting.equations import SegmentFlow
+from capsule_sym.generated import formulas
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
@@ -60,7 +61,8 @@ def minima(numbers: Backend, span: SegmentFlow, zeros: Mapping[Guard, int]) -> I
     quantity = Quantity.SPEED if c.drift else Quantity.FORCE
     for kind, time, value in extrema(numbers, span, quantity, zeros):
         if not c.drift:
-            yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, c.f_b + kind * value)
+            least = formulas.friction_guard(c, kind, value)
+            yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
         elif kind == c.drift:
             yield Minimum(Guard.DRIFT, time, kind * value)
 

@@ -19,7 +19,9 @@ from capsule_sym._symbolic.model.flow import (
     STIFFNESS,
     contact,
     cos_theta,
+    drift,
     friction,
+    general_constants,
     m,
     margin,
     push,
@@ -41,7 +43,7 @@ from capsule_sym._symbolic.model.symbols import (
 )
 
 x_change, v_change, v_rate, index = sp.symbols("x_change v_change v_rate n", real=True)
-level = sp.Symbol("level", real=True)
+level, sign, pull, way = sp.symbols("level sign pull way", real=True)
 drive, last, before, term = sp.symbols("drive last before term", real=True)
 root_K, reach = sp.symbols("root_K reach", positive=True)
 
@@ -108,6 +110,7 @@ def formulas() -> tuple[Formula, ...]:
     state = (x_r, gap, v_r)
     accelerated = push - m * with_gap(SPRING) - 2 * sigma * v_r + forcing(0)
     motion = STIFFNESS * x_change + DAMPER * v_change
+    drifting = {a: b.subs(drift, way) for a, b in general_constants(stick=False).items()}
     rest_force = push - m * with_gap(SPRING)
     gain = STIFFNESS**2 + (DAMPER * omega) ** 2
     centre = (push - m * SPRING).subs(x_r, 0) / K  # K is m times SPRING's slope
@@ -119,6 +122,24 @@ def formulas() -> tuple[Formula, ...]:
             state,
             (("margin", with_gap(P) - friction),),
             True,
+        ),
+        Formula(
+            "friction_at",
+            "Friction in drift of a way (1, -1; 0 at rest), which is P where that way begins.",
+            (way,),
+            (("friction", drifting[friction]),),
+        ),
+        Formula(
+            "push_at",
+            "What friction accelerates the relative motion by, in drift of a way.",
+            (way,),
+            (("push", drifting[push]),),
+        ),
+        Formula(
+            "friction_guard",
+            "f_b - P (sign -1) or f_b + P (sign 1), of a capsule at rest that P pulls at.",
+            (sign, pull),
+            (("guard", _friction_guard()),),
         ),
         Formula(
             "force_change",
@@ -210,6 +231,14 @@ def formulas() -> tuple[Formula, ...]:
             (before,),
         ),
     )
+
+
+def _friction_guard() -> sp.Expr:
+    """The two of a resting capsule as one, by the sign of P in it."""
+    resting = segment(2)
+    force = [r.gts - r.lts for r in geometry.cell(2).relations if f_b in r.free_symbols]
+    upper, lower = (f.subs(resting.interaction, pull) for f in force)
+    return sp.expand((upper + lower) / 2 + sign * (lower - upper) / 2)
 
 
 def _slope(name: sp.Symbol) -> sp.Expr:
