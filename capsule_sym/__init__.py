@@ -36,6 +36,7 @@ _NAMES = {
     "_orbits.continuation.bifurcations": "Bifurcation",
     "_orbits.continuation.continuation": "Branch BranchPoint continue_orbit",
     "_orbits.continuation.curves": "CodimensionTwoPoint Curve CurvePoint continue_bifurcation",
+    "_orbits.continuation.normal_forms": "NormalForm",
     "_orbits.continuation.parameter_paths": "ParameterPath device_path parameter_path",
     "_orbits.continuation.saved": "labelled_point orbit_from_record read_branch",
     "_orbits.continuation.states": "Ending",

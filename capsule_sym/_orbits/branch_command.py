@@ -89,9 +89,10 @@ def branch(
     function, or P_d, Omega, G, c or k2 of a device in SI units.
 
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
-    "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before" and
-    "itinerary_after"; "status" and "message" say why the branch ends; "switched" are the branches
-    beside it, each with its "origin". --out writes branch.json, points.csv and bifurcations.csv.
+    "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before",
+    "itinerary_after" and "normal_form"; "status" and "message" say why the branch ends; "switched"
+    are the branches beside it, each with its "origin". --out writes branch.json, points.csv and
+    bifurcations.csv.
 
     Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
     """
@@ -219,6 +220,9 @@ def _print_branch(found: Branch) -> None:
     console.print(table)
     console.print()
     console.print(bifurcation_table(found.bifurcations))
+    if found.bifurcations:
+        console.print()
+        console.print(normal_form_table(found.bifurcations))
 
 
 def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
@@ -233,4 +237,20 @@ def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
         value = f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}"
         error = f"{one.uncertainty:.0e}"
         table.add_row(one.label, one.type, one.line, value, error, " → ".join(names))
+    return table
+
+
+def normal_form_table(found: Sequence[Bifurcation]) -> Table:
+    """Normal forms as a table for the console: how the parameter grows with the amplitude s."""
+    table = make_table("", "change of parameter", "leading term", "scenario")
+    for one in found:
+        form = one.normal_form
+        if form is None:
+            continue
+        term = f"{form.coefficient or 0:.4g} s^{form.power}"
+        if form.discontinuity is not None:
+            largest = max(form.discontinuity, key=abs)
+            term = f"{largest:.4g} s^{form.power}, distance^{form.exponent:g}"
+        growth = f"{form.growth:.6g} s^{form.order}".removesuffix("^1")
+        table.add_row(one.label, growth, term, form.scenario)
     return table

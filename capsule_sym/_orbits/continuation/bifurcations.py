@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,20 +14,22 @@ from capsule_sym._orbits.continuation.events import (
     ADDING,
     CORNER,
     CROSSING,
+    FOLD,
     GRAZING,
     GRAZING_SLIDING,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
     SWITCHING,
     BorderCollision,
     solve_event,
 )
+from capsule_sym._orbits.continuation.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
+from capsule_sym._orbits.shooting.symmetry import KEPT
 
-FOLD = "fold"
-PERIOD_DOUBLING = "period doubling"
-NEIMARK_SACKER = "Neimark-Sacker"
 INITIALS = {
     FOLD: "FO",
     PERIOD_DOUBLING: "PD",
@@ -84,6 +87,18 @@ class Bifurcation:
     orbit: Orbit
     label: str = ""
     path: ParameterPath | None = None
+
+    @cached_property
+    def normal_form(self) -> NormalForm | None:
+        """What the bifurcation says of the orbits beside it; None where it has no normal form."""
+        return normal_form(
+            self.type,
+            self.orbit,
+            self.segment,
+            self.path or ParameterPath(self.parameter),
+            (self.multipliers_before, self.multipliers_after),
+            mirrored=self.symmetry == KEPT,
+        )
 
 
 def refined(one: Bifurcation) -> BorderCollision:

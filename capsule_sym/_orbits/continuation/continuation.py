@@ -17,13 +17,12 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._orbits.continuation.bifurcations import (
     INITIALS,
-    PERIOD_DOUBLING,
     Bifurcation,
     SmoothEvent,
     sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.doubling import halved
-from capsule_sym._orbits.continuation.events import place
+from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING, place
 from capsule_sym._orbits.continuation.following import BESIDE, FIRST, Follower, first_half
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where

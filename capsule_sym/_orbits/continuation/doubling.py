@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from capsule_sym._orbits.continuation.bifurcations import (
-    PERIOD_DOUBLING,
     SmoothEvent,
     zero_of_test_function,
 )
+from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.states import Axis
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary

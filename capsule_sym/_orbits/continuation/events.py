@@ -140,6 +140,9 @@ GRAZING_SLIDING = "grazing-sliding"
 CROSSING = "crossing-sliding"
 SWITCHING = "switching-sliding"
 CORNER = "boundary-intersection crossing"
+FOLD = "fold"
+PERIOD_DOUBLING = "period doubling"
+NEIMARK_SACKER = "Neimark-Sacker"
 
 _SURFACES = {
     "L1": ("S1", "S2"),

@@ -10,6 +10,7 @@ from typing import Any
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation, sorted_multipliers
 from capsule_sym._orbits.continuation.continuation import Branch, BranchPoint
 from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint, Curve, CurvePoint
+from capsule_sym._orbits.continuation.normal_forms import NormalForm
 from capsule_sym._orbits.metrics.performance import Metric, performance
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -102,9 +103,15 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
         "multipliers_before": _complex(one.multipliers_before),
         "multipliers_after": _complex(one.multipliers_after),
         "symmetry": one.symmetry or None,
+        "normal_form": _normal_form(one.normal_form),
         "segment": None if one.segment is None else _number(one.orbit.itinerary, one.segment),
         "orbit": {"parameters": _parameters(one.orbit), **_place(one.orbit)},
     }
+
+
+def _normal_form(form: NormalForm | None) -> dict[str, Any] | None:
+    """The leading terms, as `NormalForm` has them, and the exponent."""
+    return form and {**form._asdict(), "exponent": form.exponent}
 
 
 def curve_record(curve: Curve) -> dict[str, Any]:
@@ -180,9 +187,17 @@ def bifurcation_rows(bifurcations: Iterable[Bifurcation]) -> list[dict[str, Any]
             "itinerary_after": str(one.itinerary_after) if one.itinerary_after else "",
             "symmetry": one.symmetry,
             "failed": one.failed,
+            **_normal_form_columns(one.normal_form),
         }
         for one in bifurcations
     ]
+
+
+def _normal_form_columns(form: NormalForm | None) -> dict[str, Any]:
+    """The columns of a table; empty where there is none."""
+    found = _normal_form(form) or {}
+    names = ("growth", "order", "coefficient", "exponent", "scenario")
+    return {name: "" if found.get(name) is None else found[name] for name in names}
 
 
 def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:

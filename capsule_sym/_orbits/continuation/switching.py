@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
-from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING, Bifurcation
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.continuation import (
     Branch,
     BranchPoint,
@@ -19,7 +19,7 @@ from capsule_sym._orbits.continuation.continuation import (
     axis_from,
     failure_of,
 )
-from capsule_sym._orbits.continuation.events import BorderCollision
+from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING, BorderCollision
 from capsule_sym._orbits.continuation.following import Follower, first_half
 from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
 from capsule_sym._orbits.continuation.path import corrected

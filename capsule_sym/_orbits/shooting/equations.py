@@ -13,6 +13,7 @@ whose segment has the duration 0 is the bifurcation at which that segment is bor
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,6 +27,7 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
 from capsule_sym.generated import formulas
 
+_NODES = (-2, -1, 1, 2)
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 PARAMETERS = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b")
 _OMEGA, _DELTA, _ZETA, _BETA, _GAMMA, _F_B = (
@@ -207,17 +209,18 @@ def _guard(forms: ClosedForms, span: SegmentFlow, zeros: int, column: int) -> tu
     if zeros == 0:
         return _value(span)
     value = _increment(span, zeros) / span.h**zeros
-    least = forms.numbers.unit ** (forms.numbers.number(1) / (zeros + 2))
+    least = forms.numbers.unit ** (forms.numbers.number(1) / (zeros + 4))
     if abs(span.h) >= least:
         return value, _divided_by(span, zeros, column)
-    # So near to the limit the differences in the gradient would cancel: it is extrapolated, to an
-    # error of `least` squared, from durations where they do not.
+    # So near to the limit the differences in the gradient would cancel: it is interpolated, to an
+    # error of `least` to the fourth, from durations to both sides where they do not.
     start = span.start, span.start_by, span.angle, span.angle_by
-    near, far = (
-        _divided_by(_run(forms, span.segment, *start, factor * least, column), zeros, column)
-        for factor in (1, 2)
-    )
-    return value, near + (far - near) * (span.h / least - 1)
+    gradient = 0 * span.angle_by
+    for node in _NODES:
+        at = _run(forms, span.segment, *start, node * least, column)
+        weight = math.prod((span.h / least - k) / (node - k) for k in _NODES if k != node)
+        gradient = gradient + weight * _divided_by(at, zeros, column)
+    return value, gradient
 
 
 def _divided_by(span: SegmentFlow, zeros: int, column: int) -> Vector:

@@ -146,6 +146,11 @@ class Itinerary:
         field = self.segments[index % n].field
         return field if 0 <= index < n or not self.mirrored else mirror(field)
 
+    def guard_before(self, index: int) -> Guard | None:
+        """The guard that ends the segment before an index from 0."""
+        before = self.segments[index - 1]
+        return before.image.guard if self.mirrored and index == 0 else before.guard
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the fields, such as ("F5", "F2")."""

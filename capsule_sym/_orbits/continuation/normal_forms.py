@@ -1,0 +1,266 @@
+"""Normal forms of bifurcations: what a bifurcation says of the orbits beside it.
+
+Beside a bifurcation the parameter is a function of one amplitude s: parameter - value = growth
+s^order to leading order. At a border collision s is the duration of the segment that is born. At a
+fold it is the length of the change of all durations, and at a period doubling that by which the
+durations of a doubled orbit's half differ from those of the orbit that doubles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.events import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    FOLD,
+    GRAZING,
+    GRAZING_SLIDING,
+    PERIOD_DOUBLING,
+    SWITCHING,
+)
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.shooting.changes import around, exchanged
+from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector, shooting, solve
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import halved_at
+from capsule_sym._orbits.shooting.taylor import (
+    carried,
+    generator,
+    quotient,
+    residual_series,
+)
+from capsule_sym.generated import formulas
+
+SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
+PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
+_TOUCHES = (GRAZING, ADDING, GRAZING_SLIDING)
+_POWERS = {GRAZING: 3, ADDING: 4, GRAZING_SLIDING: 2, CROSSING: 2, SWITCHING: 3, CORNER: 2}
+
+_DIFFERENCE = 1e-3
+
+
+class NormalForm(NamedTuple):
+    """The leading terms of a bifurcation's normal form; dimensionless.
+
+    Beside the bifurcation the parameter differs from its value by `growth` times s^`order`.
+    `coefficient` is that of the Poincare map reduced to one variable: s -> s + coefficient s^2 at a
+    fold, s -> -s + coefficient s^3 at a period doubling, supercritical where it is positive. At a
+    border collision it is None, and `discontinuity` is what a segment of duration s does to (x_r,
+    v_r, v_c), over s^`power`: the leading term of the difference between the maps of the two
+    itineraries. `scenario` is "supercritical" or "subcritical" at a period doubling; at a border
+    collision "persistence" where each of the two itineraries has its orbit on a side of its own,
+    "non-smooth fold" where both are on one; empty at a fold.
+    """
+
+    order: int
+    growth: float
+    coefficient: float | None
+    discontinuity: tuple[float, float, float] | None
+    power: int
+    scenario: str
+
+    @property
+    def exponent(self) -> float:
+        """The power of the leading term; at a border collision in the distance from the border."""
+        return self.power if self.discontinuity is None else self.power / self.order
+
+
+def normal_form(
+    kind: str,
+    orbit: Orbit,
+    segment: int | None,
+    path: ParameterPath,
+    multipliers: tuple[Sequence[complex], Sequence[complex]],
+    *,
+    mirrored: bool,
+) -> NormalForm | None:
+    """The normal form of a bifurcation of this type; None where it has none.
+
+    `multipliers` are those on both sides, `mirrored` says that the orbit is its own mirror image.
+    """
+    if mirrored:
+        orbit, segment = halved_at(orbit, segment) or (orbit, segment)
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        try:
+            if kind == FOLD:
+                return _fold(numbers, orbit, path)
+            if kind == PERIOD_DOUBLING:
+                return _period_doubling(numbers, orbit, path)
+            if kind not in _POWERS or segment is None:
+                return None
+            order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
+            if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
+                power = 3
+            growth = _growth(numbers, orbit, segment, path, order)
+            x_r, v_r, v_c = _discontinuity(numbers, orbit, segment, power).tolist()
+        except np.linalg.LinAlgError:
+            return None
+    scenario = _scenario(*multipliers) if power == order else PERSISTENCE
+    return NormalForm(order, growth, None, (x_r, v_r, v_c), power, scenario)
+
+
+def _corner_guards(itinerary: Itinerary, segment: int) -> set[Guard | None]:
+    """The guards that vanish together at a corner, none elsewhere."""
+    guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+    return guards if Guard.GAP in guards and len(guards) > 1 else set()
+
+
+def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
+    """Of a map that is piecewise linear to leading order, by det(I - M) on both sides."""
+    if not after:
+        return NON_SMOOTH_FOLD
+    signs = [np.prod([1 - value for value in side]).real for side in (before, after)]
+    return PERSISTENCE if signs[0] * signs[1] > 0 else NON_SMOOTH_FOLD
+
+
+def _by_path(orbit: Orbit, path: ParameterPath) -> Vector:
+    return path.along(orbit.shot.by_p, path.value(orbit.values))
+
+
+def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
+    """A curve from z, of so many coefficients."""
+    rows = [z, *coefficients]
+    return np.array([*rows, *([0 * z] * (many - len(rows)))])
+
+
+def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
+    """(parameter - value) / duration^order of the segment that is born."""
+    z, born = orbit.z, 4 + segment
+    rest = [i for i in range(len(z)) if i != born]
+    matrix = np.column_stack([orbit.shot.by_z[:, rest], _by_path(orbit, path)])
+    many = order + 1 + orbit.itinerary.zeros(segment)
+    along = 0 * z
+    along[born] = 1
+    for power in range(1, order + 1):
+        series = residual_series(numbers, orbit, _along(z, along, many=many))
+        change = -solve(numbers, matrix, series[power])
+        # At a touch the parameter stands still to first order.
+        along[rest] = along[rest] + change[:-1]
+    return float(change[-1])
+
+
+def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
+    """Left and right null vector of a singular matrix, the right one of length 1 in n durations."""
+    left, _, right = np.linalg.svd(matrix)
+    along = right[-1]
+    return left[:, -1], along / np.linalg.norm(along[4 : 4 + n])
+
+
+def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
+    n, z = len(orbit.itinerary), orbit.z
+    left, along = _null_vectors(orbit.shot.by_z, n)
+    second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
+    growth = -second / (left @ _by_path(orbit, path))
+    # Closed with a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
+    coefficient = abs(second / (left[n:] @ along[:4]))
+    return NormalForm(2, float(growth), float(coefficient), None, 2, "")
+
+
+def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
+    n, once = len(orbit.itinerary), orbit.itinerary
+    twice = Itinerary(2 * once.segments, 2 * once.period_number)
+    z = np.array([*orbit.z, *orbit.durations])
+
+    def doubled(values: Sequence[float], z: Vector) -> Orbit:
+        return Orbit(tuple(values), twice, z, shooting(numbers, values, twice, z), numbers.name)
+
+    whole = doubled(orbit.values, z)
+    left, along = _null_vectors(whole.shot.by_z, n)
+    second = residual_series(numbers, whole, _along(z, along, many=3))[2]
+    bordered = np.block([[whole.shot.by_z, left[:, None]], [along, np.zeros(1)]])
+    bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
+    third = left @ residual_series(numbers, whole, _along(z, along, bent, many=4))[3]
+    # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = c s^2.
+    closing = 2 * left[2 * n :] @ along[:4]
+    coefficient = -third / closing
+    # The multiplier's change along the branch, by five-point differences of exact derivatives.
+    value = path.value(orbit.values)
+    moved = -np.linalg.solve(orbit.shot.by_z, _by_path(orbit, path))
+    moved = np.array([*moved, *moved[4:]])
+    step = _DIFFERENCE / max(1.0, abs(moved).max())
+
+    def closed(k: int) -> float:
+        beside = doubled(path.placed(orbit.values, value + k * step), z + k * step * moved)
+        return float(left @ beside.shot.by_z @ along)
+
+    slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * closing)
+    scenario = SUPERCRITICAL if coefficient > 0 else SUBCRITICAL
+    return NormalForm(2, float(coefficient / slope), float(coefficient), None, 3, scenario)
+
+
+def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> Vector:
+    """What a segment of duration s changes, at equal times, over s^power.
+
+    The series of two local motions from the same start on the guard before the segment, which is
+    chosen such that the segment has the duration s: through the segment, and as the itinerary
+    without it has it, continued to where that does not hold.
+    """
+    itinerary, omega = orbit.itinerary, orbit.values[PARAMETERS.index("omega")]
+    forms, span = ClosedForms(numbers, orbit.values), orbit.shot.spans[segment]
+    fields = around(itinerary, segment)
+    before, during, after = (generator(forms.constants(field), omega) for field in fields)
+    many, zeros = power + 2, itinerary.zeros(segment)
+    enters = itinerary.guard_before(segment)
+    leaves = itinerary.segments[segment].guard
+    # The guard after a duration s, over s^zeros, as a functional of where the segment starts.
+    rows = [_row(leaves, forms.constants(fields[1]))]
+    for order in range(1, many + zeros):
+        rows.append(rows[-1] @ during / order)
+    rows = rows[zeros:]
+    fixed = [_row(enters, forms.constants(fields[0]))[:3]]
+    if (Guard.DRIFT in (enters, leaves) and enters is not Guard.GAP) or drift(fields[0]) == 0:
+        fixed.append(np.array([0.0, 0.0, 1.0]))
+    direction = rows[0][:3].copy()
+    for normal in np.linalg.qr(np.array(fixed).T)[0].T:
+        direction -= (direction @ normal) * normal
+    start = np.zeros((many, 6))
+    start[0] = [*span.start, *numbers.cos_sin(span.angle), 1.0]
+    off = np.array([row @ start[0] for row in rows])
+    off[0] = 0.0
+    start[:, :3] -= np.outer(
+        quotient(off, np.array([row[:3] @ direction for row in rows])), direction
+    )
+    s = np.eye(many)[1]
+    change = exchanged(itinerary, orbit.z, segment)
+    if change is None:
+        other = carried(start, s, after)
+    else:
+        field = change.itinerary.fields[segment]
+        first = _time(start, before, _row(leaves, forms.constants(fields[0])))
+        there, between = carried(start, first, before), generator(forms.constants(field), omega)
+        second = _time(there, between, _row(enters, forms.constants(field)))
+        other = carried(carried(there, second, between), s - first - second, after)
+    return (carried(start, s, during) - other)[power, :3]
+
+
+def _row(guard: Guard | None, c: Any) -> Vector:
+    """A guard as a linear function of (x_r, v_r, v_c, cos, sin, 1)."""
+    if guard is Guard.DRIFT:
+        return np.array([0.0, 0, 1, 0, 0, 0])
+    if guard is Guard.GAP:
+        return np.array([1.0, 0, 0, 0, 0, -c.delta])
+    side = 1 if guard is Guard.UPPER else -1
+    constant = formulas.force(c, 0, -c.delta, 0) - side * c.f_b
+    return np.array(
+        [formulas.force_change(c, 1, 0), formulas.force_change(c, 0, 1), 0, 0, 0, constant]
+    )
+
+
+def _time(y: Matrix, matrix: Matrix, row: Vector) -> Vector:
+    """The series of the time after which a guard that is 0 at first order is 0."""
+    time = np.zeros(len(y))
+    for _ in range(len(y)):
+        there = carried(y, time, matrix)
+        off, rate = there @ row, there @ matrix.T @ row
+        off[0] = 0.0
+        time = time - quotient(off, rate)
+    return time

@@ -1,0 +1,159 @@
+"""The equations of an orbit along a curve of unknowns: their Taylor coefficients.
+
+Within a segment the motion is linear in y = (x_r, v_r, v_c, cos, sin, 1): y' = L y with a constant
+matrix. A change of the start is carried to the end by the closed form's Jacobian, which does not
+depend on the state, and a change d of the duration by the series of exp(L d). No derivative is a
+difference: every coefficient is exact but for rounding.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.stability import field
+from capsule_sym.generated import formulas
+
+Series = Matrix  # Taylor coefficients, by order along the first axis
+
+
+def generator(c: Any, omega: Number) -> Matrix:
+    """The matrix L (6, 6) of a segment with the constants `c`."""
+    zero = omega * 0
+    still = np.array([zero, zero, zero])
+    constant = field(c, still, zero)
+    matrix = np.full((6, 6), zero)
+    matrix[:3, 5] = constant
+    for column in range(2):
+        unit = still.copy()
+        unit[column] = unit[column] + 1
+        matrix[:3, column] = field(c, unit, zero) - constant
+    matrix[:3, 3] = field(c, still, zero + 1) - constant
+    matrix[3, 4], matrix[4, 3] = -omega, omega
+    return matrix
+
+
+def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
+    """Taylor coefficients (many, n + 4) of the equations along a curve of unknowns.
+
+    `curve` (many, n + 4) has the coefficients of z, the first of them the orbit's own. The
+    equations are those whose residual and derivative the orbit has. A segment of duration 0 loses
+    the last orders, one for every zero of its guard at its start: their coefficients are not valid.
+    """
+    itinerary, n = orbit.itinerary, len(orbit.itinerary)
+    forms, omega = ClosedForms(numbers, orbit.values), orbit.values[PARAMETERS.index("omega")]
+    result = curve * 0
+    state, angle = curve[:, :3], _without_constant(curve[:, 3])
+    for i, span in enumerate(orbit.shot.spans):
+        duration = curve[:, 4 + i]
+        end = _end(forms, span, omega, state, angle, _without_constant(duration))
+        result[:, i] = _guard(span, itinerary.zeros(i), state, end, angle, duration)
+        state, angle = end, _without_constant(angle + omega * duration)
+    sign = -1 if itinerary.mirrored else 1
+    result[:, n : n + 3] = state - sign * curve[:, :3]
+    # The start is held to the last guard's surface, as in the equations.
+    pinned = {Guard.GAP: 0, Guard.DRIFT: 2}.get(itinerary.segments[-1].guard or Guard.UPPER)
+    if pinned is not None:
+        result[:, n + pinned] = curve[:, pinned]
+    result[:, n + 3] = omega * curve[:, 4:].sum(axis=1)
+    result[0] = orbit.shot.residual
+    return result
+
+
+def product(first: Vector, second: Series) -> Series:
+    """The product of two series, the first of scalars, to as many orders."""
+    result = second * 0
+    for order, value in enumerate(first):
+        result[order:] = result[order:] + value * second[: len(second) - order]
+    return result
+
+
+def quotient(series: Vector, by: Vector) -> Vector:
+    """A series over another one, whose constant is not 0."""
+    result = series * 0
+    for order in range(len(series)):
+        known = sum((by[k] * result[order - k] for k in range(1, order + 1)), 0 * by[0])
+        result[order] = (series[order] - known) / by[0]
+    return result
+
+
+def carried(y: Series, duration: Vector, matrix: Matrix) -> Series:
+    """A series of y (many, 6) after a duration without a constant, where y' = L y."""
+    term = y
+    for order in range(1, len(y)):
+        term = product(duration, term @ matrix.T) / order
+        y = y + term
+    return y
+
+
+def _without_constant(series: Vector) -> Vector:
+    rest = series.copy()
+    rest[0] = rest[0] * 0
+    return rest
+
+
+def _cos_sin(angle: Vector) -> tuple[Vector, Vector]:
+    """Cosine and sine of a series without a constant."""
+    term = angle * 0
+    term[0] = term[0] + 1
+    parts = [term]
+    for order in range(1, len(angle)):
+        parts.append(product(angle, parts[-1]) / order)
+    cosine = sum(part if k % 4 == 0 else -part for k, part in enumerate(parts) if k % 2 == 0)
+    sine = angle * 0 + sum(part if k % 4 == 1 else -part for k, part in enumerate(parts) if k % 2)
+    return cosine, sine  # type: ignore[return-value]
+
+
+def _end(
+    forms: ClosedForms, span: SegmentFlow, omega: Number, state: Series, angle: Vector, more: Vector
+) -> Series:
+    """The state (many, 3) at a segment's end, where its start and its duration are series."""
+    c, closed = span.c, span.closed
+    # The derivative by the angle, a quarter turn back, is the response to the forcing itself.
+    back = closed._replace(cos_theta=closed.sin_theta, sin_theta=-closed.cos_theta)
+    forced = forms.run(span.segment.field, c, back, span.h or forms.numbers.unit)[1][:3, 3]
+    cosine, sine = _cos_sin(angle)
+    matrix = span.matrix[:3]
+    y = np.full((len(state), 6), omega * 0)
+    y[:, :3] = state @ matrix[:, :3].T + np.outer(cosine, forced) + np.outer(sine, matrix[:, 3])
+    y[0, :3] = span.end
+    ahead = forms.numbers.cos_sin(span.angle + omega * span.h)
+    y[:, 3] = ahead[0] * cosine - ahead[1] * sine
+    y[:, 4] = ahead[1] * cosine + ahead[0] * sine
+    y[0, 5] = y[0, 5] + 1
+    return carried(y, more, generator(c, omega))[:, :3]
+
+
+def _guard(
+    span: SegmentFlow, zeros: int, state: Series, end: Series, angle: Vector, duration: Vector
+) -> Vector:
+    """A segment's guard at its end, over the power `zeros` of its duration."""
+    guard, c = span.segment.guard, span.c
+    if guard is None:
+        return angle
+    row = 0 if guard is Guard.GAP else 2
+    if zeros == 0:
+        if guard in (Guard.GAP, Guard.DRIFT):
+            return end[:, row]
+        return formulas.force_change(c, end[:, 0], end[:, 1])  # type: ignore[no-any-return]
+    gained = end[:, row] - state[:, row]
+    if zeros == 2:
+        margin = formulas.force_change(c, state[:, 0], state[:, 1])
+        margin[0] = span.closed.margin
+        gained = gained - product(duration, margin) / c.gamma
+    born = duration[0] == 0
+    for _ in range(zeros):
+        both = (_shifted(gained), _shifted(duration)) if born else (gained, duration)
+        gained = quotient(*both)
+    return gained
+
+
+def _shifted(series: Vector) -> Vector:
+    """A series without a constant over its variable; the last coefficient is lost."""
+    return np.append(series[1:], series[:1] * 0)

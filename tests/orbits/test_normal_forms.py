@@ -1,0 +1,208 @@
+"""Normal forms: balls, 50-digit motions and orbits beside a bifurcation give the same."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from capsule_sym import Bifurcation, Parameters, continue_from, solve_itinerary
+from capsule_sym._enclosures.balls import precision
+from capsule_sym._enclosures.events import prove_event
+from capsule_sym._map.backend import backend
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.events import CORNER
+from capsule_sym._orbits.continuation.normal_forms import PERSISTENCE, SUPERCRITICAL
+from capsule_sym._orbits.shooting.changes import around, exchanged
+from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
+from capsule_sym._orbits.shooting.stability import floquet_multipliers
+from capsule_sym._orbits.shooting.taylor import residual_series
+from tests.judges import CONTACT, DRIFT
+from tests.judges.taylor import system
+from tests.orbits.branches import hysteretic, upwards
+
+
+@lru_cache
+def _collisions() -> dict[str, Bifurcation]:
+    found = {f"alpha {one.label}": one for one in upwards(3.3).bifurcations}
+    found |= {f"omega {one.label}": one for one in hysteretic().bifurcations}
+    return {name: one for name, one in found.items() if one.segment is not None}
+
+
+ALPHA = ("GR1", "AS1", "BI1", "AS2", "BI2", "SS1", "GS1", "CS1")
+OMEGA = ("GS1", "BI1", "BI2", "AS1", "CS1", "BI3", "GR1", "AS2", "AS3")
+EACH = [f"alpha {label}" for label in ALPHA] + [f"omega {label}" for label in OMEGA]
+
+
+@pytest.mark.parametrize("name", EACH[: len(ALPHA)])
+def test_the_parameter_grows_as_ball_arithmetic_proves(name: str) -> None:
+    one = _collisions()[name]
+    form = one.normal_form
+    assert form is not None
+    with precision(256):
+        spans, z = one.orbit.shot.spans, one.orbit.z
+        event = prove_event(
+            one.orbit.itinerary, spans, z, one.orbit.values, (one.segment,), (one.parameter,)
+        )
+        expected = float(event.coefficient)
+    assert form.order == event.order
+    # The ball is right up to the order of a duration of 1e-12 only.
+    assert form.growth == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("name", EACH)
+def test_the_leading_discontinuous_term_is_that_of_motions_in_fifty_digits(name: str) -> None:
+    one = _collisions()[name]
+    form = one.normal_form
+    assert form is not None
+    with mp.workdps(60):
+        expected = _difference(one, form.power, mpf(10) ** -9)
+    # The next term is a duration smaller.
+    assert np.allclose(form.discontinuity, expected, rtol=1e-6, atol=1e-6 * max(map(abs, expected)))
+    assert max(map(abs, expected)) > 1e-4
+    exponents = {"grazing": 1.5, "adding-sliding": 2, "grazing-sliding": 1, "crossing-sliding": 2}
+    exponents |= {"switching-sliding": 3, CORNER: 3}  # di Bernardo et al.; landing at a corner
+    assert form.exponent == exponents[one.type]
+    assert form.scenario == PERSISTENCE
+
+
+def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
+    """What a segment of duration h changes, over h^power, by the equations of motion alone."""
+    orbit, segment = one.orbit, one.segment
+    itinerary, p = orbit.itinerary, orbit.parameters
+    fields = around(itinerary, segment)
+    before, during, after = (system(p, field) for field in fields)
+    enters = itinerary.segments[segment - 1].guard
+    leaves = itinerary.segments[segment].guard
+    # All conditions on the start are linear in (x_r, v_r, v_c): the nearest to the event's state.
+    rows = [_row(enters, p, fields[0]), _row(leaves, p, fields[1]) * mp.expm(during * h)]
+    if DRIFT[fields[0]] == 0:
+        rows.append(_row(Guard.DRIFT, p, fields[0]))
+    span = orbit.shot.spans[segment]
+    angle = mpf(float(span.angle))
+    start = mp.matrix([*map(mpf, map(float, span.start)), 0, mp.cos(angle), mp.sin(angle), 1])
+    matrix = mp.matrix([[row[0, k] for k in range(3)] for row in rows])
+    change = matrix.T * mp.lu_solve(
+        matrix * matrix.T, mp.matrix([(row * start)[0] for row in rows])
+    )
+    assert max(map(abs, change)) < 1e-7
+    for k in range(3):
+        start[k] -= change[k]
+    long, other = mp.expm(during * h) * start, exchanged(itinerary, orbit.z, segment)
+    if other is None:
+        short = mp.expm(after * h) * start
+    else:
+        field = other.itinerary.fields[segment]
+        between = system(p, field)
+        first = _zero(_row(leaves, p, fields[0]), before, start)
+        there = mp.expm(before * first) * start
+        second = _zero(_row(enters, p, field), between, there)
+        short = mp.expm(after * (h - first - second)) * (mp.expm(between * second) * there)
+    return [float((long[k] - short[k]) / h**power) for k in range(3)]
+
+
+def _row(guard: Guard, p: Parameters, field: int) -> mp.matrix:
+    """A guard as a linear function of (x_r, v_r, v_c, x_c, cos, sin, 1)."""
+    if guard is Guard.DRIFT:
+        return mp.matrix([[0, 0, 1, 0, 0, 0, 0]])
+    if guard is Guard.GAP:
+        return mp.matrix([[1, 0, 0, 0, 0, 0, -mpf(p.delta)]])
+    stiff = mpf(p.beta) if CONTACT[field] else mpf(0)
+    bound = mpf(p.f_b) * (1 if guard is Guard.UPPER else -1)
+    return mp.matrix([[1 + stiff, 2 * mpf(p.zeta), 0, 0, 0, 0, -stiff * mpf(p.delta) - bound]])
+
+
+def _zero(row: mp.matrix, matrix: mp.matrix, start: mp.matrix) -> mpf:
+    """The time near 0 at which a guard vanishes, by Newton's method."""
+    time = mpf(0)
+    for _ in range(10):
+        there = mp.expm(matrix * time) * start
+        time -= (row * there)[0] / (row * matrix * there)[0]
+    return time
+
+
+FOLDS = ("FO1", "FO2")
+
+
+@pytest.mark.parametrize("label", FOLDS)
+def test_two_orbits_lie_beside_a_fold_where_its_normal_form_says(label: str) -> None:
+    one = hysteretic().at(label)
+    form = one.normal_form
+    assert form.exponent == 2
+    s = 1e-4
+    beside = [point for point in _both_sides(one, one.value + form.growth * s * s, s)]
+    apart = (beside[0].durations - beside[1].durations) / 2
+    assert np.linalg.norm(apart) == pytest.approx(s, rel=1e-2)
+    slopes = [_nearest(orbit, 1) - 1 for orbit in beside]
+    assert sorted(slopes) == pytest.approx(
+        [-2 * form.coefficient * s, 2 * form.coefficient * s], rel=1e-2
+    )
+    # On the other side there is none.
+    assert not any(o.success for o in _both_sides(one, one.value - form.growth * s * s, s))
+
+
+def _both_sides(one: Bifurcation, value: float, s: float) -> list:
+    """The orbits at a value of omega that Newton's method finds from both sides of a fold."""
+    values = list(one.orbit.values)
+    values[PARAMETERS.index("omega")] = value
+    along = np.linalg.svd(one.orbit.shot.by_z)[2][-1]
+    along /= np.linalg.norm(along[4:])
+    return [
+        solve_itinerary(values, one.orbit.itinerary, list(one.orbit.z + side * s * along))
+        for side in (-1, 1)
+    ]
+
+
+def _nearest(orbit, value: float) -> float:
+    return float(min(floquet_multipliers(orbit).real, key=lambda one: abs(one - value)))
+
+
+@pytest.mark.parametrize("label", ["PD1", "PD2"])
+def test_a_doubled_orbit_lies_where_the_normal_form_says(label: str) -> None:
+    branch = hysteretic()
+    one = branch.at(label)
+    form = one.normal_form
+    assert (form.exponent, form.scenario) == (3, SUPERCRITICAL)
+    found = continue_from(branch, label, one.value + np.sign(form.growth) * 1e-4, points=10)
+    doubled = next(b for b in found if b.points[0].orbit.itinerary.period_number == 2)
+    point = doubled.points[0]
+    n = len(point.orbit.itinerary) // 2
+    s = np.linalg.norm(point.orbit.durations[:n] - point.orbit.durations[n:]) / 2
+    assert 1e-6 < s < 0.05
+    assert point.value - one.value == pytest.approx(form.growth * s * s, rel=2e-2)
+    # The map's second iterate s -> s + 2 e s - 2 c s^3 has there the derivative 1 - 4 c s^2.
+    assert _nearest(point.orbit, 1) == pytest.approx(
+        1 - 4 * form.coefficient * s * s, abs=0.1 * s * s
+    )
+
+
+@pytest.mark.parametrize("name", ["alpha AS1", "omega PD2"])
+def test_derivatives_along_a_curve_are_those_of_differences_in_fifty_digits(name: str) -> None:
+    branch, label = name.split()
+    orbit = (upwards(3.3) if branch == "alpha" else hysteretic()).at(label).orbit
+    random = np.random.default_rng(1)
+    curve = 0.1 * random.normal(size=(4, len(orbit.z)))
+    curve[0] = orbit.z
+    curve[1:, 4:] = np.where(orbit.durations == 0, 0.03, curve[1:, 4:])
+    curve[0, 4:] = np.where(orbit.durations == 0, 0.2, curve[0, 4:])
+    with backend("numpy") as numbers:
+        shot = shooting(numbers, orbit.values, orbit.itinerary, curve[0])
+        at = type(orbit)(orbit.values, orbit.itinerary, curve[0], shot, "numpy")
+        found = residual_series(numbers, at, curve)
+    with backend("mpmath") as numbers:
+        number = np.vectorize(numbers.number)
+        values, exact = number(orbit.values), number(curve)
+        h = numbers.number(10) ** -8
+
+        def residual(k: int) -> np.ndarray:
+            z = sum(row * (k * h) ** power for power, row in enumerate(exact))
+            return shooting(numbers, tuple(values), orbit.itinerary, z).residual
+
+        ends = {k: residual(k) for k in (-2, -1, 0, 1, 2)}
+    expected = [
+        (8 * (ends[1] - ends[-1]) - (ends[2] - ends[-2])) / (12 * h),
+        (ends[1] - 2 * ends[0] + ends[-1]) / h**2 / 2,
+        (ends[2] - 2 * (ends[1] - ends[-1]) - ends[-2]) / (2 * h**3) / 6,
+    ]
+    for row, other in zip(found[1:], expected, strict=True):
+        assert np.allclose(row, other.astype(float), rtol=1e-10, atol=1e-11)
