@@ -7,7 +7,13 @@ import pytest
 
 from capsule_sym import Curve, Ending, InvalidInput, continue_bifurcation, continue_orbit
 from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING, sorted_multipliers
-from capsule_sym._orbits.continuation.events import CROSSING, GRAZING, GRAZING_SLIDING, SWITCHING
+from capsule_sym._orbits.continuation.events import (
+    ADDING,
+    CROSSING,
+    GRAZING,
+    GRAZING_SLIDING,
+    SWITCHING,
+)
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
 from tests.orbits.branches import hysteretic, settled, upwards
 
@@ -117,10 +123,26 @@ def test_every_table_of_meetings_has_their_uncertainties() -> None:
         assert (row["uncertainty_alpha"], row["uncertainty_gamma"]) == one.uncertainties
 
 
-def test_a_curve_on_which_a_slip_begins_has_no_multipliers() -> None:
-    curve = traced(SWITCHING)
-    assert {point.multipliers for point in curve.points} == {()}
-    assert {row["multiplier_1"] for row in curve_rows([curve])} == {""}
+@pytest.mark.parametrize("kind", [SWITCHING, CROSSING])
+def test_multipliers_at_a_sliding_bifurcation_are_those_on_both_sides(kind: str) -> None:
+    """The map is smooth to first order there (di Bernardo et al.)."""
+    point = traced(kind).points[-1]
+    alpha, gamma = point.values
+    for side in (-1e-7, 1e-7):
+        beside = settled(alpha=alpha + side, gamma=gamma)
+        assert point.multipliers == pytest.approx(sorted_multipliers(beside), abs=1e-5)
+
+
+def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:
+    branch = continue_orbit(settled(alpha=0.36), "alpha", 0.38, points=4)
+    curve = continue_bifurcation(branch.at("AS1"), "zeta", ((0.1, 0.9), (0.047, 0.05)), points=4)
+    (point,) = curve.codimension_two
+    assert point.types == (ADDING, PERIOD_DOUBLING)
+    assert max(point.uncertainties) < 1e-12
+    # Where the period-doubling curve of the branches over alpha ends.
+    assert point.values == pytest.approx((0.368574, 0.048066), abs=1e-6)
+    for one in curve.points:
+        assert (one.multipliers[0].real < -1) == (one.values[1] < point.values[1])
 
 
 def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() -> None:

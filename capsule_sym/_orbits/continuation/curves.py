@@ -25,9 +25,8 @@ from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.path import Vector
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym._orbits.shooting.admissibility import Inequality
-from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole_orbit
 from capsule_sym._parameters import Parameters
@@ -57,15 +56,12 @@ class CurvePoint:
 
     @cached_property
     def multipliers(self) -> tuple[complex, ...]:
-        """Multipliers of the orbit, the largest modulus first; before the touch at a grazing.
+        """Multipliers of the orbit, the largest modulus first.
 
-        Empty where a segment of stick or drift begins, as the derivative divides by zero there.
+        At a border collision they are those of the itinerary with the segment: only at a
+        grazing-sliding bifurcation has the other itinerary others.
         """
-        regular = (
-            self.segment is None
-            or len(set(map(drift, around(self.orbit.itinerary, self.segment)))) == 1
-        )
-        return sorted_multipliers(self.orbit) if regular else ()
+        return sorted_multipliers(self.orbit)
 
 
 @dataclass(frozen=True)

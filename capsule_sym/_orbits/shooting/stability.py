@@ -44,10 +44,12 @@ def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> 
     forcing angle those of the switch.
     """
     f, g = field(before, state, cosine), field(after, state, cosine)
-    matrix = np.zeros((3, 3)) * f[2] + np.eye(3, dtype=int)
-    matrix[:, 2] = matrix[:, 2] + (g - f) / f[2]
-    # Here v_c' / v_c' cancels to 0 for a capsule that sticks, but for rounding.
-    matrix[2, 2] = g[2] / f[2]
+    # v_r' jumps by as much as v_c' does, the other way. What sticks has no v_c', even where the
+    # landing is so soft that the drift has none either.
+    ratio = g[2] / f[2] if after.drift else 0 * f[2]
+    matrix = np.zeros((3, 3)) * ratio + np.eye(3, dtype=int)
+    matrix[1, 2] = 1 - ratio
+    matrix[2, 2] = ratio
     return matrix  # type: ignore[no-any-return]
 
 
