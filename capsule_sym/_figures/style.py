@@ -104,9 +104,9 @@ def figure_style() -> Iterator[None]:
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:
     """An empty figure, sizes in inches, that no global list of figures keeps."""
-    from matplotlib.figure import Figure
+    from capsule_sym._figures.shown import Shown
 
-    return Figure(figsize=(width, height), **options)
+    return Shown(figsize=(width, height), **options)
 
 
 def figure_of(axes: Axes) -> Figure:

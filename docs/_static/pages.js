@@ -10,6 +10,9 @@ addEventListener("DOMContentLoaded", () => {
   }
   document.querySelector("aside.sidebar-drawer")?.setAttribute("aria-label", "All pages");
   document.querySelector("aside.toc-drawer")?.setAttribute("aria-label", "On this page");
+  // The corner of a notebook's table heads nothing.
+  for (const corner of document.querySelectorAll("th:empty"))
+    corner.replaceWith(document.createElement("td"));
   for (const box of document.querySelectorAll("pre, .table-wrapper"))
     if (box.scrollWidth > box.clientWidth || innerWidth < 700) box.tabIndex = 0;
 });

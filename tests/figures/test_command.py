@@ -1,7 +1,9 @@
-"""`capsule-sym figure` as a process."""
+"""`capsule-sym figure`: in this process, and as one of its own where that makes a difference."""
 
 from __future__ import annotations
 
+import contextlib
+import io
 import re
 import subprocess
 import sys
@@ -9,7 +11,22 @@ from pathlib import Path
 
 import pytest
 
+from capsule_sym._cli import main
 from capsule_sym._figures.catalogue import FIGURES
+
+
+def run_here(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    """The command in this process, which has imported already what it draws with."""
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        contextlib.chdir(cwd),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        pytest.raises(SystemExit) as ended,
+    ):
+        main(arguments)
+    status = int(ended.value.code or 0)
+    return subprocess.CompletedProcess(arguments, status, out.getvalue(), err.getvalue())
 
 
 def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProcess[str]:
@@ -35,7 +52,7 @@ def call(*arguments: str, cwd: Path, code: str = "") -> subprocess.CompletedProc
     ],
 )
 def test_bad_input_is_one_line_and_status_2(tmp_path: Path, arguments: str, part: str) -> None:
-    done = call("figure", *arguments.split(), cwd=tmp_path)
+    done = run_here("figure", *arguments.split(), cwd=tmp_path)
     assert done.returncode == 2
     assert done.stdout == ""
     assert re.fullmatch(r"error: .*\n", done.stderr)
@@ -45,7 +62,7 @@ def test_bad_input_is_one_line_and_status_2(tmp_path: Path, arguments: str, part
 
 def test_a_path_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    done = call("figure", "fig2", "--out", "file/x.png", cwd=tmp_path)
+    done = run_here("figure", "fig2", "--out", "file/x.png", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("error: out = 'file/x.png': must be writable")
 

@@ -16,7 +16,7 @@ from PIL import Image
 from capsule_sym import InvalidInput, Parameters, animate, plot_margins, plot_motion, save_figure
 from capsule_sym._figures import animation, sweeps
 from capsule_sym._figures.style import describe, new_figure
-from tests.figures.test_command import call
+from tests.figures.test_command import run_here
 
 
 def test_a_picture_tells_its_parameters(tmp_path: Path, settled) -> None:
@@ -73,7 +73,7 @@ def test_what_is_described_twice_is_kept_once(tmp_path: Path) -> None:
     ],
 )
 def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, part: str) -> None:
-    done = call("figure", *arguments.split(), "--out", "x.png", cwd=tmp_path)
+    done = run_here("figure", *arguments.split(), "--out", "x.png", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert re.fullmatch(r"error: .*\n", done.stderr)
     assert part in done.stderr

@@ -9,7 +9,7 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
 from capsule_sym._figures import sweeps
-from tests.figures.test_command import call
+from tests.figures.test_command import call, run_here
 
 pytest.importorskip("zarr")
 
@@ -63,10 +63,11 @@ def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("store", "more"), [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])]
+    ("run", "store", "more"),
+    [(call, "grid", []), (run_here, "basin", []), (run_here, "grid", ["--as", "pareto"])],
 )
-def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
-    done = call("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
+def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, run, store, more) -> None:
+    done = run("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
@@ -81,7 +82,7 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, m
 )
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
     given = [str(stores / "grid") if one == "STORE" else one for one in arguments]
-    done = call("sweep-figure", *given, "--out", "x.png", cwd=tmp_path)
+    done = run_here("sweep-figure", *given, "--out", "x.png", cwd=tmp_path)
     assert done.returncode == 2
     assert part in done.stderr
     assert done.stderr.count("\n") == 1

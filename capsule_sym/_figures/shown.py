@@ -1,0 +1,24 @@
+"""A figure that a notebook shows, with or without Matplotlib's own support for notebooks."""
+
+from __future__ import annotations
+
+import io
+
+from matplotlib.figure import Figure
+
+_DENSE = 2  # dots of the picture in each of the page, for screens that have so many
+_SHOWN = 96  # dots of a page in each inch
+
+
+class Shown(Figure):
+    """A figure, and its picture where it is the value of a notebook's cell."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        """The picture, and the size at which it is shown."""
+        from capsule_sym._figures.style import figure_style
+
+        picture = io.BytesIO()
+        with figure_style():
+            self.savefig(picture, format="png", dpi=_DENSE * _SHOWN)
+        across, down = (round(_SHOWN * float(inches)) for inches in self.get_size_inches())
+        return picture.getvalue(), {"width": across, "height": down}
