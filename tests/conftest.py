@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from capsule_sym._cli import main
 from tests.sampling import ALL
 
 # A shell that runs the tests in the background lets them, and what they start, ignore Ctrl-C.
@@ -43,3 +44,37 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def command() -> Command:
     """Runs `capsule-sym` as a process of its own."""
     return call
+
+
+@pytest.fixture
+def inside(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Command:
+    """Runs `capsule-sym` within this process, where a process of its own would show no more."""
+
+    def run(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+        if cwd is not None:
+            monkeypatch.chdir(cwd)
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stopped:
+            main(arguments)
+        assert isinstance(stopped.value.code, int)
+        return subprocess.CompletedProcess(arguments, stopped.value.code, *capsys.readouterr())
+
+    return run
+
+
+# What tests derive or build once in a process, such as the model in SymPy, is not derived by both
+# workers: a file, and all of these folders, is run by one of them. The longest begin.
+TOGETHER = ("tests/symbolic/",)
+FIRST = ("tests/symbolic/", "tests/cli/test_paper.py", "tests/figures/", "tests/orbits/")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    def place(item: pytest.Item) -> int:
+        return next((i for i, name in enumerate(FIRST) if item.nodeid.startswith(name)), len(FIRST))
+
+    items.sort(key=place)
+    for item in items:
+        file = item.nodeid.partition("::")[0]
+        group = next((name for name in TOGETHER if file.startswith(name)), file)
+        item.add_marker(pytest.mark.xdist_group(group))

@@ -209,8 +209,8 @@ def test_newton_and_brent_find_the_same_switches(record) -> None:
     ("arguments", "named"),
     [(("--repeats", "0"), "--repeats"), (("--only", "nothing"), "nothing"), (("--bad",), "--bad")],
 )
-def test_bad_input_exits_with_2(command, tmp_path, arguments, named) -> None:
-    process = command("bench", *arguments, cwd=tmp_path)
+def test_bad_input_exits_with_2(inside, tmp_path, arguments, named) -> None:
+    process = inside("bench", *arguments, cwd=tmp_path)
     assert process.returncode == 2
     assert named in process.stderr
     assert "Traceback" not in process.stderr

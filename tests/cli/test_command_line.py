@@ -69,14 +69,21 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("jog", ["jog"]),
     ],
 )
-def test_bad_input_is_one_line_and_status_2(command, files, arguments, parts) -> None:
-    done = command(*arguments.split(), cwd=files)
+def test_bad_input_is_one_line_and_status_2(inside, files, arguments, parts) -> None:
+    done = inside(*arguments.split(), cwd=files)
     assert done.returncode == 2
     assert done.stdout == ""
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
     for part in parts:
         assert part in done.stderr
+
+
+@pytest.mark.parametrize("arguments", ["run --omega 0", "run --alhpa 1", "run --params ."])
+def test_bad_input_ends_a_process_without_a_traceback(command, files, arguments) -> None:
+    done = command(*arguments.split(), cwd=files)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert done.stderr.startswith("error: ")
 
 
 def modules_after(*arguments: str) -> set[str]:
@@ -105,8 +112,8 @@ def test_help_imports_nothing_that_computes() -> None:
     assert done.stdout.count("Usage: capsule-sym") == 1 + len(group.commands)
 
 
-def test_every_command_that_prints_results_takes_json(command) -> None:
-    writing = {name for name in group.commands if "--json" not in command(name, "--help").stdout}
+def test_every_command_that_prints_results_takes_json(inside) -> None:
+    writing = {name for name in group.commands if "--json" not in inside(name, "--help").stdout}
     assert writing == {"diagram", "explore", "figure", "report"}
 
 
@@ -119,12 +126,12 @@ def test_run_imports_what_its_backend_needs(backend: str, unwanted: set[str]) ->
     assert loaded & unwanted == set()
 
 
-def test_help_and_version_succeed(command) -> None:
-    overview = command("--help")
+def test_help_and_version_succeed(command, inside) -> None:
+    overview = inside("--help")
     assert overview.returncode == 0
     for name in ("run", "paper", "verify"):
         assert f"\n  {name} " in overview.stdout
-        assert command(name, "--help").returncode == 0
+        assert inside(name, "--help").returncode == 0
     assert re.fullmatch(
         re.escape(version("capsule-sym"))
         + r" \((C core, (8 lanes|4 lanes|1 lane)|no C core: NumPy)\)\n",

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.backend import backend as _backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.changes import around
@@ -34,7 +35,8 @@ class BorderCollision(NamedTuple):
     `values` are the seven parameters, of which as many as there are such segments were free. The
     `residual` is the largest entry of the equations'; `uncertainties` bound the errors of the free
     parameters to first order: the rounding of every equation carried through the inverse Jacobian.
-    `iterations` counts the steps of Newton's method.
+    `iterations` counts the steps of Newton's method. In 50 digits the derivatives of `shot` are
+    those at the guess; `orbit` has its own.
     """
 
     itinerary: Itinerary
@@ -48,7 +50,11 @@ class BorderCollision(NamedTuple):
 
     def orbit(self, backend: str) -> Orbit:
         """The orbit, in the number system of a backend."""
-        return Orbit(self.values, self.itinerary, self.z, self.shot, backend, self.iterations)
+        shot = self.shot
+        if backend == "mpmath":
+            with _backend(backend) as numbers:
+                shot = shooting(numbers, self.values, self.itinerary, self.z)
+        return Orbit(self.values, self.itinerary, self.z, shot, backend, self.iterations)
 
 
 def solve_event(
@@ -62,7 +68,8 @@ def solve_event(
     """The orbit on which each of `segments` has the duration 0, by Newton's method; None if none.
 
     Unknowns are the other entries of z and as many parameters, those that vary on the paths `free`;
-    `z` and `values` hold the guess.
+    `z` and `values` hold the guess. In 50 digits the derivatives are computed at the guess alone: a
+    step then leaves as much of the error as the guess was off, which is far less than a half.
     """
     gone = [4 + segment for segment in segments]
     rest = [i for i in range(len(z)) if i not in gone]
@@ -71,9 +78,11 @@ def solve_event(
     # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink by
     # that.
     small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
+    kept = None
     with np.errstate(all="ignore"):
         for iterations in range(1, _MOST_STEPS + 1):
-            shot = shooting(numbers, given, itinerary, z)
+            shot = shooting(numbers, given, itinerary, z, kept)
+            kept = kept or (shot if numbers.name == "mpmath" else None)
             at = [path.value(given) for path in free]
             matrix = _matrix(shot, rest, free, at)
             if not all(abs(value) < float("inf") for value in shot.residual):
@@ -86,7 +95,12 @@ def solve_event(
             for path, value, change in zip(free, at, step[len(rest) :], strict=True):
                 given = path.placed(given, value - change)
             if max(abs(step)) <= small * (1 + max(abs(z))):
-                return _solved(numbers, given, free, itinerary, z, segments, rest, iterations)
+                solved = _solved(
+                    numbers, given, free, itinerary, z, segments, rest, iterations, kept
+                )
+                # Derivatives that are kept let the error fall by a factor, not by its square.
+                if solved is not None or kept is None:
+                    return solved
     return None
 
 
@@ -107,8 +121,9 @@ def _solved(
     segments: tuple[int, ...],
     rest: list[int],
     iterations: int,
+    kept: Shooting | None,
 ) -> BorderCollision | None:
-    shot = shooting(numbers, given, itinerary, z)
+    shot = shooting(numbers, given, itinerary, z, kept)
     at = [path.value(given) for path in free]
     matrix, unknowns = _matrix(shot, rest, free, at), np.array([*z[rest], *at])
     residual = max(abs(shot.residual))

@@ -28,20 +28,24 @@ class ClosedForms:
         return _constants(self.numbers.kernels, field, self.values)
 
     def run(
-        self, field: int, c: Any, closed: Any, h: Number
+        self, field: int, c: Any, closed: Any, h: Number, kept: NDArray[Any] | None = None
     ) -> tuple[Sequence[Number], NDArray[Any]]:
         """Values (x_r's change, v_r, v_c's change, x_c's advance) at h, and their Jacobian (4, 12).
 
-        The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero.
+        The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero. In 50
+        digits a Jacobian that is `kept` is not computed, which takes three times what values take.
         """
         if self._map is not None:
             values, matrix = self._map.closed_form(field, np.array(closed), h)
             return values.tolist(), matrix
         kernels, number = self.numbers.kernels, self.numbers.number
         values = [number(value) for value in kernels.flow(c, closed, h, bool(c.drift))]
-        matrix = np.asarray(kernels.jacobian(c, closed, h))
         if not c.drift:
             values += [number(0), number(0)]
+        if kept is not None:
+            return values, kept
+        matrix = np.asarray(kernels.jacobian(c, closed, h))
+        if not c.drift:
             matrix = np.concatenate([matrix, np.full((2, matrix.shape[1]), number(0))])
         return values, matrix
 

@@ -93,9 +93,16 @@ class Shooting:
 
 
 def shooting(
-    numbers: Backend, values: Sequence[Number], itinerary: Itinerary, z: Vector
+    numbers: Backend,
+    values: Sequence[Number],
+    itinerary: Itinerary,
+    z: Vector,
+    kept: Shooting | None = None,
 ) -> Shooting:
-    """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS."""
+    """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS.
+
+    In 50 digits the segments' derivatives may be those `kept` from unknowns nearby.
+    """
     n, size = len(itinerary), len(itinerary) + 11
     zero = numbers.number(0)
     forms, omega = ClosedForms(numbers, values), values[_OMEGA]
@@ -109,8 +116,10 @@ def shooting(
     advance, advance_by, elapsed = zero, _zeros(numbers, size), zero
     spans = []
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
-        span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i)
-        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i)
+        matrix = None if kept is None else kept.spans[i].matrix
+        row = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
+        span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
+        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i, row)
         advance = advance + span.moved[2]
         advance_by = advance_by + span.total(span.matrix[3:])[0]
         spans.append(span)
@@ -163,6 +172,7 @@ def _run(
     angle_by: Vector,
     h: Number,
     column: int,
+    kept: Matrix | None = None,
 ) -> SegmentFlow:
     """A segment of duration h from a start that is known with its derivatives."""
     numbers, c = forms.numbers, forms.constants(segment.field)
@@ -172,7 +182,9 @@ def _run(
     closed = numbers.kernels.Start(x_r, gap, v_r, v_c, margin, *numbers.cos_sin(angle))
     # A duration of 0 would leave nothing to divide by; within rounding the limit is the same.
     duration = h if abs(h) > numbers.unit else numbers.unit
-    (position, velocity, change, advance), matrix = forms.run(segment.field, c, closed, duration)
+    (position, velocity, change, advance), matrix = forms.run(
+        segment.field, c, closed, duration, kept
+    )
     change = change if c.drift else -v_c
     end = np.array([x_r + position, velocity, v_c + change])
     moved = np.array([position, change, advance])
@@ -202,7 +214,9 @@ def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Mat
     return result  # type: ignore[no-any-return]
 
 
-def _guard(forms: ClosedForms, span: SegmentFlow, zeros: int, column: int) -> tuple[Number, Vector]:
+def _guard(
+    forms: ClosedForms, span: SegmentFlow, zeros: int, column: int, kept: Vector | None
+) -> tuple[Number, Vector]:
     """A segment's guard at its end over its duration's power `zeros`, and the gradient."""
     if span.segment.guard is None:
         return span.angle, span.angle_by
@@ -212,6 +226,8 @@ def _guard(forms: ClosedForms, span: SegmentFlow, zeros: int, column: int) -> tu
     least = forms.numbers.unit ** (forms.numbers.number(1) / (zeros + 4))
     if abs(span.h) >= least:
         return value, _divided_by(span, zeros, column)
+    if kept is not None:
+        return value, kept
     # So near to the limit the differences in the gradient would cancel: it is interpolated, to an
     # error of `least` to the fourth, from durations to both sides where they do not.
     start = span.start, span.start_by, span.angle, span.angle_by
