@@ -23,7 +23,6 @@ _MOST_EVALUATIONS = 200_000
 # A step that is shorter than this, relative to the time passed and to the segment's own time scale,
 # hardly advances. Steps towards a close miss and away from it are, but at least double or halve.
 _SHORT = 2.0**-20
-_ERROR_UNITS = 8  # rounding of the kernels, in units of their largest terms; measured: below 4
 
 
 class Start(NamedTuple):
@@ -180,7 +179,7 @@ class Flow:
         terms_x = abs(start.v_r) * g + self._force * min(h * h / 2, 2 / c.K) + c.alpha * forced_x
         terms_v = abs(start.v_r) + self._force * g + c.alpha * forced_v
         phase = c.fast * h / (1 + c.sigma * h) if c.q >= 0 else 1
-        units = _ERROR_UNITS * unit * (1 + phase + c.omega * h)
+        units = self.backend.closed_form_units * unit * (1 + phase + c.omega * h)
         # Errors of the start's gap and angle are carried along.
         carried = 2 * (1 + c.zeta) * self._error_gap + 2 * unit * start.angle * c.alpha * forced_x
         error_x = units * terms_x + unit * abs(x_r) + carried

@@ -117,9 +117,9 @@ def shooting(
     spans = []
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
         matrix = None if kept is None else kept.spans[i].matrix
-        row = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
+        guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
         span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
-        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i, row)
+        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i, guard_by)
         advance = advance + span.moved[2]
         advance_by = advance_by + span.total(span.matrix[3:])[0]
         spans.append(span)
