@@ -237,9 +237,10 @@ def report(out: Path, colours: Any) -> None:
     `bench` leave in results, and a section whose file is missing says how to make it.
     """
     from capsule_sym._figures.report import write
+    from capsule_sym._processes import processors
 
     with _needs_plotting(), tracking(lines=True) as track:
-        write(out, colours, track)
+        write(out, colours, track, processors())
     click.echo(f"wrote {out}", err=True)
 
 

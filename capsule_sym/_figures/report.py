@@ -8,7 +8,8 @@ import json
 import platform
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
@@ -22,6 +23,7 @@ from capsule_sym._figures.style import Colours, figure_style
 from capsule_sym._options import Track
 from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
+from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
 from capsule_sym._study.casestudy import GAMMAS, THRESHOLDS
 from capsule_sym._study.data import Store
@@ -44,6 +46,9 @@ _RESOLUTION = 160  # of dots, in each inch
 _COLOURS = 64  # of a drawing in dots
 _MOST_CURVES, _MOST_BYTES = 40, 30_000  # of a drawing that is kept as curves
 _SHOWN = 96  # pixels of a page in each inch
+_LONGEST = "chart"  # of the figures in the making
+
+_Wanted = tuple[str, float]  # a figure's name, and gamma
 
 
 class Picture(NamedTuple):
@@ -61,18 +66,19 @@ class Picture(NamedTuple):
     command: str
 
 
-def write(path: Path, colours: Colours, track: Track) -> None:
+def write(path: Path, colours: Colours, track: Track, workers: int = 1) -> None:
     """Write the page, and the explorer to which it links beside it as `explorer.html`.
 
-    Each is written whole or not at all; raises InvalidInput when they cannot be written.
+    `workers` processes draw the figures. Each file is written whole or not at all; raises
+    InvalidInput when they cannot be written.
     """
     if path.name == EXPLORER:
         raise InvalidInput("--out", str(path), f"a name other than {EXPLORER}, the explorer's")
-    write_texts({path.name: page(colours, track), EXPLORER: explorer.page()}, path.parent)
+    write_texts({path.name: page(colours, track, workers), EXPLORER: explorer.page()}, path.parent)
 
 
-def page(colours: Colours, track: Track) -> str:
-    """The page as text."""
+def page(colours: Colours, track: Track, workers: int = 1) -> str:
+    """The page as text; `workers` processes draw its figures."""
     try:
         from jinja2 import Environment, StrictUndefined
     except ModuleNotFoundError as missing:
@@ -104,7 +110,7 @@ def page(colours: Colours, track: Track) -> str:
         statuses=Counter(item["status"] for item in saved["proofs"]["items"])
         if saved["proofs"]
         else {},
-        pictures=_pictures(colours, track, saved["bench"] is not None),
+        pictures=_pictures(colours, track, saved["bench"] is not None, workers),
         versions={"python": platform.python_version(), **_versions()},
         digest=DIGEST,
         explorer=EXPLORER,
@@ -168,9 +174,10 @@ def _lines(proofs: Mapping[str, Any] | None) -> list[tuple[str, list[Mapping[str
     return list(found.items())
 
 
-def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[Picture]]:
+def _pictures(
+    colours: Colours, track: Track, measured: bool, workers: int
+) -> dict[str, list[Picture]]:
     """The figures by name, one for each gamma where they depend on it."""
-    store = Store(track)
     wanted = [
         (name, gamma)
         for name, entry in FIGURES.items()
@@ -178,19 +185,45 @@ def _pictures(colours: Colours, track: Track, measured: bool) -> dict[str, list[
         for gamma in (GAMMAS if entry.by_gamma else GAMMAS[:1])
     ]
     found: dict[str, list[Picture]] = {}
-    for name, gamma in track(wanted, _drawing, len(wanted)):
-        entry = FIGURES[name]
-        title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
-        if entry.by_gamma:
-            title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
-        drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
-        across, down = (round(_SHOWN * float(inches)) for inches in drawn.get_size_inches())
-        picture = Picture(title, entry.caption, entry.alt, _data_uri(drawn), across, down, command)
-        found.setdefault(name, []).append(picture)
+    with _drawing(wanted, colours, track, workers) as drawn:
+        for one in track(wanted, _told, len(wanted)):
+            found.setdefault(one[0], []).append(next(drawn))
     return found
 
 
-def _drawing(one: tuple[str, float]) -> str:
+@contextmanager
+def _drawing(
+    wanted: list[_Wanted], colours: Colours, track: Track, workers: int
+) -> Iterator[Iterator[Picture]]:
+    """The pictures in their order, each computed and drawn when it is asked for, or beside."""
+    if workers == 1:
+        store = Store(track)
+        yield (_picture(one, colours, store) for one in wanted)
+        return
+    executor = spawning(min(workers, len(wanted)))
+    try:
+        with undisturbed():
+            # The one that takes longest is begun first.
+            first = sorted(wanted, key=lambda one: one[0] != _LONGEST)
+            under_way = {one: executor.submit(_picture, one, colours) for one in first}
+        yield (under_way[one].result() for one in wanted)
+    finally:
+        end(executor)
+
+
+def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Picture:
+    name, gamma = one
+    entry = FIGURES[name]
+    title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
+    if entry.by_gamma:
+        title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
+    store = store or Store(lambda items, text, total: items)
+    drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
+    across, down = (round(_SHOWN * float(inches)) for inches in drawn.get_size_inches())
+    return Picture(title, entry.caption, entry.alt, _data_uri(drawn), across, down, command)
+
+
+def _told(one: _Wanted) -> str:
     name, gamma = one
     return f"Drawing {name}, γ = {gamma}" if FIGURES[name].by_gamma else f"Drawing {name}"
 

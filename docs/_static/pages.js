@@ -7,12 +7,25 @@ addEventListener("DOMContentLoaded", () => {
     const heading = document.createElement("h1");
     heading.textContent = document.title.split(" - ")[0];
     body.prepend(heading);
+    if (location.pathname.endsWith("search.html") && !location.search) {
+      const told = document.createElement("p");
+      told.textContent = "Write what you look for into the field at the top of the list of pages.";
+      heading.after(told);
+    }
+  }
+  // A drawing that is small on a phone opens by itself, to be enlarged.
+  for (const image of document.querySelectorAll("article img")) {
+    if (image.closest("a")) continue;
+    const link = document.createElement("a");
+    link.href = image.src;
+    image.replaceWith(link);
+    link.append(image);
   }
   document.querySelector("aside.sidebar-drawer")?.setAttribute("aria-label", "All pages");
   document.querySelector("aside.toc-drawer")?.setAttribute("aria-label", "On this page");
   // The corner of a notebook's table heads nothing.
   for (const corner of document.querySelectorAll("th:empty"))
     corner.replaceWith(document.createElement("td"));
-  for (const box of document.querySelectorAll("pre, .table-wrapper"))
+  for (const box of document.querySelectorAll("pre, .table-wrapper, .cell_output .output"))
     if (box.scrollWidth > box.clientWidth || innerWidth < 700) box.tabIndex = 0;
 });

@@ -146,3 +146,20 @@ def test_a_public_name_says_what_it_is(name: str) -> None:
 @pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)
 def test_examples_import_from_the_package_alone(page: Page) -> None:
     assert set(re.findall(r"^ *from (capsule_sym\S*) import", page.text, re.M)) <= {"capsule_sym"}
+
+
+def test_names_in_prose_are_those_of_the_project() -> None:
+    sources = [ROOT / "capsule_sym", ROOT / "codegen", ROOT / "matlab", ROOT / "generated"]
+    known = set(re.findall(r"\w+", (ROOT / "pyproject.toml").read_text(encoding="utf-8")))
+    for path in (path for source in sources for path in source.rglob("*")):
+        if path.suffix in {".py", ".pyi", ".pyx", ".c", ".h", ".m", ".toml", ".txt", ".in"}:
+            known |= set(re.findall(r"\w+", path.read_text(encoding="utf-8")))
+    # Those of COCO, AUTO and MATLAB, which two pages and the glossary translate, and of CMake.
+    others = {"coco_bd_read", "coco_read_solution", "next_mode", "h_max", "ode_", "ode_PD2"}
+    others |= {"PKG_CONFIG_PATH", "DCMAKE_PREFIX_PATH", "test_certificate"}
+    assert "solve_orbit" in known
+    for page in PAGES:
+        prose = re.sub(r"^```.*?^```$", "", page.text, flags=re.M | re.S)
+        spans = " ".join(re.findall(r"(?<![\w}])`([^`]+)`", prose))
+        named = {word for word in re.findall(r"[A-Za-z_]\w+", spans) if "_" in word}
+        assert named - known - others == set(), page.name

@@ -334,6 +334,13 @@ def test_axe_finds_no_violation(few: Path, browser, theme, width) -> None:  # no
 
 
 @pytest.mark.long
+def test_processes_draw_the_same_page(few: Path) -> None:
+    alone = report.page("safe", untracked)
+    assert report.page("safe", untracked, 2) == alone
+    assert len(read(alone).images) == 2
+
+
+@pytest.mark.long
 def test_the_whole_page_is_small(here: Path, store) -> None:
     results(here)
     with pytest.MonkeyPatch.context() as patch:
