@@ -76,8 +76,8 @@ def test_segments_are_those_of_the_whole_run_in_order(default) -> None:
         assert 0 <= segment["start"]["phase"] < Parameters().period
 
 
-def test_table_shows_what_json_holds(command, default) -> None:
-    done = command("run")
+def test_table_shows_what_json_holds(inside, default) -> None:
+    done = inside("run")
     assert (done.returncode, done.stderr) == (0, "")
     assert f"global map     {default['global_map']}" in done.stdout
     assert f"progression    {default['progression']:.10g} per" in done.stdout
@@ -93,10 +93,10 @@ def test_table_shows_what_json_holds(command, default) -> None:
         assert state == pytest.approx(segment["start"]["state"], abs=1e-5)
 
 
-def test_options_and_start_are_taken(command) -> None:
+def test_options_and_start_are_taken(inside) -> None:
     arguments = [text for option in OPTIONS for text in (option, "0.5")]
     start = ["--state", "-0.25", "0.125", "0.5", "--phase", "1.5", "--periods", "3"]
-    record = json.loads(command("run", *arguments, *start, "--json").stdout)
+    record = json.loads(inside("run", *arguments, *start, "--json").stdout)
     assert set(record["parameters"].values()) == {0.5}
     assert record["segments"][0]["start"] == {
         "period": 0,
@@ -107,20 +107,20 @@ def test_options_and_start_are_taken(command) -> None:
     assert record["final"]["period"] == 3
 
 
-def test_help_names_the_defaults_of_the_parameters(command) -> None:
-    text = command("run", "--help").stdout
+def test_help_names_the_defaults_of_the_parameters(inside) -> None:
+    text = inside("run", "--help").stdout
     shown = [
         re.search(rf"{option}(?:, --f_b)? FLOAT .*\[default: (\S+)\]", text) for option in OPTIONS
     ]
     assert [float(match[1]) for match in shown] == list(Parameters().to_dict().values())
 
 
-def test_a_run_that_has_not_settled_says_so(command) -> None:
-    done = command("run", "--alpha", "0.3", "--periods", "4")
+def test_a_run_that_has_not_settled_says_so(inside) -> None:
+    done = inside("run", "--alpha", "0.3", "--periods", "4")
     assert done.returncode == 0
     assert "Not steady within 4 periods.\nThe segments of the last period:" in done.stdout
     assert "global map" not in done.stdout
-    record = json.loads(command("run", "--alpha", "0.3", "--periods", "4", "--json").stdout)
+    record = json.loads(inside("run", "--alpha", "0.3", "--periods", "4", "--json").stdout)
     for key in ("itinerary", "global_map", "period_number", "progression"):
         assert record[key] is None
     last_period = [s for s in record["segments"] if s["end"]["period"] >= 3]
@@ -150,10 +150,10 @@ def test_a_run_that_stopped_early_says_why(options: tuple[str, ...]) -> None:
         assert "global map" not in done.stdout
 
 
-def test_mpmath_numbers_keep_their_fifty_digits(command) -> None:
+def test_mpmath_numbers_keep_their_fifty_digits(inside) -> None:
     start = ("run", "--periods", "2", "--json")
-    digits = json.loads(command(*start, "--backend", "mpmath").stdout, parse_float=Decimal)
-    double = json.loads(command(*start).stdout)
+    digits = json.loads(inside(*start, "--backend", "mpmath").stdout, parse_float=Decimal)
+    double = json.loads(inside(*start).stdout)
     assert digits["backend"] == "mpmath"
     assert [s["field"] for s in digits["segments"]] == [s["field"] for s in double["segments"]]
     assert max(len(value.as_tuple().digits) for value in digits["final"]["state"]) >= 48
@@ -161,11 +161,11 @@ def test_mpmath_numbers_keep_their_fifty_digits(command) -> None:
         assert float(value) == pytest.approx(near, abs=1e-12)
 
 
-def test_a_dimensionless_file_yields_to_options(command, tmp_path: Path) -> None:
+def test_a_dimensionless_file_yields_to_options(inside, tmp_path: Path) -> None:
     file = tmp_path / "capsule.toml"
     file.write_text("alpha = 0.5\nzeta = 0.1\n")
     record = json.loads(
-        command("run", "--params", str(file), "--zeta", "0.2", "--periods", "1", "--json").stdout
+        inside("run", "--params", str(file), "--zeta", "0.2", "--periods", "1", "--json").stdout
     )
     assert record["parameters"] == Parameters(alpha=0.5, zeta=0.2).to_dict()
     assert "physical" not in record
@@ -188,10 +188,10 @@ g = {G}
 """
 
 
-def test_a_physical_file_gives_results_in_si_units(command, tmp_path: Path, default) -> None:
+def test_a_physical_file_gives_results_in_si_units(inside, tmp_path: Path, default) -> None:
     file = tmp_path / "device.toml"
     file.write_text(DEVICE)
-    record = json.loads(command("run", "--params", str(file), "--json").stdout)
+    record = json.loads(inside("run", "--params", str(file), "--json").stdout)
     assert record["parameters"] == pytest.approx(default["parameters"], rel=1e-14)
     physical = record["physical"]
     assert list(physical) == [
@@ -212,7 +212,7 @@ def test_a_physical_file_gives_results_in_si_units(command, tmp_path: Path, defa
     # The durations add up to the run's 100 periods.
     assert math.fsum(physical["durations"]) == pytest.approx(100 * physical["period"], rel=1e-12)
 
-    table = command("run", "--params", str(file)).stdout
+    table = inside("run", "--params", str(file)).stdout
     assert f"{physical['average_velocity']:.6g} m/s on average" in table
     assert f"{physical['progression']:.6g} m in {physical['period']:.6g} s" in table
     [row] = re.findall(r"^F5 .*$", table, re.M)
@@ -228,18 +228,18 @@ def test_a_physical_file_gives_results_in_si_units(command, tmp_path: Path, defa
 STIFF = ("run", "--beta", "1e10", "--state", "0.02", "0", "0")
 
 
-def test_a_run_stops_at_its_time_limit_with_what_it_found(command) -> None:
-    done = command(*STIFF, "--max-seconds", "0.5", "--json")
+def test_a_run_stops_at_its_time_limit_with_what_it_found(inside) -> None:
+    done = inside(*STIFF, "--max-seconds", "0.5", "--json")
     assert (done.returncode, done.stderr) == (0, "")
     record = json.loads(done.stdout)
     assert record["stopped"] == "at its time limit"
     assert record["segments"]
-    assert "[default: 120.0]" in " ".join(command("run", "--help").stdout.split())
+    assert "[default: 120.0]" in " ".join(inside("run", "--help").stdout.split())
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan"])
-def test_a_time_limit_that_is_none_is_refused(command, seconds: str) -> None:
-    done = command("run", "--max-seconds", seconds)
+def test_a_time_limit_that_is_none_is_refused(inside, seconds: str) -> None:
+    done = inside("run", "--max-seconds", seconds)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: max_seconds = ")
 
@@ -259,6 +259,6 @@ def test_a_run_in_a_terminal_shows_its_progress_and_can_be_interrupted() -> None
 
 
 @pytest.mark.parametrize("flag", ["--f-b", "--f_b"])
-def test_the_friction_bound_is_written_either_way(command, flag: str) -> None:
-    record = json.loads(command("run", flag, "0.9", "--periods", "2", "--json").stdout)
+def test_the_friction_bound_is_written_either_way(inside, flag: str) -> None:
+    record = json.loads(inside("run", flag, "0.9", "--periods", "2", "--json").stdout)
     assert record["parameters"]["f_b"] == 0.9

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from fractions import Fraction
+from functools import cache
 from itertools import islice
 
 import pytest
@@ -41,6 +43,7 @@ from capsule_sym._symbolic.paper.tables import printed_maps
 from tests.sampling import many, sampled
 
 QUADRATURE = sp.Symbol("w", real=True)
+GIVEN = (zeta, beta, gamma, f_b, omega, delta, v_c, x_r, v_r, force, QUADRATURE)
 WAVE = {
     alpha * sp.cos(omega * tau): force,
     alpha * sp.sin(omega * tau): QUADRATURE,
@@ -87,14 +90,23 @@ def _random_point(name: str, generator: random.Random) -> dict[sp.Symbol, sp.Rat
         if isinstance(relation, sp.Eq):
             unknown = next(s for s in unknowns if s in relation.free_symbols)
             unknowns.remove(unknown)
-            known = {s: value for s, value in point.items() if s != unknown}
-            (point[unknown],) = sp.solve(relation.subs(known), unknown)
+            at_0, at_1 = (_value(relation, point | {unknown: sp.S(n)}) for n in (0, 1))
+            point[unknown] = at_0 / (at_0 - at_1)  # the equations are linear
     return point
 
 
+@cache
+def _function(relation: sp.Basic) -> Callable[..., sp.Rational]:
+    """Its left side less its right one, as a function of what a point gives."""
+    return sp.lambdify(GIVEN, sp.expand(relation.lhs - relation.rhs).subs(WAVE), modules=[])
+
+
+def _value(relation: sp.Basic, point: dict[sp.Symbol, sp.Rational]) -> sp.Rational:
+    return _function(relation)(*(point[symbol] for symbol in GIVEN))
+
+
 def _holds(relation: sp.Basic, point: dict[sp.Symbol, sp.Rational]) -> bool:
-    plain = sp.expand(relation.lhs - relation.rhs).subs(WAVE).subs(point)
-    return bool(type(relation)(plain, 0))
+    return bool(type(relation)(_value(relation, point), 0))
 
 
 def _passing(point: dict[sp.Symbol, sp.Rational]) -> tuple[set[int], set[int]]:
