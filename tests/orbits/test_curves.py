@@ -6,12 +6,20 @@ import numpy as np
 import pytest
 
 from capsule_sym import Curve, Ending, InvalidInput, continue_bifurcation, continue_orbit
-from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING, sorted_multipliers
+from capsule_sym._orbits.continuation.bifurcations import (
+    FOLD,
+    PERIOD_DOUBLING,
+    of_matrix,
+    sorted_multipliers,
+)
 from capsule_sym._orbits.continuation.events import (
     ADDING,
     CROSSING,
+    CUSP,
     GRAZING,
     GRAZING_SLIDING,
+    RESONANCE_1_1,
+    RESONANCE_1_2,
     SWITCHING,
 )
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
@@ -149,3 +157,70 @@ def test_a_curve_in_the_stiffness_does_not_begin_where_events_come_in_pairs() ->
     branch = continue_orbit(settled(alpha=0.3, beta=0.0), "alpha", 0.5, points=4)
     with pytest.raises(InvalidInput, match=r"beta = 0\.0: must be > 0 where it varies"):
         continue_bifurcation(branch.at("AS1"), "beta", ((0.1, 2.0), (0.0, 1.0)))
+
+
+def test_a_cusp_is_where_two_folds_of_a_branch_become_one() -> None:
+    def folds(zeta: float) -> list[float]:
+        start = settled(alpha=0.049, omega=1.1, delta=0.1, beta=10.0, gamma=3.0, zeta=zeta)
+        branch = continue_orbit(start, "alpha", 0.046, points=10)
+        return [one for one in branch.bifurcations if one.type == FOLD]
+
+    first, last = folds(0.194)
+    curve = continue_bifurcation(first, "zeta", ((0.04, 0.06), (0.193, 0.2)), points=5)
+    (cusp,) = curve.codimension_two
+    assert cusp.types == (FOLD, CUSP)
+    assert cusp.values == pytest.approx((0.0481, 0.195), abs=1e-4)
+    assert max(cusp.uncertainties) < 1e-12
+    assert cusp.status == "converged"
+    # Curves of both folds have the same one, and no branch beyond it has a fold.
+    (other,) = continue_bifurcation(
+        last, "zeta", ((0.04, 0.06), (0.193, 0.2)), points=5
+    ).codimension_two
+    assert other.values == pytest.approx(cusp.values, abs=1e-12)
+    assert folds(cusp.values[1] + 1e-5) == []
+    # Towards a cusp the folds approach like the power 3/2 of the distance.
+    apart = [
+        np.diff([one.value for one in folds(cusp.values[1] - away)])[0] for away in (4e-3, 1e-3)
+    ]
+    assert apart[0] / apart[1] == pytest.approx(8, rel=0.05)
+
+
+def test_a_period_doubling_curve_goes_on_where_a_slip_vanishes() -> None:
+    branch = continue_orbit(settled(alpha=0.36, zeta=0.0478), "alpha", 0.39, points=4)
+    (one,) = (b for b in branch.bifurcations if b.type == PERIOD_DOUBLING)
+    curve = continue_bifurcation(one, "zeta", ((0.3, 0.4), (0.0478, 0.0484)), points=4)
+    (point,) = curve.codimension_two
+    assert point.types == (PERIOD_DOUBLING, ADDING)
+    assert max(point.uncertainties) < 1e-12
+    border = continue_orbit(settled(alpha=0.36), "alpha", 0.38, points=4).at("AS1")
+    other = continue_bifurcation(border, "zeta", ((0.3, 0.4), (0.0478, 0.05)), points=4)
+    (there,) = other.codimension_two
+    assert there.values == pytest.approx(point.values, abs=1e-12)
+    assert {str(p.orbit.itinerary) for p in curve.points} == {"F5 F4 F5 F2", "F5 F2"}
+
+
+def test_two_sliding_curves_end_in_the_same_degenerate_point() -> None:
+    branch = continue_orbit(settled(alpha=1.34, gamma=4.1), "alpha", 1.37, points=4)
+    found = []
+    for kind in (SWITCHING, GRAZING_SLIDING):
+        (one,) = (b for b in branch.bifurcations if b.type == kind)
+        curve = continue_bifurcation(one, "gamma", ((1.3, 1.4), (4.1, 4.2)), points=4)
+        (point,) = (
+            p for p in curve.codimension_two if set(p.types) == {SWITCHING, GRAZING_SLIDING}
+        )
+        assert max(point.uncertainties) < 1e-11
+        found.append(point)
+    assert found[0].values == pytest.approx(found[1].values, abs=1e-12)
+    assert found[0].values == pytest.approx((1.34731122382007, 4.16745414990345), abs=1e-13)
+
+
+@pytest.mark.parametrize(("value", "name"), [(1.0, RESONANCE_1_1), (-1.0, RESONANCE_1_2)])
+def test_a_resonance_is_where_a_second_multiplier_is_the_same(value: float, name: str) -> None:
+    random = np.random.default_rng(3)
+    basis = random.normal(size=(3, 3))
+    tests = []
+    for second in (value - 0.1, value, value + 0.1):
+        matrix = basis @ np.diag([value, second, 0.3]) @ np.linalg.inv(basis)
+        tests.append(of_matrix(matrix)[name])
+    assert tests[1] == pytest.approx(0, abs=1e-12)
+    assert tests[0] * tests[2] < 0

@@ -19,12 +19,15 @@ from capsule_sym._orbits.continuation.events import (
     GRAZING_SLIDING,
     NEIMARK_SACKER,
     PERIOD_DOUBLING,
+    RESONANCE_1_1,
+    RESONANCE_1_2,
     SWITCHING,
     BorderCollision,
     solve_event,
 )
 from capsule_sym._orbits.continuation.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.shooting.equations import Matrix
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
@@ -125,18 +128,26 @@ def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
 
 
 def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:
-    """The functions that vanish at a smooth bifurcation, from the monodromy matrix M.
+    """The functions that vanish at a smooth bifurcation of an orbit."""
+    return of_matrix(monodromy_matrix(orbit))
+
+
+def of_matrix(matrix: Matrix) -> dict[str, float]:
+    """The test functions of a monodromy matrix M.
 
     det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j,
-    i < j, at a Neimark-Sacker bifurcation.
+    i < j, at a Neimark-Sacker bifurcation. At a 1:1 resonance a second multiplier is 1 at a fold,
+    at a 1:2 resonance a second one -1 at a period doubling: there the derivative of the
+    characteristic polynomial vanishes.
     """
-    matrix = monodromy_matrix(orbit)
     first, third = np.trace(matrix), np.linalg.det(matrix)
     second = (first * first - np.trace(matrix @ matrix)) / 2
     return {
         FOLD: float(third - second + first - 1),
         PERIOD_DOUBLING: float(1 + first + second + third),
         NEIMARK_SACKER: float(1 - second + first * third - third * third),
+        RESONANCE_1_1: float(3 - 2 * first + second),
+        RESONANCE_1_2: float(3 + 2 * first + second),
     }
 
 
@@ -150,6 +161,8 @@ class SmoothEvent(NamedTuple):
     residual: float
     iterations: int
     status: OrbitStatus
+    uncertainties: tuple[float, ...] = ()
+    """Bounds on the rounding of the free parameters, where all equations were solved at once."""
 
 
 class _Lost(Exception):
@@ -166,10 +179,10 @@ def zero_of_test_function(
 ) -> SmoothEvent | None:
     """The orbit of a smooth bifurcation between two orbits where the test's signs differ.
 
-    `between` gives the path's orbit at a share in [0, 1] of the way. Where the path or the root is
-    lost on the way the result says so: its status is NOT_CONVERGED, its orbit the first one. None
-    where the signs do not differ, and where the multipliers are not those of the bifurcation: a
-    real pair mu, 1/mu for that of Neimark-Sacker.
+    `between` gives the path's orbit at a share in [0, 1] of the way. Where the path or the root
+    is lost on the way the result says so: its status is NOT_CONVERGED, its orbit the first one.
+    None where the signs do not differ, and where the multipliers are not those of the bifurcation:
+    a real pair mu, 1/mu for that of Neimark-Sacker.
     """
     from scipy.optimize import brentq
 
@@ -199,10 +212,10 @@ def zero_of_test_function(
         beside = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
         slope = abs(test(beside[1]) - test(beside[0])) / (beside[1] - beside[0])
     except _Lost:
-        if name == NEIMARK_SACKER and not (_rotations(first) and _rotations(last)):
+        if name == NEIMARK_SACKER and not (rotations(first) and rotations(last)):
             return None
         return SmoothEvent(0.0, first, 1.0, residual, iterations, OrbitStatus.NOT_CONVERGED)
-    if name == NEIMARK_SACKER and not _rotations(orbit):
+    if name == NEIMARK_SACKER and not rotations(orbit):
         return None
     error = noise(orbit)
     solved = residual <= error + slope * _SHARE and orbit.status is OrbitStatus.CONVERGED
@@ -213,6 +226,6 @@ def zero_of_test_function(
     )
 
 
-def _rotations(orbit: Orbit) -> bool:
+def rotations(orbit: Orbit) -> bool:
     """Whether an orbit has complex multipliers."""
     return any(abs(value.imag) > 1e-6 for value in sorted_multipliers(orbit))

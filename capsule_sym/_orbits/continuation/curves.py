@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from capsule_sym._orbits.continuation.bifurcations import (
     noise,
     sorted_multipliers,
 )
-from capsule_sym._orbits.continuation.events import Place, place
+from capsule_sym._orbits.continuation.events import DEGENERATE, BorderCollision, Place, place
 from capsule_sym._orbits.continuation.following import FIRST, Follower
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.path import Vector
@@ -34,6 +34,9 @@ from capsule_sym._parameters import Parameters
 _MOST_POINTS = 5_000
 _UNIT = 2.0**-53
 _ROUNDINGS = 8
+_ILL = 1e-8  # uncertainty from which on a system of equations is taken for singular
+_NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
+_SAME = 1e-9  # parameters of one point, found twice, differ by less
 
 
 @dataclass(frozen=True)
@@ -231,20 +234,23 @@ class _Curve:
         self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
         self.points: list[CurvePoint] = []
         self.meetings: list[CodimensionTwoPoint] = []
+        self.last: State | None = None
 
     def go(self) -> tuple[Ending, str]:
         """Follow the curve to its end, and say why it ends."""
         orbit = self.orbit
         u = self.follower.unknowns(orbit.z, orbit.values)
         try:
-            state = self.follower.state(u, self._outwards(u))
-            self._add(state)
+            self.last = self.follower.state(u, self._outwards(u))
+            self._add(self.last)
             step = FIRST
             while len(self.points) < _MOST_POINTS:
-                state, step = self._step(state, step)
-                if self._back(state):
-                    raise Stop(Ending.RETURNED, where(state.orbit, self.axes))
+                self.last, step = self._step(self.last, step)
+                if self._back(self.last):
+                    raise Stop(Ending.RETURNED, where(self.last.orbit, self.axes))
         except Stop as stop:
+            if stop.ending is not Ending.REACHED and self.last is not None:
+                self._at_end(self.last)
             return stop.ending, stop.detail
         return Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
 
@@ -300,7 +306,8 @@ class _Curve:
         here = self._place(one.orbit, self.follower.born)
         values = np.array(self._values(one.orbit))
         moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
-        first, second = (abs(moved) * one.doubt + _ROUNDINGS * _UNIT * abs(values)).tolist()
+        errors = np.array(one.uncertainties or abs(moved) * one.doubt)
+        first, second = (errors + _ROUNDINGS * _UNIT * abs(values)).tolist()
         self.meetings.append(
             CodimensionTwoPoint(
                 types=(here.type, name),
@@ -319,7 +326,7 @@ class _Curve:
 
     def _cross(self, old: State, event: Event) -> State:
         """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
-        located = event.located
+        located = self._regular(event.located)
         at = located.orbit("numpy")
         born = None if self.follower.born is None else located.segments[0]
         here, there = self._place(at, born), self._place(at, event.segment)
@@ -332,6 +339,10 @@ class _Curve:
         except Stop as error:
             stop = error
         first, second = (float(value) for value in located.uncertainties[-2:])
+        if self.meetings and self.meetings[-1].types[1] == DEGENERATE:
+            last = np.array(self.meetings[-1].values)
+            if max(abs(last - self._values(at))) <= _SAME:
+                self.meetings.pop()
         self.meetings.append(
             CodimensionTwoPoint(
                 types=(here.type, there.type),
@@ -352,3 +363,57 @@ class _Curve:
             raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, failed)
         self._add(beside)
         return beside
+
+    def _regular(self, located: BorderCollision) -> BorderCollision:
+        """Where two segments vanish together, by a system of equations that is regular there.
+
+        At a degenerate point their durations are not independent: one vanishes with the next
+        derivative of its guard.
+        """
+        if len(located.segments) < 2 or max(located.uncertainties) < _ILL:
+            return located
+        return self._degenerate(located.orbit("numpy"), located.segments) or located
+
+    def _degenerate(self, orbit: Orbit, segments: tuple[int, ...]) -> BorderCollision | None:
+        """The point near an orbit at which the first of some segments is degenerate.
+
+        Where a neighbour vanishes with it, one of all the conditions follows from the others.
+        """
+        z = orbit.z.copy()
+        z[[4 + segment for segment in segments]] = 0.0
+        follower = Follower(self.follower.numbers, orbit, self.axes, segments[0])
+        found = follower.solved(replace(orbit, z=z), (DEGENERATE,), segments)
+        near = found is not None and max(abs(found.z - z)) < _NEAR
+        return found if near else None
+
+    def _at_end(self, state: State) -> None:
+        """Record the degenerate point at which the curve may have ended."""
+        orbit, born = state.orbit, self.follower.born
+        if born is None or orbit.itinerary.mirrored:
+            return
+        n, found = len(orbit.itinerary), None
+        beside = [k for k in ((born - 1) % n, (born + 1) % n) if orbit.durations[k] < _NEAR]
+        for segments in (*((k, born) for k in beside), *((born, k) for k in beside), (born,)):
+            found = found or self._degenerate(orbit, segments)
+        if found is None:
+            return
+        others = [k for k in found.segments if k != born]
+        at = found.orbit("numpy")
+        here = self._place(at, born)
+        there = self._place(at, others[0]) if others else Place(DEGENERATE, "", ())
+        first, second = found.uncertainties
+        self.meetings.append(
+            CodimensionTwoPoint(
+                types=(here.type, there.type),
+                lines=(here.line, there.line),
+                values=self._values(at),
+                uncertainties=(first, second),
+                residual=float(found.residual),
+                iterations=found.iterations,
+                status=at.status,
+                failed="",
+                itinerary_before=orbit.itinerary.whole,
+                itinerary_after=None,
+                orbit=at,
+            )
+        )

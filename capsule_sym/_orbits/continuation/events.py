@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +27,11 @@ from capsule_sym.generated import formulas
 
 _MOST_STEPS = 20
 _LARGEST_RESIDUAL = 1024  # units of rounding
+_RANK = 1e-9  # singular values below this share of the largest are taken for zero
+_DIFFERENCE = 1e-6  # of the unknowns, for the gradient of a condition
+
+#: What vanishes where no segment has the duration 0: its value, and the rounding in it.
+Condition = Callable[[Orbit], tuple[float, float]]
 
 
 class BorderCollision(NamedTuple):
@@ -64,12 +69,15 @@ def solve_event(
     itinerary: Itinerary,
     z: Vector,
     segments: tuple[int, ...],
+    conditions: Sequence[Condition] = (),
 ) -> BorderCollision | None:
     """The orbit on which each of `segments` has the duration 0, by Newton's method; None if none.
 
-    Unknowns are the other entries of z and as many parameters, those that vary on the paths `free`;
-    `z` and `values` hold the guess. In 50 digits the derivatives are computed at the guess alone: a
-    step then leaves as much of the error as the guess was off, which is far less than a half.
+    Unknowns are the other entries of z and as many parameters as there are such segments and
+    `conditions`, those that vary on the paths `free`; `z` and `values` hold the guess. Conditions,
+    which vanish too, are for double precision; there may be one too many if it follows from others.
+    In 50 digits the derivatives are computed at the guess alone: a step then leaves as much of the
+    error as the guess was off, which is far less than a half.
     """
     gone = [4 + segment for segment in segments]
     rest = [i for i in range(len(z)) if i not in gone]
@@ -81,27 +89,85 @@ def solve_event(
     kept = None
     with np.errstate(all="ignore"):
         for iterations in range(1, _MOST_STEPS + 1):
-            shot = shooting(numbers, given, itinerary, z, kept)
-            kept = kept or (shot if numbers.name == "mpmath" else None)
             at = [path.value(given) for path in free]
-            matrix = _matrix(shot, rest, free, at)
-            if not all(abs(value) < float("inf") for value in shot.residual):
+            found = _system(numbers, given, free, itinerary, z, rest, conditions, kept)
+            residual, matrix = found.residual, found.matrix
+            kept = kept or (found.orbit.shot if numbers.name == "mpmath" else None)
+            if not all(abs(value) < float("inf") for value in residual):
                 return None
             try:
-                step = solve(numbers, matrix, shot.residual)
+                step = _step(numbers, matrix, residual)
             except np.linalg.LinAlgError:
                 return None
             z[rest] = z[rest] - step[: len(rest)]
             for path, value, change in zip(free, at, step[len(rest) :], strict=True):
                 given = path.placed(given, value - change)
             if max(abs(step)) <= small * (1 + max(abs(z))):
+                found = _system(numbers, given, free, itinerary, z, rest, conditions, kept)
+                unknowns = np.array([*z[rest], *(path.value(given) for path in free)])
                 solved = _solved(
-                    numbers, given, free, itinerary, z, segments, rest, iterations, kept
+                    numbers, found, unknowns, itinerary, z, segments, len(free), iterations
                 )
                 # Derivatives that are kept let the error fall by a factor, not by its square.
                 if solved is not None or kept is None:
                     return solved
     return None
+
+
+class _System(NamedTuple):
+    """The orbit at some unknowns, all equations there, roundings of conditions, derivatives."""
+
+    orbit: Orbit
+    residual: Vector
+    roundings: list[float]
+    matrix: Matrix
+
+
+def _system(
+    numbers: Backend,
+    given: Sequence[Number],
+    free: tuple[ParameterPath, ...],
+    itinerary: Itinerary,
+    z: Vector,
+    rest: list[int],
+    conditions: Sequence[Condition],
+    kept: Shooting | None,
+) -> _System:
+    def orbit_at(changed: Vector | None) -> Orbit:
+        values, there = list(given), z
+        if changed is not None:
+            there = z.copy()
+            there[rest] = there[rest] + changed[: len(rest)]
+            for path, by in zip(free, changed[len(rest) :], strict=True):
+                values = path.placed(values, path.value(given) + by)
+        shot = shooting(numbers, values, itinerary, there, kept)
+        return Orbit(tuple(values), itinerary, there, shot, numbers.name)
+
+    orbit = orbit_at(None)
+    matrix = _matrix(orbit.shot, rest, free, [path.value(given) for path in free])
+    if not conditions:
+        return _System(orbit, orbit.shot.residual, [], matrix)
+    found = [condition(orbit) for condition in conditions]
+    # The conditions have no exact gradient; an error of it costs steps of Newton's method only.
+    rows = np.zeros((len(conditions), matrix.shape[1]))
+    for k in range(matrix.shape[1]):
+        step = _DIFFERENCE * np.eye(matrix.shape[1])[k]
+        ahead, behind = orbit_at(step), orbit_at(-step)
+        for row, condition in zip(rows, conditions, strict=True):
+            row[k] = (condition(ahead)[0] - condition(behind)[0]) / (2 * _DIFFERENCE)
+    residual = np.append(orbit.shot.residual, [value for value, _ in found])
+    roundings = [rounding for _, rounding in found]
+    return _System(orbit, residual, roundings, np.vstack([matrix, rows]))
+
+
+def _step(numbers: Backend, matrix: Matrix, residual: Vector) -> Vector:
+    """The step of Newton's method; of more equations than unknowns some follow from the others."""
+    if len(residual) == matrix.shape[1]:
+        return solve(numbers, matrix, residual)
+    step, _, rank, _ = np.linalg.lstsq(matrix, residual, rcond=_RANK)
+    if rank < matrix.shape[1]:
+        raise np.linalg.LinAlgError("dependent unknowns")
+    return step
 
 
 def _matrix(
@@ -114,30 +180,43 @@ def _matrix(
 
 def _solved(
     numbers: Backend,
-    given: list[Number],
-    free: tuple[ParameterPath, ...],
+    found: _System,
+    unknowns: Vector,
     itinerary: Itinerary,
     z: Vector,
     segments: tuple[int, ...],
-    rest: list[int],
+    free: int,
     iterations: int,
     kept: Shooting | None,
 ) -> BorderCollision | None:
-    shot = shooting(numbers, given, itinerary, z, kept)
-    at = [path.value(given) for path in free]
-    matrix, unknowns = _matrix(shot, rest, free, at), np.array([*z[rest], *at])
-    residual = max(abs(shot.residual))
-    if not residual <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
+    orbit, residual, roundings, matrix = found
+    closed, off = orbit.shot.residual, residual[len(orbit.shot.residual) :]
+    if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
+        return None
+    if not all(abs(value) <= limit for value, limit in zip(off, roundings, strict=True)):
         return None
     rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
-    # Columns: the rows of the inverse that give the parameters.
-    last = np.full((len(unknowns), len(free)), numbers.number(0))
-    for k in range(len(free)):
-        last[len(rest) + k, k] = last[len(rest) + k, k] + 1
-    rows = solve(numbers, matrix.T, last).T
-    uncertainties = tuple(abs(rows) @ (rounding + abs(shot.residual)))
+    if roundings:
+        rounding[len(closed) :] = roundings
+    if len(residual) > len(unknowns):
+        rows = np.linalg.pinv(matrix)[-free:]
+    else:
+        # Columns: the rows of the inverse that give the parameters.
+        last = np.full((len(unknowns), free), numbers.number(0))
+        for k in range(free):
+            at = len(unknowns) - free + k
+            last[at, k] = last[at, k] + 1
+        rows = solve(numbers, matrix.T, last).T
+    uncertainties = tuple((abs(rows) @ (rounding + abs(residual))).tolist())
     return BorderCollision(
-        itinerary, segments, z, tuple(given), shot, residual, uncertainties, iterations
+        itinerary,
+        segments,
+        z,
+        orbit.values,
+        orbit.shot,
+        max(abs(residual)),
+        uncertainties,
+        iterations,
     )
 
 
@@ -158,6 +237,10 @@ CORNER = "boundary-intersection crossing"
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
+RESONANCE_1_1, RESONANCE_1_2 = "1:1 resonance", "1:2 resonance"
+CUSP = "cusp"
+GENERALIZED_DOUBLING = "generalized period doubling"
+DEGENERATE = "degenerate"
 
 _SURFACES = {
     "L1": ("S1", "S2"),

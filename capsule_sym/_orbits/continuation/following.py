@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,24 @@ from capsule_sym._orbits.continuation.bifurcations import (
     SMOOTH,
     SmoothEvent,
     evaluate_test_functions,
+    noise,
+    rotations,
     zero_of_test_function,
 )
-from capsule_sym._orbits.continuation.events import BorderCollision, solve_event
+from capsule_sym._orbits.continuation.events import (
+    CUSP,
+    DEGENERATE,
+    FOLD,
+    GENERALIZED_DOUBLING,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    RESONANCE_1_1,
+    RESONANCE_1_2,
+    BorderCollision,
+    Condition,
+    solve_event,
+)
+from capsule_sym._orbits.continuation.normal_forms import cubic, degeneracy, quadratic
 from capsule_sym._orbits.continuation.path import Evaluation, Solution, Vector, corrected, tangent
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Step, Stop, where
 from capsule_sym._orbits.shooting.admissibility import (
@@ -39,6 +55,12 @@ _TOGETHER = 1e-7  # shares of a step that are one event
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
 _DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
 _DIFFERENCE = 1e-6
+# What else may vanish along a curve of a smooth bifurcation; a cusp is seen by the curve's tangent.
+_WATCHED = {
+    FOLD: (PERIOD_DOUBLING, RESONANCE_1_1),
+    PERIOD_DOUBLING: (FOLD, RESONANCE_1_2, GENERALIZED_DOUBLING),
+    NEIMARK_SACKER: (FOLD, PERIOD_DOUBLING),
+}
 
 
 def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
@@ -123,7 +145,51 @@ class Follower:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
             raise Stop(Ending.NOT_CONVERGED, f"no tangent at {where(orbit, self.axes)}") from None
-        return State(u, orbit, held, direction, evaluate_test_functions(orbit))
+        return State(u, orbit, held, direction, self.tests(orbit))
+
+    @property
+    def watched(self) -> tuple[str, ...]:
+        """The test functions that are looked at along the path."""
+        if self.critical is not None:
+            return _WATCHED[self.critical]
+        return SMOOTH if self.born is None else (*SMOOTH, DEGENERATE)
+
+    def tests(self, orbit: Orbit) -> dict[str, float]:
+        """The test functions at an orbit of the path."""
+        found = evaluate_test_functions(orbit)
+        if self.born is not None:
+            found[DEGENERATE] = degeneracy(self.numbers, orbit, self.born)
+        if self.critical == PERIOD_DOUBLING:
+            there = cubic(self.numbers, orbit)
+            found[GENERALIZED_DOUBLING] = there.term / there.closing
+        return found
+
+    def _condition(self, name: str, like: Vector) -> Condition:
+        def value(orbit: Orbit) -> tuple[float, float]:
+            if name == CUSP:
+                found = quadratic(self.numbers, orbit, like).term
+            else:
+                found = self.tests(orbit)[name]
+            return found, noise(orbit)
+
+        return value
+
+    def solved(
+        self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
+    ) -> BorderCollision | None:
+        """The orbit near a guess at which test functions vanish and segments have the duration 0.
+
+        All as one system of equations; None where Newton's method finds none.
+        """
+        free = tuple(axis.path for axis in self.axes)
+        like = np.linalg.svd(orbit.shot.by_z)[2][-1]
+        conditions = [self._condition(name, like) for name in names]
+        try:
+            return solve_event(
+                self.numbers, orbit.values, free, orbit.itinerary, orbit.z, segments, conditions
+            )
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
+            return None
 
     def tightest(self, state: State) -> Inequality:
         """The inequality with the least value. Raises Stop where it fails."""
@@ -202,11 +268,44 @@ class Follower:
             solution = corrected(self.equations, old.u + share * change, normal)
             return solution.at.made if solution else None
 
-        signs = {name: old.tests[name] * new.tests[name] for name in SMOOTH}
-        names = [name for name in SMOOTH if signs[name] < 0 and name != self.critical]
-        roots = [(name, zero_of_test_function(name, between)) for name in names]
-        found = [(name, one) for name, one in roots if one is not None and one.share <= until]
+        names = [name for name in self.watched if old.tests[name] * new.tests[name] < 0]
+        # The parameters turn back along a curve of folds.
+        turns = self.critical == FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0
+        found = []
+        for name in (*names, *((CUSP,) if turns else ())):
+            one = self._meeting(name, old, new, between) if len(self.axes) > 1 else None
+            if one is None and name in SMOOTH:
+                one = zero_of_test_function(name, between)
+            if one is not None and one.share <= until:
+                found.append((name, one))
         return sorted(found, key=lambda pair: pair[1].share)
+
+    def _meeting(
+        self, name: str, old: State, new: State, between: Callable[[float], Orbit | None]
+    ) -> SmoothEvent | None:
+        """Where a test function vanishes between two states of a curve, by its extended system.
+
+        None where that has no solution between: what changes its sign at a pole has no zero.
+        """
+        if name == CUSP:
+            first, last = (float(np.linalg.norm(state.tangent[-2:])) for state in (old, new))
+        else:
+            first, last = abs(old.tests[name]), abs(new.tests[name])
+        guess = between(first / (first + last))
+        conditions = tuple(one for one in (self.critical, name) if one is not None)
+        born = () if self.born is None else (self.born,)
+        found = self.solved(guess, conditions, born) if guess is not None else None
+        if found is None:
+            return None
+        step = new.u - old.u
+        share = float(step @ (self.unknowns(found.z, found.values) - old.u) / (step @ step))
+        if not 0 <= share <= 1:
+            return None
+        orbit, errors = found.orbit(self.numbers.name), found.uncertainties
+        residual, steps = float(found.residual), found.iterations
+        if name == NEIMARK_SACKER and not rotations(orbit):
+            return None
+        return SmoothEvent(share, orbit, 0.0, residual, steps, orbit.status, errors)
 
     def _first(self, old: State, new: State, failing: list[Inequality]) -> Event | None:
         """The first event between two states; None if nothing fails or it is not located."""
@@ -258,10 +357,9 @@ class Follower:
             if before is None:
                 return None
             segments = (before, segment)
-        free = tuple(axis.path for axis in self.axes)
-        located = solve_event(
-            self.numbers, orbit.values, free, change.itinerary, change.z, segments
-        )
+        like = replace(orbit, itinerary=change.itinerary, z=change.z)
+        names = () if self.critical is None else (self.critical,)
+        located = self.solved(like, names, segments)
         if located is None:
             return None
         here = self._collapsed(old, failed, located)

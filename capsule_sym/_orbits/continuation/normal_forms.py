@@ -155,46 +155,88 @@ def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
     return left[:, -1], along / np.linalg.norm(along[4 : 4 + n])
 
 
-def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
+class _Singular(NamedTuple):
+    """An orbit's equations near where they are singular: null vectors, and a leading term."""
+
+    left: Vector
+    along: Vector
+    term: float
+    closing: float
+
+
+def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Singular:
+    """The second derivative of an orbit's equations along their null vector; at a fold.
+
+    The null vector points where `like`, a change of z, does.
+    """
     n, z = len(orbit.itinerary), orbit.z
     left, along = _null_vectors(orbit.shot.by_z, n)
+    if like is not None and like @ along < 0:
+        along = -along
     second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
-    growth = -second / (left @ _by_path(orbit, path))
     # Closed with a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
-    coefficient = abs(second / (left[n:] @ along[:4]))
-    return NormalForm(2, float(growth), float(coefficient), None, 2, "")
+    return _Singular(left, along, float(second), float(left[n:] @ along[:4]))
+
+
+def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
+    """The third derivative of a doubled orbit's equations along their null vector.
+
+    Of the orbit that doubles; reduced by what the second derivative bends.
+    """
+    n, whole = len(orbit.itinerary), _doubled(numbers, orbit)
+    left, along = _null_vectors(whole.shot.by_z, n)
+    second = residual_series(numbers, whole, _along(whole.z, along, many=3))[2]
+    bordered = np.block([[whole.shot.by_z, left[:, None]], [along, np.zeros(1)]])
+    bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
+    third = left @ residual_series(numbers, whole, _along(whole.z, along, bent, many=4))[3]
+    # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
+    return _Singular(left, along, -float(third), 2 * float(left[2 * n :] @ along[:4]))
+
+
+def _doubled(numbers: Backend, orbit: Orbit) -> Orbit:
+    """The orbit twice over."""
+    once = orbit.itinerary
+    twice = Itinerary(2 * once.segments, 2 * once.period_number)
+    z = np.array([*orbit.z, *orbit.durations])
+    return Orbit(orbit.values, twice, z, shooting(numbers, orbit.values, twice, z), numbers.name)
+
+
+def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
+    left, _, term, closing = quadratic(numbers, orbit)
+    growth = -term / (left @ _by_path(orbit, path))
+    return NormalForm(2, float(growth), float(abs(term / closing)), None, 2, "")
 
 
 def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
-    n, once = len(orbit.itinerary), orbit.itinerary
-    twice = Itinerary(2 * once.segments, 2 * once.period_number)
-    z = np.array([*orbit.z, *orbit.durations])
-
-    def doubled(values: Sequence[float], z: Vector) -> Orbit:
-        return Orbit(tuple(values), twice, z, shooting(numbers, values, twice, z), numbers.name)
-
-    whole = doubled(orbit.values, z)
-    left, along = _null_vectors(whole.shot.by_z, n)
-    second = residual_series(numbers, whole, _along(z, along, many=3))[2]
-    bordered = np.block([[whole.shot.by_z, left[:, None]], [along, np.zeros(1)]])
-    bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
-    third = left @ residual_series(numbers, whole, _along(z, along, bent, many=4))[3]
-    # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = c s^2.
-    closing = 2 * left[2 * n :] @ along[:4]
-    coefficient = -third / closing
+    left, along, term, closing = cubic(numbers, orbit)
+    coefficient = term / closing
     # The multiplier's change along the branch, by five-point differences of exact derivatives.
     value = path.value(orbit.values)
     moved = -np.linalg.solve(orbit.shot.by_z, _by_path(orbit, path))
-    moved = np.array([*moved, *moved[4:]])
     step = _DIFFERENCE / max(1.0, abs(moved).max())
 
     def closed(k: int) -> float:
-        beside = doubled(path.placed(orbit.values, value + k * step), z + k * step * moved)
+        z, values = orbit.z + k * step * moved, tuple(path.placed(orbit.values, value + k * step))
+        beside = _doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.shot, numbers.name))
         return float(left @ beside.shot.by_z @ along)
 
     slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * closing)
     scenario = SUPERCRITICAL if coefficient > 0 else SUBCRITICAL
     return NormalForm(2, float(coefficient / slope), float(coefficient), None, 3, scenario)
+
+
+def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
+    """What a border collision needs to be other than 0: the next derivative of its guard.
+
+    Of the guard that ends the segment of duration 0, over its duration's power that vanishes.
+    """
+    forms = ClosedForms(numbers, orbit.values)
+    omega, itinerary = orbit.values[PARAMETERS.index("omega")], orbit.itinerary
+    span, field = orbit.shot.spans[segment], itinerary.fields[segment]
+    c, y = forms.constants(field), np.array([*span.start, *numbers.cos_sin(span.angle), 1.0])
+    for _ in range(itinerary.zeros(segment) + 1):
+        y = generator(c, omega) @ y
+    return float(_row(itinerary.segments[segment].guard, c) @ y)
 
 
 def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> Vector:
@@ -249,7 +291,7 @@ def _row(guard: Guard | None, c: Any) -> Vector:
     if guard is Guard.GAP:
         return np.array([1.0, 0, 0, 0, 0, -c.delta])
     side = 1 if guard is Guard.UPPER else -1
-    constant = formulas.force(c, 0, -c.delta, 0) - side * c.f_b
+    constant = formulas.force(c, 0, -c.delta, 0) - formulas.friction_at(c, side)
     return np.array(
         [formulas.force_change(c, 1, 0), formulas.force_change(c, 0, 1), 0, 0, 0, constant]
     )
