@@ -187,7 +187,6 @@ def _solved(
     segments: tuple[int, ...],
     free: int,
     iterations: int,
-    kept: Shooting | None,
 ) -> BorderCollision | None:
     orbit, residual, roundings, matrix = found
     closed, off = orbit.shot.residual, residual[len(orbit.shot.residual) :]
