@@ -39,7 +39,60 @@ def state_option(text: str) -> Callable[[_Command], _Command]:
     )
 
 
-def parameter_options(command: _Command) -> _Command:
+class Range(click.ParamType):  # type: ignore[type-arg]
+    """LOW:HIGH as a pair, or where a count is needed LOW:HIGH:COUNT as three numbers."""
+
+    def __init__(self, counted: bool = False) -> None:
+        self.counted, self.name = counted, "LOW:HIGH:COUNT" if counted else "LOW:HIGH"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, ...]:
+        """The numbers of a text."""
+        if isinstance(value, tuple):
+            return value
+        parts = value.split(":")
+        try:
+            numbers = (*map(float, parts[:2]), *map(int, parts[2:]))
+        except ValueError:
+            numbers = ()
+        if len(numbers) != 2 + self.counted:
+            example = "0.1:2:20" if self.counted else "0.1:2"
+            self.fail(f"{value!r} is not {self.name}, such as {example}", param, ctx)
+        return numbers
+
+
+class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
+    """A value, or a range LOW:HIGH, which `ranges` gives; the option is then None."""
+
+    name = "float | LOW:HIGH"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float | None:
+        """The value of a text; of a range it is None."""
+        if not isinstance(value, str) or ":" not in value:
+            return float(click.FLOAT(value, param, ctx))
+        assert param is not None
+        assert ctx is not None
+        ctx.meta.setdefault(_RANGES, {})[param.name] = Range().convert(value, param, ctx)
+        return None
+
+
+_RANGES = f"{__name__}.ranges"
+
+
+def ranges() -> dict[str, tuple[float, float]]:
+    """The ranges that the running command's parameters were given, in that order."""
+    return dict(click.get_current_context().meta.get(_RANGES, {}))
+
+
+def ranged_parameter_options(command: _Command) -> _Command:
+    """`parameter_options` of which each takes a range too; `ranges` gives them."""
+    return parameter_options(command, _ValueOrRange())
+
+
+def parameter_options(command: _Command, kind: Any = float) -> _Command:
     """Add --params for a file, and an option for each of the seven parameters."""
     # The defaults shown are those of `Parameters`, whose import would cost NumPy's.
     options = (
@@ -62,7 +115,7 @@ def parameter_options(command: _Command) -> _Command:
     for name, default, text in reversed(options):
         text = f"{text}  [default: {default}]"
         flags = dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}"))
-        command = click.option(*flags, name, type=float, help=text)(command)
+        command = click.option(*flags, name, type=kind, help=text)(command)
     return command
 
 

@@ -14,7 +14,8 @@ from capsule_sym._options import (
     json_option,
     make_console,
     make_table,
-    parameter_options,
+    ranged_parameter_options,
+    ranges,
 )
 from capsule_sym._orbits.command import certify_found, out_option, settled, settling_option
 
@@ -29,14 +30,14 @@ if TYPE_CHECKING:
 
 
 @click.command("branch")
-@parameter_options
+@ranged_parameter_options
 @click.option(
     "--parameter",
     callback=lambda context, option, name: name and name.replace("-", "_"),
-    help="The parameter that varies, such as alpha or f-b.",
+    help="What varies with --from and --to where it has no option: P_d, or a name of --with.",
 )
 @click.option("--from", "begin", type=float, help="Its value at the begin.")
-@click.option("--to", "end", type=float, required=True, help="Its value at the end.")
+@click.option("--to", "end", type=float, help="Its value at the end.")
 @click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")
 @click.option(
     "--restart",
@@ -68,7 +69,7 @@ def branch(
     file: str | None,
     parameter: str | None,
     begin: float | None,
-    end: float,
+    end: float | None,
     points: int,
     restart: tuple[str, str] | None,
     depth: int,
@@ -81,7 +82,8 @@ def branch(
 ) -> None:
     """Follow a periodic orbit in a parameter, with all its bifurcations.
 
-    The branch begins with the orbit on which the motion settles at --from, or at a labelled point
+    The parameter varies that is given a range, such as --alpha 0.1:2 or, downwards, --alpha 2:0.1.
+    The branch begins with the orbit on which the motion settles there, or at a labelled point
     of a branch that --out wrote. It is followed through folds, stable or not, and from itinerary to
     itinerary where an inequality of the itinerary fails. With --restart all branches are followed
     that leave the point towards --to: at a period doubling the doubled one too. With --with the
@@ -94,11 +96,17 @@ def branch(
     are the branches beside it, each with its "origin". --out writes branch.json, points.csv and
     bifurcations.csv.
 
-    Exits with 3, and the reason, where there is no orbit at --from or the branch ends early.
+    Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
     from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
     from capsule_sym._records import dumps, table, write
 
+    for name, (low, high) in ranges().items():
+        if parameter is not None or begin is not None or end is not None:
+            raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
+        parameter, begin, end = name, low, high
+    if end is None:
+        raise InvalidInput("to", None, "given, or a range such as --alpha 0.1:2")
     if restart is not None:
         given = [name for name, value in dimensionless.items() if value is not None]
         given += [name for name, value in (("FILE", file), ("from", begin)) if value is not None]

@@ -13,7 +13,8 @@ from capsule_sym._options import (
     chosen_parameters,
     json_option,
     make_console,
-    parameter_options,
+    ranged_parameter_options,
+    ranges,
 )
 from capsule_sym._orbits.branch_command import followed, tell_early_end
 from capsule_sym._orbits.command import certify_found, out_option, settling_option
@@ -26,16 +27,7 @@ if TYPE_CHECKING:
 
 
 @click.command("curve")
-@parameter_options
-@click.option(
-    "--parameters",
-    "names",
-    nargs=2,
-    required=True,
-    metavar="FIRST SECOND",
-    callback=lambda context, option, names: tuple(name.replace("-", "_") for name in names),
-    help="The two parameters, such as alpha gamma.",
-)
+@ranged_parameter_options
 @click.option(
     "--bifurcation",
     "kind",
@@ -44,10 +36,7 @@ if TYPE_CHECKING:
     help="Bifurcations with this in their type, such as grazing-sliding; all for all.",
 )
 @click.option(
-    "--first", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Range of the first."
-)
-@click.option(
-    "--second", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Range of the second."
+    "--at", type=float, help="Value of the second parameter at which bifurcations are sought."
 )
 @click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
 @settling_option
@@ -56,10 +45,8 @@ if TYPE_CHECKING:
 @json_option
 def curve(
     file: str | None,
-    names: tuple[str, str],
     kind: str,
-    first: tuple[float, float],
-    second: tuple[float, float],
+    at: float | None,
     points: int,
     state: tuple[float, float, float],
     out: Path | None,
@@ -69,8 +56,9 @@ def curve(
 ) -> None:
     """Follow bifurcations in two parameters, with the points where two conditions meet.
 
-    The bifurcations are those on the branch in the first parameter over its range, at the given
-    value of the second, or in the middle of its range where only the default lies outside; each is
+    The two are those that are given a range, such as --alpha 1.5:1.65 --gamma 3:3.3. The
+    bifurcations are those on the branch in the first of them, with the second as --at or the file
+    has it, or by default, or in the middle of its range where the default lies outside; each is
     followed both ways until a parameter leaves its range.
 
     In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
@@ -88,9 +76,14 @@ def curve(
     )
     from capsule_sym._records import dumps, table, write
 
-    parameters, _ = chosen_parameters(file, dimensionless)
+    over = ranges()
+    if len(over) != 2:
+        raise InvalidInput("ranges", [*over], "two parameters, such as --alpha 1.5:2 --gamma 3:3.3")
+    (name, first), (other, second) = over.items()
+    names = name, other
+    parameters, _ = chosen_parameters(file, {**dimensionless, names[1]: at})
     check(parameters, names, (first, second))
-    given = file is not None or dimensionless[names[1]] is not None
+    given = file is not None or at is not None
     inside = _within(parameters, names[1], second, given)
     found = followed(inside, names[0], *first, points, state)
     chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
@@ -99,8 +92,8 @@ def curve(
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
         low, high = (point.value for point in (found.points[0], found.points[-1]))
-        over = f"{names[0]} from {low:g} to {high:g} at {names[1]} = {getattr(inside, names[1]):g}"
-        allowed = f"in the type of one on the branch over {over}, which has {types or 'none'}"
+        where = f"{names[0]} from {low:g} to {high:g} at {names[1]} = {getattr(inside, names[1]):g}"
+        allowed = f"in the type of one on the branch over {where}, which has {types or 'none'}"
         raise InvalidInput("bifurcation", kind, allowed)
     if inside is not parameters:
         middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
@@ -120,8 +113,8 @@ def curve(
     lost = [(one, curve) for one, curve in zip(chosen, curves, strict=True) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]
-        at = f"{one.type} at {one.parameter} = {one.value:.12g}"
-        click.echo(f"no curve of {at} ({ending.value}): {detail}", err=True)
+        event = f"{one.type} at {one.parameter} = {one.value:.12g}"
+        click.echo(f"no curve of {event} ({ending.value}): {detail}", err=True)
     if certify is not None:
         certify_found(certify, [point for one in curves for point in one.points])
     if lost:
@@ -136,7 +129,7 @@ def _within(
     if low <= value <= high:
         return parameters
     if given:
-        raise InvalidInput(name, value, f"in the range --second {low:g} {high:g}")
+        raise InvalidInput(name, value, f"in its range {low:g}:{high:g}")
     return parameters.replace(**{name: (low + high) / 2})
 
 

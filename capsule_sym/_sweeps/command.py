@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import click
 
 from capsule_sym._options import (
+    Range,
     chosen_parameters,
     json_option,
     make_progress,
@@ -110,15 +111,15 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
     show(record, as_json)
 
 
-_WINDOW = click.Tuple([float, float, int])
+_WINDOW = Range(counted=True)
 
 
 @click.command("basin")
 @parameter_options
-@click.option("--x-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along x_r.")
-@click.option("--v-r", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_r.")
-@click.option("--v-c", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along v_c.")
-@click.option("--phase", type=_WINDOW, metavar="LOW HIGH COUNT", help="Starts along the phase.")
+@click.option("--x-r", type=_WINDOW, help="Starts along x_r.")
+@click.option("--v-r", type=_WINDOW, help="Starts along v_r.")
+@click.option("--v-c", type=_WINDOW, help="Starts along v_c.")
+@click.option("--phase", type=_WINDOW, help="Starts along the phase.")
 @state_option("What no axis changes of the start.")
 @click.option("--periods", default=300, show_default=True, help="Excitation periods to run.")
 @click.option("--tolerance", default=1e-9, show_default=True, help="Within which a motion repeats.")

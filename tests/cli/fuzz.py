@@ -23,6 +23,7 @@ from hypothesis import strategies as st
 import capsule_sym
 from capsule_sym._cli import _status, group
 from capsule_sym._hardcases import adversarial, table
+from capsule_sym._options import Range
 
 _INTERRUPTED = 130
 _LOST_IN = ("gc_callback", "remove", "_remove", "__del__")  # whose exceptions nobody gets
@@ -68,6 +69,9 @@ def _value(kind: click.ParamType) -> st.SearchStrategy[list[str]]:
     """The words of one value of a type."""
     if isinstance(kind, click.Tuple):
         return st.tuples(*map(_value, kind.types)).map(lambda parts: list(chain(*parts)))
+    if isinstance(kind, Range):
+        parts = [_numbers, _numbers, *[_integers] * kind.counted]
+        return st.tuples(*parts).map(":".join).map(lambda one: [one])
     word: st.SearchStrategy[str] = st.sampled_from(_NAMES) | st.sampled_from(_PLACES) | _texts
     if isinstance(kind, click.Choice):
         word = st.sampled_from(list(kind.choices)) | st.sampled_from(list(kind.choices)) | _texts

@@ -76,6 +76,15 @@ def test_a_branch(capsys, tmp_path: Path) -> None:
     assert [float(row["value"]) for row in rows] == [one["value"]]
 
 
+def test_a_range_is_what_varies_from_its_first_number_to_its_second(capsys) -> None:
+    """Down or up, as --parameter, --from and --to have it."""
+    arguments = ("branch", "--points", "3", "--json")
+    _, named, _ = call(capsys, *arguments, "--parameter", "alpha", "--from", "1.0", "--to", "0.9")
+    status, out, _ = call(capsys, *arguments, "--alpha", "1.0:0.9")
+    assert (status, out) == (0, named)
+    assert json.loads(out)["points"][0]["value"] == 1.0
+
+
 def test_a_branch_as_text(capsys) -> None:
     arguments = ("--parameter", "alpha", "--from", "0.9", "--to", "0.95", "--points", "5")
     status, out, _ = call(capsys, "branch", *arguments)
@@ -95,8 +104,7 @@ def test_a_branch_that_ends_early_says_why(capsys) -> None:
 
 
 def test_curves(capsys, tmp_path: Path) -> None:
-    arguments = ("--parameters", "alpha", "gamma", "--gamma", "3.2", "--points", "8")
-    arguments += ("--first", "1.5", "1.65", "--second", "3.0", "3.3")
+    arguments = ("--alpha", "1.5:1.65", "--gamma", "3.0:3.3", "--at", "3.2", "--points", "8")
     arguments += ("--bifurcation", "crossing-sliding", "--out", str(tmp_path), "--json")
     status, out, _ = call(capsys, "curve", *arguments)
     assert status == 0
@@ -111,11 +119,11 @@ def test_curves(capsys, tmp_path: Path) -> None:
     assert names == {"curves.json", "points.csv", "codimension_two.csv"}
 
 
-CURVE = ("curve", "--parameters", "alpha", "gamma", "--points", "4")
+CURVE = ("curve", "--points", "4")
 
 
 def test_a_curve_begins_in_its_range_where_the_default_lies_outside(capsys) -> None:
-    arguments = (*CURVE, "--first", "1.4", "1.7", "--second", "2.4", "2.6")
+    arguments = (*CURVE, "--alpha", "1.4:1.7", "--gamma", "2.4:2.6")
     arguments += ("--bifurcation", "crossing-sliding", "--json")
     status, out, err = call(capsys, *arguments)
     assert status == 0
@@ -123,13 +131,13 @@ def test_a_curve_begins_in_its_range_where_the_default_lies_outside(capsys) -> N
     (curve,) = json.loads(out)["curves"]
     assert [point["gamma"] for point in curve["points"]][:: len(curve["points"]) - 1] == [2.4, 2.6]
     # The same curve as from a value that is given.
-    status, out, err = call(capsys, *arguments, "--gamma", "2.5")
+    status, out, err = call(capsys, *arguments, "--at", "2.5")
     assert (status, err) == (0, "")
     assert json.loads(out)["curves"] == [curve]
 
 
 def test_a_curve_of_events_that_happen_in_pairs_is_followed(capsys) -> None:
-    arguments = "--parameters alpha gamma --bifurcation adding-sliding --first .1 2 --second 1 5"
+    arguments = "--alpha .1:2 --gamma 1:5 --bifurcation adding-sliding"
     status, out, err = call(
         capsys, "curve", "--delta", "1.2", *arguments.split(), "--points", "4", "--json"
     )
@@ -153,7 +161,7 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
     assert branch["points"][0]["itinerary"] == itinerary
     ends = branch["points"][-1]["itinerary"]
     assert branch["message"].endswith(f"itinerary {' '.join(ends)}")
-    arguments = (*CURVE, "--first", "1.5", "1.53", "--second", "3.29", "3.31")
+    arguments = (*CURVE, "--alpha", "1.5:1.53", "--gamma", "3.29:3.31")
     status, out, _ = call(capsys, *arguments, "--bifurcation", "all", "--json")
     assert status == 0
     for curve in json.loads(out)["curves"]:
@@ -176,36 +184,39 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
             "to = 0.5: must be other than 0.5",
         ),
         (("branch", "--parameter", "gamma", "--from", "3", "--to", "0"), "gamma = 0.0: must be"),
-        (("branch", "--parameter", "alpha", "--from", "0.5"), "Missing option '--to'"),
         (
-            (
-                *("curve", "--parameters", "alpha", "gamma", "--first", "0.9", "1"),
-                *("--second", "3", "4", "--bifurcation", "fold"),
-            ),
+            ("branch", "--parameter", "alpha", "--from", "0.5"),
+            "to = None: must be given, or a range such as --alpha 0.1:2",
+        ),
+        (
+            (*("curve", "--alpha", "0.9:1", "--gamma", "3:4", "--bifurcation", "fold"),),
             "bifurcation = 'fold': must be in the type of one on the branch over alpha from 0.9 to "
             "1 at gamma = 3.3, which has ['adding-sliding']",
         ),
         (
             (
-                *(*CURVE, "--first", "1", "2", "--second", "2", "3"),
-                *("--gamma", "4", "--bifurcation", "all"),
+                *(*CURVE, "--alpha", "1:2", "--gamma", "2:3"),
+                *("--at", "4", "--bifurcation", "all"),
             ),
-            "gamma = 4.0: must be in the range --second 2 3",
+            "gamma = 4.0: must be in its range 2:3",
         ),
         (
-            (*CURVE, "--first", "2", "1", "--second", "2", "3", "--bifurcation", "all"),
+            (*CURVE, "--alpha", "2:1", "--gamma", "2:3", "--bifurcation", "all"),
             "alpha = (2.0, 1.0): must be an ascending range",
         ),
         (
-            (*CURVE, "--first", "0.96", "1", "--second", "2", "3", "--bifurcation", "all"),
+            (*CURVE, "--alpha", "0.96:1", "--gamma", "2:3", "--bifurcation", "all"),
             "on the branch over alpha from 0.96 to 1 at gamma = 2.5, which has none",
         ),
         (
-            (
-                *("curve", "--parameters", "speed", "gamma", "--bifurcation", "all"),
-                *("--first", "1", "2", "--second", "2", "3"),
-            ),
-            "first = 'speed': must be one of alpha, omega",
+            ("curve", "--alpha", "1:2", "--gamma", "3", "--bifurcation", "all"),
+            "ranges = ['alpha']: must be two parameters",
+        ),
+        (("branch", "--alpha", "1:2", "--gamma", "2:3"), "gamma = '2:3': must be the only thing"),
+        (("branch", "--alpha", "1:"), "'1:' is not LOW:HIGH, such as 0.1:2"),
+        (
+            ("basin", "--x-r", "0:1", "--store", "new"),
+            "'0:1' is not LOW:HIGH:COUNT, such as 0.1:2:20",
         ),
     ],
 )

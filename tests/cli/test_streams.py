@@ -29,13 +29,12 @@ SHORT = {
     "adversarial": "--count 1",
     "bench": "--quick",
     "sweep": "two.toml --store one",
-    "basin": "--x-r 0 1 2 --periods 2 --store two",
+    "basin": "--x-r 0:1:2 --periods 2 --store two",
     "sweep-info": "done",
     "enclose": "",
     "orbit": "",
     "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
-    "curve": "--parameters alpha gamma --bifurcation adding --first 0.36 0.37 --second 3.29 3.3"
-    " --points 1 --gamma 3.3",
+    "curve": "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding --points 1 --at 3.3",
 }
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")
 

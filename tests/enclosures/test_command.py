@@ -90,8 +90,8 @@ def test_without_python_flint_one_line_says_what_to_install() -> None:
 
 def test_points_of_a_curve_are_certified(tmp_path: Path) -> None:
     file = tmp_path / "curve.json"
-    line = "--parameters alpha gamma --bifurcation adding --first 0.36 0.37 --second 3.29 3.3"
-    options = [*line.split(), "--points", "1", "--gamma", "3.3", "--certify", str(file)]
+    line = "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding"
+    options = [*line.split(), "--points", "1", "--at", "3.3", "--certify", str(file)]
     run = CliRunner().invoke(group, ["curve", *options])
     assert run.exit_code == 0, run.output
     held = certificates(file)

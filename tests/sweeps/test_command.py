@@ -20,7 +20,7 @@ compute = ["itinerary", "progression"]
 alpha = { from = 0.01, to = 2.0, count = 9 }
 gamma = { from = 1.0, to = 5.0, count = 9, spacing = "log" }
 """
-BASIN = ["basin", "--x-r", "-1", "1", "3", "--v-r", "-1", "1", "4", "--periods", "200"]
+BASIN = ["basin", "--x-r", "-1:1:3", "--v-r", "-1:1:4", "--periods", "200"]
 
 
 @pytest.fixture
