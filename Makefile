@@ -13,7 +13,7 @@ help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
 
 paper: $(READY)  ## the main job: the paper's case study, and results/report.html
-	$(BIN)/capsule-sym paper
+	$(BIN)/capsule-sym paper --out results/paper
 	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
 	$(BIN)/capsule-sym report
 

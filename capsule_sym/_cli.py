@@ -246,21 +246,19 @@ def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | N
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
-    default="results/paper",
-    show_default=True,
     metavar="DIRECTORY",
-    help="Where the files are written.",
+    help="Write casestudy.json and the tables to this directory.",
 )
 @json_option
-def paper(out: Path, as_json: bool) -> None:
+def paper(out: Path | None, as_json: bool) -> None:
     """Compute the case study of Section 4 and compare it with what the paper prints.
 
     Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and
     at γ = 3.0, and shows each exact global map beside the printed one. Two maps agree if they are
     the same cyclic sequence of local maps. Then follows the orbit from α = 0.005 to 2 at both γ
-    and shows each exact bifurcation value beside the printed one. Writes
+    and shows each exact bifurcation value beside the printed one. --out writes
     casestudy.json (what --json prints), cases.csv, segments.csv, thresholds.csv, and curves.csv
-    with the bifurcations' curves in the plane of α and γ, where --out says.
+    with the bifurcations' curves in the plane of α and γ.
     """
     from capsule_sym._records import dumps
     from capsule_sym._study import casestudy, thresholds
@@ -276,14 +274,15 @@ def paper(out: Path, as_json: bool) -> None:
         task = progress.add_task("Locating the bifurcations", total=total)
         found = thresholds.compute(lambda: progress.advance(task))
     record = casestudy.record(cases) | {"bifurcations": thresholds.record(found)}
-    paths = casestudy.write(record, out) + thresholds.save(found, out)
+    paths = [] if out is None else casestudy.write(record, out) + thresholds.save(found, out)
     if as_json:
         click.echo(dumps(record))
     else:
         for gamma in casestudy.GAMMAS:
             _print_cases([case for case in cases if case.parameters.gamma == gamma], gamma)
         _print_thresholds(found)
-    click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+    if paths:
+        click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
 
 
 def _print_thresholds(found: list[Threshold]) -> None:

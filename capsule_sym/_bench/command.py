@@ -1,4 +1,4 @@
-"""`capsule-sym bench`: the study as tables, and its record in results/bench."""
+"""`capsule-sym bench`: the study as tables, and its record."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
-    default="results/bench",
-    show_default=True,
     metavar="DIRECTORY",
-    help="Where the files are written.",
+    help="Write the record to this directory, part by part.",
 )
 @json_option
-def bench(repeats: int, only: str, quick: bool, face: bool, out: Path, as_json: bool) -> None:
+def bench(
+    repeats: int, only: str, quick: bool, face: bool, out: Path | None, as_json: bool
+) -> None:
     """Measure speed against error, beside other tools.
 
     Times are processor time of calls from Python, by excitation period. Errors are those of the
@@ -49,10 +49,11 @@ def bench(repeats: int, only: str, quick: bool, face: bool, out: Path, as_json: 
     invented are the fewest that explain a run's itinerary of fields beside the true one; in the
     sweep the true itineraries are those of this map, and 50 digits judge them in 11 of the 1,000.
 
-    Writes bench.json in --out (part.json if --only or --quick is given), what --json prints,
+    --out writes bench.json (part.json if --only or --quick is given), what --json prints,
     after each part, so that an interrupted study leaves the parts that were done. `figure
-    work-precision` draws bench.json, or part.json where there is no other. "trajectory"
-    (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency) and "sweep" are
+    work-precision` draws results/bench/bench.json, or part.json where there is no other.
+    "trajectory" (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency)
+    and "sweep" are
     rows of tool and setting; "ratios" are of their times by ours; "growth" is ours alone; "widths"
     counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method beside Brent's; and
     "goals" is what has to be reached.
@@ -69,17 +70,19 @@ def bench(repeats: int, only: str, quick: bool, face: bool, out: Path, as_json: 
     study = Study(repeats, only, quick)
     for line in study.record["skipped"]:
         click.echo(line, err=True)
-    file = out / ("part.json" if only or quick else "bench.json")
+    file = None if out is None else out / ("part.json" if only or quick else "bench.json")
     with make_progress() as progress:
         for part, turns in study.turns().items():
             task = progress.add_task(part, total=turns)
             study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
-            study.write(file)
+            if file is not None:
+                study.write(file)
     if as_json:
         click.echo(dumps(study.record))
     else:
         _print(study)
-    click.echo(f"wrote {file}", err=True)
+    if file is not None:
+        click.echo(f"wrote {file}", err=True)
 
 
 def _face(quick: bool, repeats: int, as_json: bool) -> None:

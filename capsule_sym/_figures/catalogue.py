@@ -183,7 +183,7 @@ def _work_precision(study: Study) -> Figure:
 
     path = measured()
     if not path.exists():
-        made = "there; make it with: capsule-sym bench"
+        made = "there; make it with: capsule-sym bench --out results/bench"
         raise InvalidInput("results", str(path), made)
     return plot_work_precision(json.loads(path.read_text(encoding="utf-8")), width=study.width)
 

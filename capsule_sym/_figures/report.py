@@ -33,13 +33,13 @@ EXPLORER = "explorer.html"
 """Name of the explorer's page beside the report."""
 
 _SOURCES = {
-    "cases": (Path("results/paper/casestudy.json"), "capsule-sym paper"),
+    "cases": (Path("results/paper/casestudy.json"), "capsule-sym paper --out results/paper"),
     "proofs": (Path("results/verify.json"), "capsule-sym verify --json > results/verify.json"),
     "hard": (
         Path("results/hardcases.json"),
         "capsule-sym hardcases --json > results/hardcases.json",
     ),
-    "bench": (BENCH, "capsule-sym bench"),
+    "bench": (BENCH, "capsule-sym bench --out results/bench"),
 }
 _VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
 _RESOLUTION = 160  # of dots, in each inch

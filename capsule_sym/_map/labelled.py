@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -49,6 +50,7 @@ _NAMES = {
 """What the columns of all tables mean. Those that have no name here keep their own."""
 _COUNTED = ("period", "evaluations", "period_number")
 _MOST_POINTS = 100_000
+_MOST_ROWS = 8  # of a table in a notebook
 
 
 class Labelled:
@@ -65,6 +67,22 @@ class Labelled:
     def attributes(self) -> dict[str, Any]:
         """What holds for all rows."""
         return {}
+
+    def _repr_html_(self) -> str:
+        """The result in a line, and its first rows as a table, for notebooks."""
+        said = f"<p>{escape(repr(self))}</p>"
+        columns: dict[str, NDArray[Any]] = getattr(self, "columns", {})
+        if not columns:  # where no orbit is found
+            return said
+        count = len(next(iter(columns.values()), ()))
+        head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+        shown = range(min(count, _MOST_ROWS))
+        rows = "".join(
+            f"<tr>{''.join(_cell(column[i]) for column in columns.values())}</tr>" for i in shown
+        )
+        more = f"<p>and {count - _MOST_ROWS:,} more</p>" if count > _MOST_ROWS else ""
+        table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+        return f"{said}{table}{more}"
 
     def to_dataframe(self) -> DataFrame:
         """The columns as a pandas DataFrame, texts as categories; dimensionless.
@@ -96,6 +114,11 @@ class Labelled:
             variables, {self.dimension: np.arange(count)}, self.attributes()
         )
         return made
+
+
+def _cell(value: Any) -> str:
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"<td>{escape(text)}</td>"
 
 
 def package(name: str, extra: str) -> Any:

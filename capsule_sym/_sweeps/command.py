@@ -102,11 +102,10 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
             chart = refine_sweep(loaded, store, stride=stride, **given)
             record = {
                 "store": store,
+                **_ended(chart),
+                **chart.statistics,
                 "cells": loaded.size,
-                "computed": sum(r.computed for r in chart.rounds),
-                "damaged": chart.damaged,
                 "fraction_computed": chart.fraction,
-                "seconds": sum(r.seconds for r in chart.rounds),
             }
     show(record, as_json)
 
@@ -175,9 +174,18 @@ def sweep_info(store: str, check: bool, as_json: bool) -> None:
         raise click.exceptions.Exit(1)
 
 
+def _ended(result: Any) -> dict[str, Any]:
+    return {
+        "success": result.success,
+        "status": str(result.status),
+        "message": result.message,
+    }
+
+
 def _summary(summary: Any, periods: int) -> dict[str, Any]:
     return {
-        **summary._asdict(),
+        **_ended(summary),
+        **summary.statistics,
         "periods_per_second_and_core": summary.periods_per_second_and_core(periods),
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -14,9 +14,10 @@ from concurrent.futures import (
     Future,
     wait,
 )
+from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count
@@ -24,6 +25,8 @@ from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
+from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
 from capsule_sym._sweeps.sweep import Sweep
 
@@ -32,10 +35,32 @@ _MOST_DEATHS = 3  # of pools in which nothing was finished, before their chunks 
 Progress = Callable[[int, int], None]
 
 
+class SweepStatus(StrEnum):
+    """How a sweep ended that was run to its end."""
+
+    #: Every cell is computed, be its motion periodic or not.
+    COMPLETE = "complete"
+    #: Of some cells what was asked for could not be computed.
+    FAILED = "failed"
+
+
+def status_of(outcomes: Mapping[str, int]) -> SweepStatus:
+    """How cells ended, of which there are so many of each outcome."""
+    failed = outcomes.get(CellOutcome.FAILED.name.lower(), 0)
+    return SweepStatus.FAILED if failed else SweepStatus.COMPLETE
+
+
+def message_of(outcomes: Mapping[str, int]) -> str:
+    """How many cells there are of each outcome, the most frequent first."""
+    ranked = sorted(outcomes.items(), key=lambda item: -item[1])
+    return ", ".join(f"{cells:,} {name.replace('_', ' ')}" for name, cells in ranked if cells)
+
+
 class Summary(NamedTuple):
     """What a run did: cells in all, cells computed now, damaged parts found, seconds, workers.
 
-    A damaged part is a chunk or a file beside the chunks; all of them are made again.
+    A damaged part is a chunk or a file beside the chunks; all of them are made again. `outcomes`
+    has numbers of cells by the outcome's name, of all that the store holds.
     """
 
     cells: int
@@ -43,6 +68,27 @@ class Summary(NamedTuple):
     damaged: int
     seconds: float
     workers: int
+    outcomes: dict[str, int]
+
+    @property
+    def status(self) -> SweepStatus:
+        """How the cells ended."""
+        return status_of(self.outcomes)
+
+    @property
+    def success(self) -> bool:
+        """Whether of every cell what was asked for is computed."""
+        return self.status is SweepStatus.COMPLETE
+
+    @property
+    def message(self) -> str:
+        """How many cells ended how."""
+        return message_of(self.outcomes)
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Cells in all and computed now, damaged parts, seconds, workers, and cells by outcome."""
+        return self._asdict()
 
     def periods_per_second_and_core(self, periods: int) -> float:
         """Excitation periods that a core ran per second, over the time of the whole run."""
@@ -112,7 +158,8 @@ def run_then(
             raise KeyboardInterrupt(f"no cell was begun; what {path} held is kept") from None
         kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
         raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
-    return Summary(sweep.size, sweep.size - held, damaged, perf_counter() - begin, count)
+    seconds, outcomes = perf_counter() - begin, dict(Held(path).tally().outcomes)
+    return Summary(sweep.size, sweep.size - held, damaged, seconds, count, outcomes)
 
 
 class _Run:

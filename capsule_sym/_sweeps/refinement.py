@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
@@ -14,7 +15,13 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._sweeps.axes import Axis
-from capsule_sym._sweeps.execution import Summary, run_sweep
+from capsule_sym._sweeps.execution import (
+    Summary,
+    SweepStatus,
+    message_of,
+    run_sweep,
+    status_of,
+)
 from capsule_sym._sweeps.quantities import COMPUTED
 from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
 from capsule_sym._sweeps.store import write_chart
@@ -38,6 +45,40 @@ class Chart(NamedTuple):
     fraction: float
     rounds: tuple[Summary, ...]
     damaged: int
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Numbers of computed points by the outcome's name."""
+        total = Counter[str]()
+        for one in self.rounds:
+            total.update(one.outcomes)
+        return dict(total)
+
+    @property
+    def status(self) -> SweepStatus:
+        """How the computed points ended."""
+        return status_of(self.outcomes)
+
+    @property
+    def success(self) -> bool:
+        """Whether of every computed point what was asked for is there."""
+        return self.status is SweepStatus.COMPLETE
+
+    @property
+    def message(self) -> str:
+        """How many points ended how."""
+        return message_of(self.outcomes)
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Points computed, passes over the chart, damaged parts, seconds, and points by outcome."""
+        return {
+            "computed": sum(one.computed for one in self.rounds),
+            "passes": len(self.rounds),
+            "damaged": self.damaged,
+            "seconds": sum(one.seconds for one in self.rounds),
+            "outcomes": self.outcomes,
+        }
 
 
 def refine_sweep(

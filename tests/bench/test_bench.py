@@ -29,7 +29,10 @@ needs_core = pytest.mark.skipif(core is None, reason="the C core was not compile
 def done(command, tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     only = "SciPy RK45" if compiled.compiler() is None else " in C"
-    process = command("bench", "--quick", "--repeats", "1", "--only", only, cwd=folder)
+    process = command(
+        *("bench", "--quick", "--repeats", "1", "--only", only, "--out", "results/bench"),
+        cwd=folder,
+    )
     assert process.returncode == 0, process.stderr
     return folder, process
 
@@ -48,8 +51,11 @@ def test_json_is_what_the_file_has(tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(Study, "turns", lambda study: {"trajectory": 1})
     ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--json"])
     assert ran.exit_code == 0, ran.output
-    record = json.loads((tmp_path / "results/bench/part.json").read_text("utf-8"))
-    assert json.loads(ran.stdout) == record
+    assert list(tmp_path.iterdir()) == []  # nothing is written unasked
+    record = json.loads(ran.stdout)
+    ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--out", "kept"])
+    assert ran.exit_code == 0, ran.output
+    assert json.loads((tmp_path / "kept/part.json").read_text("utf-8")).keys() == record.keys()
     assert record["trajectory"]
 
 

@@ -147,7 +147,7 @@ def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
         "from capsule_sym._study import casestudy, thresholds\n"
         "casestudy.PANELS = {'f': 0.7}\n"
         "thresholds.GAMMAS, thresholds.LAST = (3.0,), 0.05\n"
-        "cli.main(['paper', '--json'])"
+        "cli.main(['paper', '--json', '--out', 'kept'])"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, encoding="utf-8", cwd=tmp_path
@@ -156,7 +156,7 @@ def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
     record = json.loads(done.stdout)
     assert list(record) == ["version", "generated", "backend", "start", "cases", "bifurcations"]
     assert [case["parameters"]["gamma"] for case in record["cases"]] == [3.3, 3.0]
-    assert (tmp_path / "results/paper/casestudy.json").read_text(encoding="utf-8") == done.stdout
+    assert (tmp_path / "kept/casestudy.json").read_text(encoding="utf-8") == done.stdout
 
 
 def test_an_interrupt_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ def test_the_case_study(command, tmp_path: Path) -> None:
     results = tmp_path / "results" / "paper"
     results.mkdir(parents=True)
     (results / "cases.csv").write_text("older results\n")
-    done = command("paper", cwd=tmp_path)
+    done = command("paper", "--out", "results/paper", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stderr.startswith("wrote results/paper/casestudy.json")
     assert_every_panel_is_shown(done.stdout)

@@ -41,6 +41,29 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return contents(path)
 
 
+def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    summary = run_sweep(SWEEP, tmp_path / "whole")
+    assert (summary.success, summary.status) == (True, "complete")
+    assert sum(summary.statistics["outcomes"].values()) == 120
+    slow = cells_module._Cells.slow
+
+    def failing(self: cells_module._Cells, i: int) -> None:
+        if i == 4:
+            raise RuntimeError("no root")
+        slow(self, i)
+
+    monkeypatch.setattr(cells_module, "core", None)
+    monkeypatch.setattr(cells_module._Cells, "slow", failing)
+    small = chart(3, 3, compute=("itinerary",), chunk=(3, 3))
+    summary = run_sweep(small, tmp_path / "failing", workers=1)
+    assert (summary.success, summary.status) == (False, "failed")
+    assert summary.statistics["outcomes"]["failed"] == 1
+    assert "1 failed" in summary.message
+    # What was done before counts as well.
+    again = run_sweep(small, tmp_path / "failing", workers=1, resume=True)
+    assert (again.computed, again.status, again.message) == (0, "failed", summary.message)
+
+
 def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> None:
     summary = run_sweep(SWEEP, tmp_path / "store", command="capsule-sym sweep")
     assert (summary.cells, summary.computed, summary.damaged) == (120, 120, 0)
