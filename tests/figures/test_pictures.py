@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 from itertools import pairwise
 from pathlib import Path
 
@@ -94,6 +95,21 @@ def test_an_animation_shows_one_period(tmp_path: Path, settled, monkeypatch) -> 
     for one, other in pairwise(frames):
         assert abs(one[:, :middle] - other[:, :middle]).max() > 50
         assert abs(one[:, middle:] - other[:, middle:]).max() > 50
+
+
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
+def test_an_mp4_shows_the_same_period(tmp_path: Path, settled, monkeypatch) -> None:
+    monkeypatch.setattr(animation, "_PER_SECOND", 3)
+    animate(settled(1.2), tmp_path / "x.mp4", width=4.0, dpi=50)
+    shape = (-1, 92, 200, 3)
+    read = ["ffmpeg", "-v", "error", "-i", str(tmp_path / "x.mp4")]
+    read += ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run(read, stdout=subprocess.PIPE, check=True)
+    frames = np.frombuffer(done.stdout, np.uint8).reshape(shape).astype(float)
+    assert len(frames) == 12
+    for one, other in pairwise(frames):
+        assert abs(one[:, :120] - other[:, :120]).max() > 50
+        assert abs(one[:, 120:] - other[:, 120:]).max() > 50
 
 
 def test_an_animation_needs_a_format_that_can_be_written(tmp_path: Path, settled) -> None:
