@@ -5,7 +5,7 @@ next to nothing. `__init__.pyi` has the same names for type checkers.
 """
 
 _NAMES = {
-    "_design.fit": "Fit fit",
+    "_design.fit": "Fit FitStatus fit",
     "_design.measured": "read_measured",
     "_design.sensitivities": "Sensitivities sensitivities",
     "_enclosures.certificates": "certify_bifurcation certify_orbit certify_run",
@@ -53,7 +53,7 @@ _NAMES = {
     "_parameters": "Parameters PhysicalParameters load_parameters",
     "_sweeps.axes": "Axis",
     "_sweeps.basin": "run_basin",
-    "_sweeps.execution": "run_sweep",
+    "_sweeps.execution": "SweepStatus run_sweep",
     "_sweeps.plan": "load_sweep read_plan",
     "_sweeps.refinement": "refine_sweep",
     "_sweeps.results": "open_results",

@@ -1,6 +1,7 @@
 """The public names, for type checkers and editors; `__init__.py` imports them on first use."""
 
 from capsule_sym._design.fit import Fit as Fit
+from capsule_sym._design.fit import FitStatus as FitStatus
 from capsule_sym._design.fit import fit as fit
 from capsule_sym._design.measured import read_measured as read_measured
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
@@ -94,6 +95,7 @@ from capsule_sym._parameters import PhysicalParameters as PhysicalParameters
 from capsule_sym._parameters import load_parameters as load_parameters
 from capsule_sym._sweeps.axes import Axis as Axis
 from capsule_sym._sweeps.basin import run_basin as run_basin
+from capsule_sym._sweeps.execution import SweepStatus as SweepStatus
 from capsule_sym._sweeps.execution import run_sweep as run_sweep
 from capsule_sym._sweeps.plan import load_sweep as load_sweep
 from capsule_sym._sweeps.plan import read_plan as read_plan

@@ -35,6 +35,10 @@ def _number(name: str, value: object, *, positive: bool) -> float:
     return number
 
 
+POSITIVE = frozenset(("omega", "gamma", "f_b", "M_m", "M_c", "k1", "Omega", "mu", "g"))
+"""Parameters, dimensionless and of a device, that are above 0; the others may be 0."""
+
+
 def _validate(instance: Any, positive: Container[str]) -> None:
     for name in _names(type(instance)):
         value = _number(name, getattr(instance, name), positive=name in positive)
@@ -69,7 +73,7 @@ class Parameters:
     """Friction bound, max|F_r| / P_f; 1 for dry friction."""
 
     def __post_init__(self) -> None:
-        _validate(self, positive=("omega", "gamma", "f_b"))
+        _validate(self, POSITIVE)
 
     @property
     def period(self) -> float:
@@ -120,7 +124,7 @@ class PhysicalParameters:
     """Gravitational acceleration (m/s^2)."""
 
     def __post_init__(self) -> None:
-        _validate(self, positive=("M_m", "M_c", "k1", "Omega", "mu", "g"))
+        _validate(self, POSITIVE)
         for name in ("friction_force", "natural_frequency", "length_scale"):
             _number(name, getattr(self, name), positive=True)
         self.dimensionless()

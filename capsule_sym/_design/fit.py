@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -19,15 +20,26 @@ from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-_POSITIVE = ("omega", "gamma", "f_b", "M_m", "M_c", "k1", "Omega", "mu", "g")
+_OF_START = (*START, "x_c")
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
 _TRIES = 4  # of a multi-start's candidates, so many are followed
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 System = Parameters | PhysicalParameters
+
+
+class FitStatus(StrEnum):
+    """How the least squares of a fit ended, and what they leave open."""
+
+    #: The least squares came to rest on a minimum.
+    CONVERGED = "converged"
+    #: They did not.
+    NOT_CONVERGED = "not-converged"
+    #: The measurements leave a combination of what was unknown open.
+    NOT_IDENTIFIABLE = "not-identifiable"
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +65,8 @@ class Fit:
     """Their covariance, shape (k, k)."""
     success: bool
     """Whether the least squares came to rest on a minimum."""
-    status: str
-    """"converged", "not-converged" or "not-identifiable"."""
+    status: FitStatus
+    """How it ended."""
     message: str
     """The same as a sentence."""
     evaluations: int
@@ -69,7 +81,10 @@ class Fit:
     """Relative changes of what was unknown that the measurements cannot tell from none."""
     border: str
     """Where the itinerary changes within a standard error: which value; else empty."""
-    problem: Any
+    problem: Problem
+    """Residuals and Jacobian at other values of what was unknown."""
+    limits: tuple[Vector, Vector]
+    """Lowest and highest values allowed for what was unknown, each of shape (k,)."""
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -82,7 +97,7 @@ class Fit:
         """The results by name, of numbers, texts and lists."""
         return {
             "success": self.success,
-            "status": self.status,
+            "status": str(self.status),
             "message": self.message,
             "evaluations": self.evaluations,
             "values": self.values,
@@ -102,8 +117,9 @@ class Fit:
     def interval(self, name: str, deviations: float = 1.96) -> tuple[float, float]:
         """Profile interval of an unknown: where the others, fitted anew, still fit.
 
-        The sum of squares grows there by `deviations` squared times the noise's variance. Raises
-        InvalidInput for another name.
+        The sum of squares grows there by `deviations` squared times the noise's variance; where it
+        does not within the bounds of the fit, the bound is the end. Raises InvalidInput for another
+        name.
         """
         if name not in self.values:
             raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
@@ -161,17 +177,16 @@ class Problem:
 
     def __post_init__(self) -> None:
         own = type(self.system).__slots__
-        start = ("x_r", "v_r", "v_c", "phase", "x_c")
         for name in self.unknown:
-            if name not in own and name not in start:
-                raise InvalidInput("unknown", name, f"one of {', '.join((*own, *start))}")
+            if name not in own and name not in _OF_START:
+                raise InvalidInput("unknown", name, f"one of {', '.join((*own, *_OF_START))}")
         if not self.unknown or len(set(self.unknown)) < len(self.unknown):
             raise InvalidInput("unknown", ", ".join(self.unknown), "one or more different names")
         if len(self.state) != 3:
             raise InvalidInput("state", self.state, "three numbers")
         if len(self.unknown) >= len(self.data.values):
             raise InvalidInput("data", f"{len(self.data.values)} values", "more than are unknown")
-        known = dict(zip(start, (*self.state, self.phase, 0.0), strict=True))
+        known = dict(zip(_OF_START, (*self.state, self.phase, 0.0), strict=True))
         self.base = {name: getattr(self.system, name) for name in own} | known
         self.guess = np.array([float(self.base[name]) for name in self.unknown])
         self.scales = np.array(
@@ -203,16 +218,18 @@ class Problem:
             self._last = (key, *self._at(values))
         return self._last[1:]
 
+    def now(self, values: Vector) -> dict[str, float]:
+        """All values by name, with these of the unknown."""
+        return self.base | dict(zip(self.unknown, values.tolist(), strict=True))
+
     def system_at(self, values: Vector) -> System:
         """The system with these values of the unknown."""
-        own = type(self.system).__slots__
-        now = self.base | dict(zip(self.unknown, values.tolist(), strict=True))
-        return type(self.system)(**{name: now[name] for name in own})
+        now = self.now(values)
+        return type(self.system)(**{name: now[name] for name in type(self.system).__slots__})
 
     def _at(self, values: Vector) -> tuple[Vector, Matrix, str]:
         self.evaluations += 1
-        now = self.base | dict(zip(self.unknown, values.tolist(), strict=True))
-        system = self.system_at(values)
+        now, system = self.now(values), self.system_at(values)
         device = system if isinstance(system, PhysicalParameters) else None
         p = system if isinstance(system, Parameters) else system.dimensionless()
         length, rate = (
@@ -284,8 +301,8 @@ def _limits(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tupl
             raise InvalidInput("bounds", name, f"one of {', '.join(problem.unknown)}")
     low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
     for k, name in enumerate(problem.unknown):
-        if name not in ("x_r", "v_r", "v_c", "phase", "x_c"):
-            low[k] = 1e-12 if name in _POSITIVE else 0.0
+        if name not in _OF_START:
+            low[k] = 1e-12 if name in POSITIVE else 0.0
         if name in bounds:
             first, last = bounds[name]
             if not low[k] <= first < last:
@@ -371,18 +388,17 @@ def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str) ->
             if abs(row[name]) > 0.1:
                 errors[i] = math.inf
     at_rest = bool(found.success) and itinerary != "open"
-    status = "converged" if at_rest else "not-converged"
+    status = FitStatus.CONVERGED if at_rest else FitStatus.NOT_CONVERGED
     message = "the least squares came to rest" if at_rest else str(found.message)
     at_bound = [
         n for n, v, a, b in zip(problem.unknown, values, low, high, strict=True) if v <= a or v >= b
     ]
     if lost:
-        status, message = "not-identifiable", "the measurements leave a combination open"
+        status, message = FitStatus.NOT_IDENTIFIABLE, "the measurements leave a combination open"
     elif at_bound:
         message += f", with {', '.join(at_bound)} at a bound"
     system = problem.system_at(values)
-    named = dict(zip(problem.unknown, values.tolist(), strict=True))
-    now = problem.base | named
+    named, now = dict(zip(problem.unknown, values.tolist(), strict=True)), problem.now(values)
     return Fit(
         system=system,
         state=(now["x_r"], now["v_r"], now["v_c"]),
@@ -400,6 +416,7 @@ def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str) ->
         open_combinations=tuple(lost),
         border=_border(problem, values, errors, itinerary, low, high),
         problem=problem,
+        limits=(low, high),
     )
 
 
@@ -424,7 +441,7 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
     values = np.array(list(fitted.values.values()))
     others = [i for i in range(len(values)) if i != k]
     least = float(fitted.residuals @ fitted.residuals)
-    low, high = _limits(problem, {})
+    low, high = fitted.limits
     guess = values[others]
 
     def grown(at: float) -> float:
@@ -456,11 +473,14 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
     step = deviations * fitted.standard_errors[name]
     far = values[k] + step
     for _ in range(20):
-        if not low[k] <= far <= high[k]:
-            return float(np.clip(far, low[k], high[k]))
+        far = float(np.clip(far, low[k], high[k]))
+        if far == values[k]:
+            return far
         if grown(far) >= 0:
             edge: float = brentq(grown, values[k], far, xtol=1e-6 * abs(step))
             return edge
+        if far in (low[k], high[k]):
+            return far
         step *= 1.5
         far = values[k] + step
     return math.copysign(math.inf, deviations)

@@ -61,7 +61,10 @@ class Sensitivities:
         )
 
     def by(self, *names: str) -> NDArray[np.float64]:
-        """Derivatives of the states by some of `columns`, shape (n, 4), or (n, 4, names)."""
+        """Derivatives of the states by some of `columns`, shape (n, 4), or (n, 4, names).
+
+        Raises InvalidInput for another name.
+        """
         for name in names:
             if name not in SLOPES:
                 raise InvalidInput("name", name, f"one of {', '.join(SLOPES)}")

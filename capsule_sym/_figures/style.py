@@ -90,7 +90,10 @@ def mathematical(name: str) -> str:
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """The style file in force, for making, drawing and saving a figure."""
+    """The style file in force, for making, drawing and saving a figure.
+
+    Raises NotInstalled, an ImportError, without matplotlib.
+    """
     try:
         import matplotlib
     except ModuleNotFoundError as missing:

@@ -56,7 +56,10 @@ class Axis:
 
     @classmethod
     def of(cls, name: str, values: ArrayLike) -> Self:
-        """The axis of one quantity with given values, shape (n,)."""
+        """The axis of one quantity with given values, shape (n,), dimensionless.
+
+        Raises InvalidInput for a quantity or values that are not allowed.
+        """
         _range(name)
         column = np.atleast_1d(_doubles(name, values))
         if column.ndim != 1:
@@ -65,14 +68,20 @@ class Axis:
 
     @classmethod
     def linear(cls, name: str, low: float, high: float, count: int) -> Self:
-        """`count` evenly spaced values of one quantity, both ends among them."""
+        """`count` evenly spaced values of one quantity, both ends among them.
+
+        Raises InvalidInput for a quantity, ends or a count that are not allowed.
+        """
         low, high = _ends(name, low, high)
         _check_count(count, 1)
         return cls.of(name, np.linspace(low, high, count))
 
     @classmethod
     def log(cls, name: str, low: float, high: float, count: int) -> Self:
-        """`count` values of one quantity with even ratios, both ends among them."""
+        """`count` values of one quantity with even ratios, both ends, above 0, among them.
+
+        Raises InvalidInput for a quantity, ends or a count that are not allowed.
+        """
         low, high = _ends(name, low, high)
         _check_count(count, 1)
         if not (low > 0 and high > 0):
@@ -84,7 +93,8 @@ class Axis:
     def sobol(cls, ranges: Mapping[str, Sequence[float]], count: int, seed: int) -> Self:
         """`count` points of a scrambled Sobol sequence in a box, one range for each quantity.
 
-        The sequence is balanced where `count` is a power of two.
+        The sequence is balanced where `count` is a power of two. Raises InvalidInput for ranges, a
+        count or a seed that are not allowed.
         """
         from scipy.stats import qmc
 

@@ -113,7 +113,8 @@ def run_sweep(
     memory does not grow with the sweep, and an end at any moment costs at most a chunk per worker.
     Results are the same byte for byte however often a run is stopped and resumed; `any_core` gives
     that up, and goes on with another core (see `opened`). `progress` is called with the cells done
-    and their number. `open_results` reads the results.
+    and their number. What it gives says how the cells ended, by `success`, `status` (a
+    `SweepStatus`), `message` and `statistics`; `open_results` reads the results.
 
     Raises InvalidInput for a store that cannot be used (see `opened`), NotWritten on a full disk,
     and Lost for a chunk under which workers die. In every case what is finished is kept; so it is

@@ -146,6 +146,25 @@ def test_a_device_is_fitted_in_si_units() -> None:
     assert high - low == pytest.approx(2 * 1.96 * found.standard_errors["mu"], rel=0.2)
 
 
+def test_an_interval_ends_at_a_bound_of_the_fit_or_before() -> None:
+    data, guess = series(noise=2e-3), TRUE.replace(alpha=0.85)
+    how = {"state": START, "phase": PHASE}
+    free = fit(data, guess, ("alpha", "beta"), **how)
+    low, high = free.interval("alpha")
+    value = free.values["alpha"]
+    near = (low + value) / 2
+    bounded = fit(data, guess, ("alpha", "beta"), bounds={"alpha": (near, 1.0)}, **how)
+    assert bounded.interval("alpha") == (near, pytest.approx(high, abs=1e-6))
+    # A bound beyond the first step of the search is no end where the sum has grown before it.
+    beyond = low - (value - low) / 1000
+    bounded = fit(data, guess, ("alpha", "beta"), bounds={"alpha": (beyond, 1.0)}, **how)
+    assert bounded.interval("alpha") == (
+        pytest.approx(low, abs=1e-6),
+        pytest.approx(high, abs=1e-6),
+    )
+    assert bounded.interval("alpha")[0] > beyond
+
+
 @sampled
 def test_standard_errors_hold() -> None:
     """Of many fits, as many as should lie within three standard deviations."""

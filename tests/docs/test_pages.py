@@ -2,9 +2,12 @@
 
 import ast
 import contextlib
+import inspect
 import io
 import re
 import shlex
+import textwrap
+from collections.abc import Callable, Iterator
 
 import click
 import pytest
@@ -141,6 +144,34 @@ def test_a_public_name_says_what_it_is(name: str) -> None:
     found = getattr(capsule_sym, name)
     assert found.__name__ == name
     assert len(found.__doc__ or "") > 20
+
+
+def called(name: str) -> Iterator[tuple[str, Callable[..., object]]]:
+    """A public function, or the public methods of a class."""
+    found = getattr(capsule_sym, name)
+    if not inspect.isclass(found):
+        yield name, inspect.unwrap(found)
+        return
+    for method, value in vars(found).items():
+        function = getattr(value, "__func__", value)
+        if inspect.isfunction(function) and not method.startswith("_"):
+            yield f"{name}.{method}", function
+
+
+@pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__"}))
+def test_a_docstring_says_what_is_raised(name: str) -> None:
+    """What a function raises itself, by name."""
+    for called_name, function in called(name):
+        tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        calls = [n.exc for n in ast.walk(tree) if isinstance(n, ast.Raise)]
+        raised = {
+            call.func.id
+            for call in calls
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name)
+        }
+        told = function.__doc__ or ""
+        assert told, called_name
+        assert [error for error in raised if error not in told] == [], called_name
 
 
 @pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)

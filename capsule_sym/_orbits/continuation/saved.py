@@ -116,7 +116,10 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
 
 
 def orbit_from_record(record: Record) -> Orbit:
-    """The orbit of a record with parameters, itinerary, phase, state and durations."""
+    """The orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
+
+    Raises ValueError where they do not solve the orbit's equations.
+    """
     values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
     angle = record["phase"] * values[PARAMETERS.index("omega")]
     z = np.array([*record["state"], angle, *record["durations"]])

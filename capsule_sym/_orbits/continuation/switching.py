@@ -112,6 +112,7 @@ def period_doubling_cascade(branch: Branch, depth: int, *, points: int = 100) ->
 
     Each is followed to the ends of the range of the first. One that arrives at a period doubling
     of a branch that is known says so, and is not followed from there again.
+    Raises InvalidInput for a depth that is no whole number >= 0.
     """
     if isinstance(depth, bool) or not isinstance(depth, int) or depth < 0:
         raise InvalidInput("depth", depth, "a whole number >= 0")
