@@ -133,7 +133,7 @@ cdef class Map:
     def state_at(self, double x_r, double v_r, double v_c, double phase):
         """The state record to start from, at a time in the excitation period."""
         out = np.empty((), STATE)
-        cdef char[::1] view = out.reshape(1).view("i1")
+        cdef signed char[::1] view = out.reshape(1).view("i1")
         (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, phase)
         return out
 
@@ -223,8 +223,8 @@ cdef class Map:
         if state.dtype != STATE:
             raise TypeError("state must be of dtype STATE")
         cdef attention a
-        cdef char[::1] at = state.reshape(1).view("i1")
-        cdef char[::1] bytes_
+        cdef signed char[::1] at = state.reshape(1).view("i1")
+        cdef signed char[::1] bytes_
         cdef double[:, ::1] marks
         cdef capsule_request request
         cdef size_t written = 0
@@ -269,7 +269,7 @@ cdef class Map:
         if not n or not len(segments):
             return 0
         cdef attention a
-        cdef const char[::1] bytes_ = segments.view("i1")
+        cdef const signed char[::1] bytes_ = segments.view("i1")
         cdef capsule_watch *watch = _attend(&a, None, None)
         with nogil:
             done = capsule_evaluate(self.map, <const capsule_segment *> &bytes_[0],
@@ -298,7 +298,7 @@ cdef class Map:
               "slopes", (n, 4, 12))
         cdef attention a
         cdef capsule_slopes at
-        cdef const char[::1] bytes_ = segments.view("i1")
+        cdef const signed char[::1] bytes_ = segments.view("i1")
         cdef size_t count = len(segments)
         cdef double[11] *ends = NULL
         cdef double[4][12] *rows = NULL
@@ -355,7 +355,7 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     _need(starts.shape[0] == count and starts.shape[1] == 3, "starts", (count, 3))
     _need(phases.shape[0] == count, "phases", (count,))
     cdef attention a
-    cdef char[::1] at = states.view("i1")
+    cdef signed char[::1] at = states.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
     cdef bint within = True
     cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
@@ -414,7 +414,7 @@ def run_many(const double[:, ::1] parameters, states, int64_t periods, int8_t[::
         _need(strobe.shape[0] == count and strobe.shape[1] == periods + 1 and strobe.shape[2] == 3,
               "strobe", (count, periods + 1, 3))
     cdef attention a
-    cdef char[::1] at = states.view("i1")
+    cdef signed char[::1] at = states.view("i1")
     cdef capsule_batch many
     # Not in its place while it is used: a handler of signals may call this anew.
     cdef _Workspace work = _kept.__dict__.pop("workspace", None) or _Workspace()
@@ -454,8 +454,8 @@ def first_switches(const double[:, ::1] parameters, states, int64_t periods, eve
     stops = np.zeros(len(states), dtype=np.int8)
     _check_rows(parameters, states)
     cdef int8_t[::1] why = stops
-    cdef char[::1] at = states.view("i1")
-    cdef char[::1] to = events.view("i1")
+    cdef signed char[::1] at = states.view("i1")
+    cdef signed char[::1] to = events.view("i1")
     cdef size_t count = len(states)
     cdef _Workspace work = _kept.__dict__.pop("workspace", None) or _Workspace()
     cdef capsule_batch many
@@ -493,8 +493,8 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
           (count, "2 or more", 3))
     _need(switches.shape[0] == count and switches.shape[1] > 0, "switches", (count, "1 or more"))
     cdef attention a
-    cdef char[::1] at = states.view("i1")
-    cdef char[::1] to = motions.view("i1")
+    cdef signed char[::1] at = states.view("i1")
+    cdef signed char[::1] to = motions.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
     cdef capsule_motion *found = <capsule_motion *> &to[0]
     cdef bint made = False
