@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial mutations verify certificates regions lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -45,6 +45,11 @@ fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
 	$(BIN)/capsule-sym adversarial --count $(N)
+
+battery: $(READY)  ## judge 60 branches by brute force and look for 1,000 random periodic motions
+	mkdir -p results
+	$(BIN)/python -m tests.orbits.battery 60 results/branches.jsonl
+	$(BIN)/python -m tests.orbits.random_motions 1000 results/motions.jsonl
 
 mutations: $(READY)  ## change every value typed from the paper; each change has to be noticed
 	@mkdir -p results

@@ -17,7 +17,8 @@ from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 
-_WIDTHS = 10.0 ** np.arange(-3, 2)  # of the interval around a doubling, over that of the step
+# Of the interval around a doubling, over that of the step: the parameter may turn back within it.
+_WIDTHS = 10.0 ** np.arange(-3, 4)
 
 
 def halved(old: Orbit, new: Orbit, axis: Axis) -> SmoothEvent | None:
