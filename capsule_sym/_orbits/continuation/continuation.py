@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,9 @@ from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
 _MOST_POINTS = 20_000
 
 
+_Point = TypeVar("_Point")
+
+
 @dataclass(frozen=True)
 class BranchPoint:
     """An orbit of a branch, with the tightest of its itinerary's inequalities."""
@@ -48,6 +51,11 @@ class BranchPoint:
     def multipliers(self) -> tuple[complex, ...]:
         """Multipliers of the orbit, the largest modulus first."""
         return sorted_multipliers(self.orbit)
+
+
+def ends(points: Sequence[_Point]) -> dict[str, _Point]:
+    """The ends of a branch, or its only point, by their labels."""
+    return dict(zip(("EP1", "EP2"), points[:: max(1, len(points) - 1)], strict=False))
 
 
 @dataclass(frozen=True)
@@ -107,9 +115,7 @@ class Branch(Labelled):
         Raises InvalidInput for a label that the branch does not have.
         """
         named: dict[str, Bifurcation | BranchPoint] = {b.label: b for b in self.bifurcations}
-        named |= dict(
-            zip(("EP1", "EP2"), self.points[:: max(1, len(self.points) - 1)], strict=False)
-        )
+        named |= ends(self.points)
         if label not in named:
             raise InvalidInput("label", label, f"one of {', '.join(named)}")
         return named[label]

@@ -12,7 +12,7 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.continuation.continuation import BranchPoint
+from capsule_sym._orbits.continuation.continuation import BranchPoint, ends
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.records import FORMAT
 from capsule_sym._orbits.shooting.admissibility import tightest
@@ -60,8 +60,7 @@ def labelled_point(
 def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
     for one in record["bifurcations"]:
         yield origin + one["label"], one
-    ends = record["points"][:: max(1, len(record["points"]) - 1)]
-    for label, one in zip(("EP1", "EP2"), ends, strict=False):
+    for label, one in ends(record["points"]).items():
         yield origin + label, one
 
 
