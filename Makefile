@@ -28,7 +28,7 @@ results/%.json:
 STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 
 test: $(READY)  ## run the tests
-	$(BIN)/python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder -q $(STILL)
+	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder -q $(STILL)
 
 test-long: $(READY)  ## run the tests that take more than ten seconds each
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled"

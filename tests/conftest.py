@@ -3,9 +3,11 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 from capsule_sym._cli import main
 from tests.sampling import ALL
@@ -68,13 +70,20 @@ TOGETHER = ("tests/symbolic/", "tests/orbits/")
 FIRST = ("tests/symbolic/", "tests/cli/test_paper.py", "tests/figures/", "tests/orbits/")
 
 
-@pytest.hookimpl(tryfirst=True)
+class Together(LoadScopeScheduling):
+    """Gives a file, or a folder of `TOGETHER`, to one worker."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return next((name for name in TOGETHER if file.startswith(name)), file)
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Together | None:
+    return Together(config, log) if config.getoption("dist") == "loadscope" else None
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     def place(item: pytest.Item) -> int:
         return next((i for i, name in enumerate(FIRST) if item.nodeid.startswith(name)), len(FIRST))
 
     items.sort(key=place)
-    for item in items:
-        file = item.nodeid.partition("::")[0]
-        group = next((name for name in TOGETHER if file.startswith(name)), file)
-        item.add_marker(pytest.mark.xdist_group(group))
