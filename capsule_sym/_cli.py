@@ -25,6 +25,7 @@ from capsule_sym._options import (
     make_console,
     make_progress,
     make_table,
+    out_option,
     parameter_options,
     state_option,
 )
@@ -243,12 +244,7 @@ def _segment_table(segments: Sequence[Segment], physical: PhysicalParameters | N
 
 
 @group.command()
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIRECTORY",
-    help="Write casestudy.json and the tables to this directory.",
-)
+@out_option("Write casestudy.json and the tables to this directory.")
 @json_option
 def paper(out: Path | None, as_json: bool) -> None:
     """Compute the case study of Section 4 and compare it with what the paper prints.

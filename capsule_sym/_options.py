@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
@@ -244,6 +245,28 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
     """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
     with tracking() as tracked:
         yield from tracked(items, text, total)
+
+
+class _Directory(click.Path):
+    """A directory to write to; what is in the way is told before anything is computed."""
+
+    def __init__(self) -> None:
+        super().__init__(file_okay=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """The path of a text."""
+        path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        there = next(one for one in (path, *path.parents) if os.path.exists(one))
+        if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
+            self.fail(
+                f"{str(path)!r} cannot be written: {there} is no writable directory", param, ctx
+            )
+        return path
+
+
+def out_option(what: str) -> Callable[[_Command], _Command]:
+    """The option --out DIRECTORY, which says `what` it does."""
+    return click.option("--out", type=_Directory(), metavar="DIRECTORY", help=what)
 
 
 def certify_option(what: str) -> Callable[[_Command], _Command]:

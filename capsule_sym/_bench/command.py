@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._options import json_option, make_console, make_progress, make_table
+from capsule_sym._options import json_option, make_console, make_progress, make_table, out_option
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,12 +32,7 @@ if TYPE_CHECKING:
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
 @click.option("--face", is_flag=True, help="What a person calls first, instead: under a minute.")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIRECTORY",
-    help="Write the record to this directory, part by part.",
-)
+@out_option("Write the record to this directory, part by part.")
 @json_option
 def bench(
     repeats: int, only: str, quick: bool, face: bool, out: Path | None, as_json: bool

@@ -17,7 +17,7 @@ from capsule_sym._options import (
     ranged_parameter_options,
     ranges,
 )
-from capsule_sym._orbits.command import certify_found, out_option, settled, settling_option
+from capsule_sym._orbits.command import certify_found, settled, settling_option, tables_option
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     help="A parameter that varies too, such as alpha=0.5*omega**2; may be repeated.",
 )
 @settling_option
-@out_option
+@tables_option
 @certify_option("the bifurcations")
 @json_option
 def branch(

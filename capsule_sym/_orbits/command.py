@@ -13,6 +13,7 @@ from capsule_sym._options import (
     json_option,
     make_console,
     make_progress,
+    out_option,
     parameter_options,
     state_option,
 )
@@ -25,12 +26,7 @@ if TYPE_CHECKING:
     from capsule_sym._parameters import Parameters
 
 settling_option = state_option("State at phase 0 from which the motion settles.")
-out_option = click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIRECTORY",
-    help="Write the JSON and its tables as CSV here.",
-)
+tables_option = out_option("Write the JSON and its tables as CSV here.")
 
 
 @click.command("orbit")

@@ -17,7 +17,7 @@ from capsule_sym._options import (
     ranges,
 )
 from capsule_sym._orbits.branch_command import followed, tell_early_end
-from capsule_sym._orbits.command import certify_found, out_option, settling_option
+from capsule_sym._orbits.command import certify_found, settling_option, tables_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 )
 @click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
 @settling_option
-@out_option
+@tables_option
 @certify_option("the points")
 @json_option
 def curve(

@@ -213,6 +213,10 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
             "ranges = ['alpha']: must be two parameters",
         ),
         (("branch", "--alpha", "1:2", "--gamma", "2:3"), "gamma = '2:3': must be the only thing"),
+        (("branch", "--alpha", "1:inf"), "alpha = inf: must be finite"),
+        # Before anything is computed, or missed.
+        (("branch", "--out", f"{__file__}/new"), "no writable directory"),
+        (("paper", "--out", f"{__file__}/new"), "no writable directory"),
         (("branch", "--alpha", "1:"), "'1:' is not LOW:HIGH, such as 0.1:2"),
         (
             ("basin", "--x-r", "0:1", "--store", "new"),

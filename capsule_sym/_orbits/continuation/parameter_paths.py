@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -134,6 +135,9 @@ class ParameterPath:
 
     def check(self, base: Parameters, first: float, last: float) -> None:
         """Raises InvalidInput where the path between two values goes through no parameters."""
+        for at in (first, last):
+            if not math.isfinite(at):
+                raise InvalidInput(self.name, at, "finite")
         if self.name not in PARAMETERS:
             self._affine()
         values = tuple(base.to_dict().values())
