@@ -471,6 +471,8 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
         return float((total - least) / fitted.noise**2 - deviations**2)
 
     step = deviations * fitted.standard_errors[name]
+    if math.isinf(step):  # the measurements leave it open
+        return float(high[k] if step > 0 else low[k])
     far = values[k] + step
     for _ in range(20):
         far = float(np.clip(far, low[k], high[k]))

@@ -217,6 +217,8 @@ def test_what_measurements_cannot_tell_is_named() -> None:
     assert found.standard_errors["alpha"] < 1e-6
     (lost,) = found.open_combinations
     assert abs(lost["gamma"]) == pytest.approx(1.0)
+    # An interval of what is open has no ends but the bounds.
+    assert found.interval("gamma") == (1e-12, np.inf)
 
 
 def test_a_border_within_the_errors_is_named() -> None:
