@@ -1,5 +1,6 @@
 """Normal forms: balls, 50-digit motions and orbits beside a bifurcation give the same."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,7 +13,12 @@ from capsule_sym._enclosures.events import prove_event
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.events import CORNER
-from capsule_sym._orbits.continuation.normal_forms import PERSISTENCE, SUPERCRITICAL
+from capsule_sym._orbits.continuation.normal_forms import (
+    NON_SMOOTH_FOLD,
+    PERSISTENCE,
+    SUPERCRITICAL,
+)
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.changes import around, exchanged
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
@@ -121,6 +127,21 @@ def _zero(row: mp.matrix, matrix: mp.matrix, start: mp.matrix) -> mpf:
     return time
 
 
+def test_a_scenario_is_left_open_where_the_branch_ends() -> None:
+    one = _collisions()["alpha GS1"]
+    assert replace(one, itinerary_after=None, multipliers_after=()).normal_form.scenario == ""
+
+
+def test_two_itineraries_with_their_orbits_on_one_side_make_a_non_smooth_fold() -> None:
+    # By det(I - M): of multipliers on both sides of 1 an odd number is beyond it.
+    one = _collisions()["alpha GS1"]
+    scenarios = [
+        replace(one, multipliers_before=(0.5, 0), multipliers_after=after).normal_form.scenario
+        for after in ((1.5, 0), (-1.5, 0), (0.3 + 1j, 0.3 - 1j), (1.5, 1.2))
+    ]
+    assert scenarios == [NON_SMOOTH_FOLD, PERSISTENCE, PERSISTENCE, PERSISTENCE]
+
+
 FOLDS = ("FO1", "FO2")
 
 
@@ -155,6 +176,21 @@ def _both_sides(one: Bifurcation, value: float, s: float) -> list:
 
 def _nearest(orbit, value: float) -> float:
     return float(min(floquet_multipliers(orbit).real, key=lambda one: abs(one - value)))
+
+
+class _Still(ParameterPath):
+    """A parameter that has no effect."""
+
+    def along(self, by_p: np.ndarray, value: float) -> np.ndarray:
+        return 0 * by_p[:, 0]
+
+    def placed(self, values: list[float], value: float) -> list[float]:
+        return list(values)
+
+
+@pytest.mark.parametrize("label", ["FO1", "PD1", "GS1"])
+def test_there_is_no_normal_form_in_a_parameter_without_effect(label: str) -> None:
+    assert replace(hysteretic().at(label), path=_Still("omega")).normal_form is None
 
 
 @pytest.mark.parametrize("label", ["PD1", "PD2"])

@@ -58,7 +58,8 @@ class NormalForm(NamedTuple):
     v_r, v_c), over s^`power`: the leading term of the difference between the maps of the two
     itineraries. `scenario` is "supercritical" or "subcritical" at a period doubling; at a border
     collision "persistence" where each of the two itineraries has its orbit on a side of its own,
-    "non-smooth fold" where both are on one; empty at a fold.
+    "non-smooth fold" where both are on one; empty at a fold, and where the multipliers beyond would
+    tell but the branch ends.
     """
 
     order: int
@@ -83,7 +84,7 @@ def normal_form(
     *,
     mirrored: bool,
 ) -> NormalForm | None:
-    """The normal form of a bifurcation of this type; None where it has none.
+    """The normal form of a bifurcation of this type; None where it has none, or a degenerate one.
 
     `multipliers` are those on both sides, `mirrored` says that the orbit is its own mirror image.
     """
@@ -92,18 +93,32 @@ def normal_form(
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         try:
             if kind == FOLD:
-                return _fold(numbers, orbit, path)
-            if kind == PERIOD_DOUBLING:
-                return _period_doubling(numbers, orbit, path)
-            if kind not in _POWERS or segment is None:
+                form = _fold(numbers, orbit, path)
+            elif kind == PERIOD_DOUBLING:
+                form = _period_doubling(numbers, orbit, path)
+            elif kind in _POWERS and segment is not None:
+                form = _collision(numbers, kind, orbit, segment, path, multipliers)
+            else:
                 return None
-            order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
-            if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
-                power = 3
-            growth = _growth(numbers, orbit, segment, path, order)
-            x_r, v_r, v_c = _discontinuity(numbers, orbit, segment, power).tolist()
-        except np.linalg.LinAlgError:
+        except (np.linalg.LinAlgError, ArithmeticError):
             return None
+    terms = form.growth, form.coefficient or 0.0, *(form.discontinuity or ())
+    return form if np.all(np.isfinite(terms)) else None
+
+
+def _collision(
+    numbers: Backend,
+    kind: str,
+    orbit: Orbit,
+    segment: int,
+    path: ParameterPath,
+    multipliers: tuple[Sequence[complex], Sequence[complex]],
+) -> NormalForm:
+    order, power = 2 if kind in _TOUCHES else 1, _POWERS[kind]
+    if Guard.DRIFT in _corner_guards(orbit.itinerary, segment):
+        power = 3
+    growth = _growth(numbers, orbit, segment, path, order)
+    x_r, v_r, v_c = _discontinuity(numbers, orbit, segment, power).tolist()
     scenario = _scenario(*multipliers) if power == order else PERSISTENCE
     return NormalForm(order, growth, None, (x_r, v_r, v_c), power, scenario)
 
@@ -117,7 +132,7 @@ def _corner_guards(itinerary: Itinerary, segment: int) -> set[Guard | None]:
 def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
     """Of a map that is piecewise linear to leading order, by det(I - M) on both sides."""
     if not after:
-        return NON_SMOOTH_FOLD
+        return ""
     signs = [np.prod([1 - value for value in side]).real for side in (before, after)]
     return PERSISTENCE if signs[0] * signs[1] > 0 else NON_SMOOTH_FOLD
 
