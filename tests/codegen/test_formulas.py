@@ -1,9 +1,11 @@
 """The force's formula stands in one place, and what stands there reaches every target."""
 
+import os
 import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
@@ -75,8 +77,12 @@ def test_a_term_gone_from_the_model_changes_every_target(tmp_path: Path) -> None
     assert text.count(term) == 1
     # Without the second spring's force in one of the places where contact acts.
     model.write_text(text.replace(term, " + 2 * kappa * (x_r - delta)"), encoding="utf-8")
-    command = [sys.executable, "-m", "capsule_sym.codegen", "--check"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    # Without `site`, which would import the package from where it is installed editable.
+    command = [sys.executable, "-S", "-m", "capsule_sym.codegen", "--check"]
+    packages = {**os.environ, "PYTHONPATH": sysconfig.get_path("purelib")}
+    done = subprocess.run(
+        command, cwd=tmp_path, env=packages, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 1, done.stderr
     for path in ("formulas.py", "py/kernels.py", "mp/kernels.py"):
         changed = done.stdout.partition(f"+++ expected/{path}")[2].partition("\n--- ")[0]
