@@ -157,19 +157,23 @@ class Follower:
     def tests(self, orbit: Orbit) -> dict[str, float]:
         """The test functions at an orbit of the path."""
         found = evaluate_test_functions(orbit)
-        if self.born is not None:
-            found[DEGENERATE] = degeneracy(self.numbers, orbit, self.born)
-        if self.critical == PERIOD_DOUBLING:
+        others = (name for name in self.watched if name not in found)
+        return found | {name: self._test(name, orbit) for name in others}
+
+    def _test(self, name: str, orbit: Orbit) -> float:
+        if name == DEGENERATE and self.born is not None:
+            return degeneracy(self.numbers, orbit, self.born)
+        if name == GENERALIZED_DOUBLING:
             there = cubic(self.numbers, orbit)
-            found[GENERALIZED_DOUBLING] = there.term / there.closing
-        return found
+            return there.term / there.closing
+        return evaluate_test_functions(orbit)[name]
 
     def _condition(self, name: str, like: Vector) -> Condition:
         def value(orbit: Orbit) -> tuple[float, float]:
             if name == CUSP:
                 found = quadratic(self.numbers, orbit, like).term
             else:
-                found = self.tests(orbit)[name]
+                found = self._test(name, orbit)
             return found, noise(orbit)
 
         return value
