@@ -338,29 +338,16 @@ class _Curve:
             stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
         except Stop as error:
             stop = error
-        first, second = (float(value) for value in located.uncertainties[-2:])
         if self.meetings and self.meetings[-1].types[1] == DEGENERATE:
             last = np.array(self.meetings[-1].values)
             if max(abs(last - self._values(at))) <= _SAME:
                 self.meetings.pop()
-        self.meetings.append(
-            CodimensionTwoPoint(
-                types=(here.type, there.type),
-                lines=(here.line, there.line),
-                values=self._values(at),
-                uncertainties=(first, second),
-                residual=float(located.residual),
-                iterations=located.iterations,
-                status=at.status,
-                failed=event.failed.named(old.orbit.itinerary),
-                itinerary_before=old.orbit.itinerary.whole,
-                itinerary_after=beside.orbit.itinerary.whole if beside else None,
-                orbit=whole_orbit(at),
-            )
-        )
+        before, after = old.orbit.itinerary, beside.orbit.itinerary.whole if beside else None
+        failed = event.failed.named(before)
+        self._meet_border(located, at, (here, there), failed, (before.whole, after))
         if beside is None:
-            failed = f"{event.failed.named(old.orbit.itinerary)} fails at {where(at, self.axes)}"
-            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, failed)
+            message = f"{failed} fails at {where(at, self.axes)}"
+            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
         self._add(beside)
         return beside
 
@@ -401,19 +388,31 @@ class _Curve:
         at = found.orbit("numpy")
         here = self._place(at, born)
         there = self._place(at, others[0]) if others else Place(DEGENERATE, "", ())
-        first, second = found.uncertainties
+        self._meet_border(found, at, (here, there), "", (orbit.itinerary.whole, None))
+
+    def _meet_border(
+        self,
+        located: BorderCollision,
+        at: Orbit,
+        places: tuple[Place, Place],
+        failed: str,
+        itineraries: tuple[Itinerary, Itinerary | None],
+    ) -> None:
+        """Record a point of border collisions, with the itineraries before it and beyond."""
+        (here, there), (before, after) = places, itineraries
+        first, second = (float(value) for value in located.uncertainties[-2:])
         self.meetings.append(
             CodimensionTwoPoint(
                 types=(here.type, there.type),
                 lines=(here.line, there.line),
                 values=self._values(at),
                 uncertainties=(first, second),
-                residual=float(found.residual),
-                iterations=found.iterations,
+                residual=float(located.residual),
+                iterations=located.iterations,
                 status=at.status,
-                failed="",
-                itinerary_before=orbit.itinerary.whole,
-                itinerary_after=None,
-                orbit=at,
+                failed=failed,
+                itinerary_before=before,
+                itinerary_after=after,
+                orbit=whole_orbit(at),
             )
         )

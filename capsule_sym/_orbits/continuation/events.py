@@ -266,9 +266,8 @@ def place(itinerary: Itinerary, shot: Shooting, segment: int) -> Place | None:
     if contact(before) != contact(after):
         if drift(before) == drift(after):
             return None
-        line = _corner(
-            {itinerary.segments[segment - 1].guard, itinerary.segments[segment].guard}, span
-        )
+        guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+        line = _corner(guards, span)
         return Place(CORNER, line, _SURFACES[line])
     if contact(during) != contact(before):
         if before != after:
