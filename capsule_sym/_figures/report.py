@@ -45,7 +45,6 @@ _VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
 _RESOLUTION = 160  # of dots, in each inch
 _COLOURS = 64  # of a drawing in dots
 _MOST_CURVES, _MOST_BYTES = 40, 30_000  # of a drawing that is kept as curves
-_SHOWN = 96  # pixels of a page in each inch
 _LONGEST = "chart"  # of the figures in the making
 
 _Wanted = tuple[str, float]  # a figure's name, and gamma
@@ -212,6 +211,8 @@ def _drawing(
 
 
 def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Picture:
+    from capsule_sym._figures.shown import on_page
+
     name, gamma = one
     entry = FIGURES[name]
     title, command = entry.title, f"capsule-sym figure {name} --out {name}.svg"
@@ -219,8 +220,8 @@ def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Pict
         title, command = f"{title}, γ = {gamma}", f"{command} --gamma {gamma}"
     store = store or Store(lambda items, text, total: items)
     drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
-    across, down = (round(_SHOWN * float(inches)) for inches in drawn.get_size_inches())
-    return Picture(title, entry.caption, entry.alt, _data_uri(drawn), across, down, command)
+    uri, size = _data_uri(drawn), on_page(drawn)
+    return Picture(title, entry.caption, entry.alt, uri, *size, command)
 
 
 def _told(one: _Wanted) -> str:

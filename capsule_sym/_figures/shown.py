@@ -10,6 +10,12 @@ _DENSE = 2  # dots of the picture in each of the page, for screens that have so 
 _SHOWN = 96  # dots of a page in each inch
 
 
+def on_page(figure: Figure) -> tuple[int, int]:
+    """How many dots of a page a figure takes across and down."""
+    across, down = (round(_SHOWN * float(inches)) for inches in figure.get_size_inches())
+    return across, down
+
+
 class Shown(Figure):
     """A figure, and its picture where it is the value of a notebook's cell."""
 
@@ -20,5 +26,5 @@ class Shown(Figure):
         picture = io.BytesIO()
         with figure_style():
             self.savefig(picture, format="png", dpi=_DENSE * _SHOWN)
-        across, down = (round(_SHOWN * float(inches)) for inches in self.get_size_inches())
+        across, down = on_page(self)
         return picture.getvalue(), {"width": across, "height": down}
