@@ -47,7 +47,7 @@ adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000
 	$(BIN)/capsule-sym adversarial --count $(N)
 
 battery: $(READY)  ## judge 60 branches by brute force and look for 1,000 random periodic motions
-	mkdir -p results
+	@mkdir -p results
 	$(BIN)/python -m tests.orbits.battery 60 results/branches.jsonl
 	$(BIN)/python -m tests.orbits.random_motions 1000 results/motions.jsonl
 

@@ -48,10 +48,9 @@ def bench(
     after each part, so that an interrupted study leaves the parts that were done. `figure
     work-precision` draws results/bench/bench.json, or part.json where there is no other.
     "trajectory" (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency)
-    and "sweep" are
-    rows of tool and setting; "ratios" are of their times by ours; "growth" is ours alone; "widths"
-    counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method beside Brent's; and
-    "goals" is what has to be reached.
+    and "sweep" are rows of tool and setting; "ratios" are of their times by ours; "growth" is ours
+    alone; "widths" counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method
+    beside Brent's; and "goals" is what has to be reached.
 
     --face measures by the clock, the best of its repeats: a run with its segments, states at a
     million times, a fit's inner loop, and whole processes; beside SciPy's dense output and

@@ -102,10 +102,10 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
     c = constants[FIELDS[int(state.gap > 0), 0] - 1]
     force = formulas.force(c, state.x_r, state.gap, state.v_r)
     added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
-    beyond = -formulas.friction_guard(c, -1, abs(force))
-    if abs(beyond) <= (formulas.FORCE_UNITS + 1) * backend.unit * (added + c.f_b):
+    within = formulas.friction_guard(c, -1, abs(force))
+    if abs(within) <= (formulas.FORCE_UNITS + 1) * backend.unit * (added + c.f_b):
         return None
-    return PLACES.get((*signs, 3 * _sign(force) if beyond > 0 else 0))
+    return PLACES.get((*signs, 3 * _sign(force) if within < 0 else 0))
 
 
 def _sign(value: Number) -> int:
