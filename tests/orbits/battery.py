@@ -9,7 +9,6 @@ file, one line a branch: a battery that was stopped goes on where it ended.
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Sequence
@@ -19,6 +18,7 @@ import numpy as np
 
 from capsule_sym import Branch, BranchPoint, Parameters, continue_orbit, simulate, solve_orbit
 from capsule_sym._map.itinerary import cyclic_start
+from tests.orbits.kept import kept
 
 KINDS = ("alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b", "base excitation", "device")
 RANGES = {
@@ -142,13 +142,7 @@ def chain(branch: Branch) -> list[str]:
 
 def main(count: int, path: Path) -> int:
     """Judge so many branches; print the table."""
-    lines = path.read_text().splitlines() if path.exists() else []
-    known = [json.loads(line) for line in lines]
-    with path.open("a", encoding="utf-8") as file:
-        while len(known) < count:
-            known.append(judged(len(known)))
-            file.write(json.dumps(known[-1]) + "\n")
-            file.flush()
+    known = kept(path, judged, lambda known: len(known) >= count)
     for one in known:
         counts = (
             f"{len(one.get('events', ())):3} events, {one.get('agreed', 0):2}/{one.get('of', 0)}"

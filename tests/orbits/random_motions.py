@@ -8,7 +8,6 @@ file, one line each: a run that was stopped goes on where it ended.
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 
 from capsule_sym import Parameters, simulate, solve_orbit
 from capsule_sym._orbits.shooting.admissibility import rerun
+from tests.orbits.kept import kept
 
 RANGES = {
     "alpha": (0.0, 5.0),
@@ -67,13 +67,9 @@ def judged(number: int) -> dict[str, object]:
 
 def main(count: int, path: Path) -> int:
     """Judge motions until so many periodic ones are known; tell of those that are not found."""
-    lines = path.read_text().splitlines() if path.exists() else []
-    known = [json.loads(line) for line in lines]
-    with path.open("a", encoding="utf-8") as file:
-        while sum(one["periods"] is not None for one in known) < count:
-            known.append(judged(len(known)))
-            file.write(json.dumps(known[-1]) + "\n")
-            file.flush()
+    known = kept(
+        path, judged, lambda known: sum(one["periods"] is not None for one in known) >= count
+    )
     periodic = [one for one in known if one["periods"] is not None]
     lost = [one for one in periodic if not one["found"]]
     for one in lost:
