@@ -7,7 +7,7 @@ READY := .venv/.ready
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions attraction lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -73,6 +73,10 @@ regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); re
 	    > results/regions.json.part
 	@mv results/regions.json.part results/regions.json
 	@cat results/regions.json
+
+attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more (3600); resumes
+	@mkdir -p results
+	$(BIN)/capsule-sym enclose --from-rest results/from-rest.jsonl --seconds $(SECONDS)
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

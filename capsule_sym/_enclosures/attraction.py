@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,17 +30,21 @@ class Tendency:
     attraction: Attraction
 
 
-def steps_of(trajectory: Trajectory, first: int, last: int) -> list[Step]:
-    """The segments of a run from the begin of one excitation period to that of another."""
-    omega = trajectory.parameters.omega
-    turn = math.tau / omega
+def steps_of(trajectory: Trajectory, first: float, last: float) -> list[Step]:
+    """The segments of a run between two times, both in excitation periods."""
+    turn = math.tau / trajectory.parameters.omega
+    whole = math.floor(first)
 
     def time(period: int, phase: float) -> float:
-        return (period - first) * turn + phase
+        return (period - whole) * turn + phase - (first - whole) * turn
 
     found, reach = [], (last - first) * turn
     segments = trajectory.segments
-    for k, segment in enumerate(segments):
+    begun = bisect_right(
+        segments, 0.0, key=lambda one: time(one.start.period, float(one.start.phase))
+    )
+    for k in range(max(begun - 1, 0), len(segments)):
+        segment = segments[k]
         begin = max(0.0, time(segment.start.period, float(segment.start.phase)))
         end = time(segment.end.period, float(segment.end.phase))
         if end <= 0 or begin >= reach:
@@ -75,7 +80,7 @@ def tendency(values: Mapping[str, object], periods: int = 400) -> Tendency:
             except Unproved as error:
                 last = error
                 continue
-            return Tendency(_itinerary(steps), settled, found)
+            return Tendency(itinerary_of(steps), settled, found)
         raise last or Unproved("attraction", "no box was tried")
 
 
@@ -90,7 +95,7 @@ def _settled(run: Trajectory, periods: int) -> int:
     raise Unproved("attraction", f"the motion from rest has not settled after {periods} periods")
 
 
-def _itinerary(steps: list[Step]) -> tuple[int, ...]:
+def itinerary_of(steps: list[Step]) -> tuple[int, ...]:
     """The fields of a turn: the first and the last segment are parts of one."""
     fields = [step.field for step in steps]
     if len(fields) > 1 and fields[0] == fields[-1]:

@@ -25,11 +25,17 @@ if TYPE_CHECKING:
     help="Prove the (alpha, gamma) plane instead, going on with FILE.",
 )
 @click.option(
+    "--from-rest",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Prove where the motions from rest go instead, going on with FILE.",
+)
+@click.option(
     "--seconds",
     type=click.FloatRange(min=0),
     default=3600.0,
     show_default=True,
-    help="With --region: how long.",
+    help="With --region or --from-rest: how long.",
 )
 @click.option(
     "--out",
@@ -39,7 +45,12 @@ if TYPE_CHECKING:
 )
 @json_option
 def enclose(
-    thresholds: bool, region: Path | None, seconds: float, out: Path | None, as_json: bool
+    thresholds: bool,
+    region: Path | None,
+    from_rest: Path | None,
+    seconds: float,
+    out: Path | None,
+    as_json: bool,
 ) -> None:
     """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
 
@@ -51,10 +62,16 @@ def enclose(
     curves of both are proved to cross there. Exits with 1 where a step is left unproved.
 
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
-    stable orbit with one itinerary all over each. It tells what share of the plane that is.
+    stable orbit with one itinerary all over each. With --from-rest, at both mass ratios and for
+    alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
+    interval. Both tell what share of the whole is proved.
     """
-    if region is not None:
-        _region(region, seconds, as_json)
+    if region is not None and from_rest is not None:
+        raise click.UsageError(
+            "--region and --from-rest are two different proofs; give one of them."
+        )
+    if region is not None or from_rest is not None:
+        _parts(region, from_rest, seconds, as_json)
         return
     from capsule_sym._enclosures.section4 import GAMMAS
     from capsule_sym._records import dumps, write
@@ -89,21 +106,25 @@ def enclose(
         raise click.exceptions.Exit(1)
 
 
-def _region(path: Path, seconds: float, as_json: bool) -> None:
+def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json: bool) -> None:
     from rich.progress import TextColumn, TimeElapsedColumn
 
-    from capsule_sym._enclosures.regions import Plane, prove
+    from capsule_sym._enclosures.regions import FROM_REST, PLANE, Plane, prove
 
+    path, task, what = (
+        (region, PLANE, "the plane") if region else (from_rest, FROM_REST, "the motions from rest")
+    )
+    assert path is not None
     text = TextColumn("{task.description}")
     with make_progress(text, TimeElapsedColumn()) as progress:
-        task = progress.add_task("Proving the plane", total=None)
+        shown = progress.add_task(f"Proving {what}", total=None)
 
         def report(plane: Plane) -> None:
-            told = f"Proving the plane: {plane.share:.2%} in {plane.patches} patches"
-            progress.update(task, description=told)
+            told = f"Proving {what}: {plane.share:.2%} in {plane.patches} parts"
+            progress.update(shown, description=told)
 
         try:
-            plane = prove(path, seconds, report=report)
+            plane = prove(path, seconds, report=report, task=task)
         except OSError as problem:
             raise click.ClickException(f"{path}: {problem.strerror}") from None
     shares = sorted(plane.shares.items(), key=lambda one: -one[1])
@@ -112,13 +133,13 @@ def _region(path: Path, seconds: float, as_json: bool) -> None:
         told |= {"seconds": round(plane.seconds, 1), "work": round(plane.work, 1)}
         click.echo(json.dumps(told))
         return
-    table = make_table("itinerary", "share of the plane")
+    table = make_table("itinerary", "share")
     for itinerary, share in shares:
         table.add_row(itinerary, f"{share:.2%}")
     table.add_row("all", f"{plane.share:.2%}")
     console = make_console()
     console.print(table)
-    console.print(f"{plane.patches} patches, {plane.work:.0f} s of one core")
+    console.print(f"{plane.patches} parts, {plane.work:.0f} s of one core")
 
 
 def _proved(

@@ -112,21 +112,21 @@ class System:
                 end = field.flow(h) * start
                 orders = known.orders(step.field), (0,) * field.guards.nrows()
                 self._watch.segment(field, _form(start), _form(end), h, orders, name)
-                by = _three(field.flow(h)) * by
+                by = three(field.flow(h)) * by
                 if field.stick:
                     end[C, 0] = arb(0)
                 return Passage(_head(end), by, tuple(times), tuple(states))
             h = self._switch(field, start, step, name)
             end = field.flow(h) * start
             self._pin(field, step.guard, end)
-            after = _after(step.guard)
-            orders = known.orders(step.field), after.orders(step.field)
+            passed = after(step.guard)
+            orders = known.orders(step.field), passed.orders(step.field)
             self._watch.segment(field, _form(start), _form(end), h, orders, name)
             following = self._fields[steps[number].field]
-            by = self._switched(field, following, step.guard, end, _three(field.flow(h)) * by)
+            by = saltation(field, following, step.guard, end) * three(field.flow(h)) * by
             elapsed += h
             times.append(elapsed)
-            here, known = _head(end), after
+            here, known = _head(end), passed
             states.append(here)
         raise Unproved("first switch", "the last segment has a guard")
 
@@ -178,21 +178,20 @@ class System:
         if guard is not Guard.GAP or field.stick:
             end[C, 0] = arb(0)
 
-    def _switched(
-        self, field: Field, following: Field, guard: Guard, end: Matrix, moved: Matrix
-    ) -> Matrix:
-        """The derivative by the start just after a switch, at a fixed time (saltation matrix)."""
-        if guard is not Guard.DRIFT:
-            return moved  # the fields agree where the gap closes and where stick ends
-        before, after = field.A * end, following.A * end
-        lost = arb(1) if following.stick else 1 - after[C, 0] / before[C, 0]
+
+def saltation(field: Field, following: Field, guard: Guard, end: Matrix) -> Matrix:
+    """How the derivative by the start, at a fixed time, changes at a switch (saltation matrix)."""
+    jump = matrix(3, 3, ((i, i, 1) for i in range(3)))
+    if guard is Guard.DRIFT:  # the fields agree where the gap closes and where stick ends
+        before, later = field.A * end, following.A * end
+        lost = arb(1) if following.stick else 1 - later[C, 0] / before[C, 0]
         # The inner mass does not feel friction: v_r gains what v_c loses.
-        jump = matrix(3, 3, ((i, i, 1) for i in range(3)))
         jump[V, C], jump[C, C] = lost, 1 - lost
-        return jump * moved
+    return jump
 
 
-def _after(guard: Guard) -> Known:
+def after(guard: Guard) -> Known:
+    """What is exact just after a switch."""
     if guard is Guard.GAP:
         return Known(gap=1)
     return Known(rest=True, side={Guard.UPPER: 1, Guard.LOWER: -1}.get(guard, 0))
@@ -202,7 +201,8 @@ def _head(state: Matrix) -> Matrix:
     return matrix(3, 1, ((i, 0, state[i, 0]) for i in range(3)))
 
 
-def _three(flow: Matrix) -> Matrix:
+def three(flow: Matrix) -> Matrix:
+    """The part of a flow by which the state depends on its start."""
     return matrix(3, 3, ((i, j, flow[i, j]) for i in range(3) for j in range(3)))
 
 

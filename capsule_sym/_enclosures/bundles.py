@@ -1,0 +1,240 @@
+"""All states of a motion over an interval of alpha, carried through its switches as affine forms.
+
+A bundle is the set of G (1, s, e_1, e_2, ...): s in [-1, 1] is the place of alpha in its interval,
+and every e is in [-1, 1]. Rows are the extended state and the time since the last section. What the
+states of one alpha have in common, their switching times above all, so stays in common, where a box
+would forget it. Matrices are doubles; what they lose in rounding becomes another column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from flint import arb_mat
+from numpy.typing import NDArray
+
+from capsule_sym._enclosures.balls import (
+    Ball,
+    Matrix,
+    Unproved,
+    arb,
+    floats,
+    matrix,
+    symmetric,
+    thin,
+    upper,
+)
+from capsule_sym._enclosures.equations import GUARD_ROWS
+from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
+from capsule_sym._enclosures.guards import Known, Watch
+from capsule_sym._enclosures.trajectories import Step, after, saltation, three
+from capsule_sym._map.expansion import Guard
+
+TIME, ROWS = SIZE, SIZE + 1
+Bundle = NDArray[np.float64]
+"""Shape (7, n): the middle, the direction of alpha, and the other directions."""
+
+_NEAR = 1e-13  # change of a duration at which its refinement ends
+_MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
+_REFINEMENTS = 12
+_UP = 1 + 1e-12
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of alpha: all within `radius` of `middle`, both exact."""
+
+    middle: float
+    radius: float
+
+    @property
+    def hull(self) -> Ball:
+        """A ball that holds them."""
+        return arb(self.middle) + symmetric(self.radius)
+
+
+class Fields:
+    """The six fields at parameters that are narrow balls, for an interval of alpha."""
+
+    def __init__(self, values: Mapping[str, Ball], alphas: Interval) -> None:
+        self.values, self.alphas = {**values, "alpha": alphas.hull}, alphas
+        self._fields = {index: Field(index, self.values) for index in range(1, 7)}
+        self._watch = Watch()
+
+    def section(self, states: Matrix, angle: Ball) -> Bundle:
+        """A bundle of states (3, n) at a forcing angle that is the same for all; time begins."""
+        sine, cosine = angle.sin_cos()
+        middle, radius = arb(self.alphas.middle), arb(self.alphas.radius)
+        found = arb_mat([*states.tolist()[:3], *[[0] * states.ncols()] * (ROWS - 3)])
+        found[U, 0], found[U, 1] = middle * cosine, radius * cosine
+        found[W, 0], found[W, 1] = middle * sine, radius * sine
+        found[ONE, 0] = arb(1)
+        return _doubles(found)
+
+    def period(
+        self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball
+    ) -> tuple[Bundle, Matrix]:
+        """A bundle at the next section, a time `total` later, and the derivative by the state.
+
+        The steps lead there from the section at which the bundle is; the last has no guard. `angle`
+        is the forcing angle at the end. Raises Unproved unless all states take exactly these steps.
+        """
+        known = Known()
+        by = matrix(3, 3, ((i, i, 1) for i in range(3)))
+        for number, step in enumerate(steps, 1):
+            field = self._fields[step.field]
+            name = f"segment {number}, F{step.field}"
+            if field.stick and np.any(bundle[C]):
+                raise Unproved("first switch", f"{name} does not begin at rest")
+            if step.guard is None:
+                h, ended = _until(field, bundle, total, name)
+                following = Known()
+            else:
+                h, ended = _switch(field, bundle, step, name)
+                _pin(field, step.guard, ended)
+                following = after(step.guard)
+            if field.stick:
+                for j in range(ended.ncols()):
+                    ended[C, j] = arb(0)
+            orders = known.orders(step.field), following.orders(step.field)
+            forms = _form(thin(bundle[:SIZE])), _form(_states(ended))
+            self._watch.segment(field, *forms, h, orders, name)
+            by = three(field.flow(h)) * by
+            if step.guard is None:
+                return self.section(ended, angle), by
+            hull = _hull(_states(ended))
+            by = saltation(field, self._fields[steps[number].field], step.guard, hull) * by
+            bundle, known = _doubles(ended), following
+        raise Unproved("first switch", "the last segment has a guard")
+
+
+def _until(field: Field, bundle: Bundle, total: Ball, name: str) -> tuple[Ball, Matrix]:
+    """Duration and states of a segment up to a time since the section."""
+    middle = arb((total - arb(bundle[TIME, 0])).mid())
+    moved = _flow(field, middle) * thin(bundle)
+    late = arb_mat([[-x for x in moved.tolist()[TIME]]])
+    late[0, 0] += total
+    d = _hull(late)[0, 0]
+    if not middle + d > 0:
+        raise Unproved("first switch", f"the time is over before {name}")
+    return middle + d, _shifted(field, moved, late, arb(0), d)
+
+
+def _switch(field: Field, bundle: Bundle, step: Step, name: str) -> tuple[Ball, Matrix]:
+    """Duration and states of a segment up to where its guard vanishes."""
+    assert step.guard is not None
+    row = matrix(1, SIZE, ((0, k, field.guards[GUARD_ROWS[step.guard], k]) for k in range(SIZE)))
+    rate = row * field.A
+    h, start = arb(step.duration), thin(bundle[:SIZE, :1])
+    for _ in range(_REFINEMENTS):
+        there = field.flow(h) * start
+        move = (row * there)[0, 0] / (rate * there)[0, 0]
+        if not upper(move) < 1:
+            raise Unproved("first switch", f"{name} has no switch near the guess")
+        h = arb((h - move).mid())
+        if upper(move) < _NEAR:
+            break
+    moved = _flow(field, h) * thin(bundle)
+    states = _states(moved)
+    off, hull = row * states, _hull(states)
+    slope, reach = (rate * hull)[0, 0], 0.0
+    for _ in range(_REFINEMENTS):
+        if not slope < 0:
+            break
+        # The mean value theorem; as the guard falls all over the reach, it has one zero there.
+        d = -_hull(off)[0, 0] / slope
+        if upper(d) < reach:
+            chord = arb((rate * states)[0, 0].mid())
+            return h + d, _shifted(field, moved, off / -chord, (1 - slope / chord) * d, d)
+        reach = 1.25 * upper(d) + 1e-300
+        slope = (rate * (field.flow(symmetric(reach)) * hull))[0, 0]
+    raise Unproved("first switch", f"the switch of {name} is not enclosed")
+
+
+def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -> Matrix:
+    """States a time d later: d is `late` (1, s, e) with an error `missed`, and in the ball `d`.
+
+    y(d) = y + A y_0 d + A (y - y_0) d + A^2 e^(A d') y d^2/2, with y_0 the middle.
+    """
+    states = _states(moved)
+    hull, middle = _hull(states), states * _chosen(states.ncols())
+    rates = [*(x for (x,) in (field.A * middle).tolist()), arb(1)]
+    rest = field.A * (hull - middle) * d
+    rest += field.A * (field.A * (field.flow(symmetric(upper(d))) * hull)) * (d * d / 2)
+    rows = (moved + matrix(ROWS, 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
+    error = arb(missed.abs_upper())
+    for i, row in enumerate(rows):
+        box = [arb(0)] * SIZE
+        if i < SIZE:
+            box[i] = arb(rest[i, 0].abs_upper())
+        row += [rates[i] * error, *box]
+    return arb_mat(rows)
+
+
+def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
+    """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift."""
+    row = GUARD_ROWS[guard]
+    g_x, g_v, g_1 = (field.guards[row, k] for k in (X, V, ONE))
+    for j in range(ended.ncols()):
+        if guard is not Guard.DRIFT:
+            ended[X, j] = -(g_v * ended[V, j] + (0 if j else g_1)) / g_x
+        if guard is not Guard.GAP or field.stick:
+            ended[C, j] = arb(0)
+
+
+def _flow(field: Field, h: Ball) -> Matrix:
+    """The flow of the extended state and of the time."""
+    rows = [[*row, 0] for row in field.flow(h).tolist()]
+    return arb_mat([*rows, [*[0] * ONE, h, 1]])
+
+
+def _states(moved: Matrix) -> Matrix:
+    """The rows of the extended state."""
+    return arb_mat(moved.tolist()[:SIZE])
+
+
+@cache
+def _any(count: int) -> Matrix:
+    """What (1, s, e) can be, as a column."""
+    return arb_mat([[symmetric(1) if j else arb(1)] for j in range(count)])
+
+
+@cache
+def _chosen(count: int) -> Matrix:
+    """The column that takes the middle of a bundle."""
+    return arb_mat([[arb(0 if j else 1)] for j in range(count)])
+
+
+@cache
+def _parts(count: int) -> Matrix:
+    """What takes the middle, the direction of alpha, and a ball of the rest."""
+    rest = symmetric(1)
+    return arb_mat([[int(j == 0), int(j == 1), rest if j > 1 else 0] for j in range(count)])
+
+
+def _hull(states: Matrix) -> Matrix:
+    """The column of balls that holds all states of a bundle."""
+    return states * _any(states.ncols())
+
+
+def _form(states: Matrix) -> Matrix:
+    """A bundle as middle, direction of alpha, and rest."""
+    return states * _parts(states.ncols())
+
+
+def _doubles(whole: Matrix) -> Bundle:
+    """A bundle in doubles that holds a bundle of balls; rounding is a box, as more columns."""
+    kept = floats(whole)
+    left = (whole - thin(kept)) * (_any(whole.ncols()) * symmetric(1))
+    lost = [0.0 if x.is_zero() else upper(x) for (x,) in left.tolist()]
+    if kept.shape[1] > _MOST:
+        lengths = np.sum(abs(kept[:, 2:]), axis=0)
+        order = 2 + np.argsort(-lengths, kind="stable")
+        short = np.sum(abs(kept[:, order[_KEPT:]]), axis=1) * _UP
+        kept = np.column_stack([kept[:, :2], kept[:, order[:_KEPT]]])
+        lost = [x + y for x, y in zip(lost, short.tolist(), strict=True)]
+    box = np.diag(np.array(lost) * _UP)
+    return np.column_stack([kept, box[:, np.any(box, axis=0)]])
