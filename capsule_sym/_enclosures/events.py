@@ -90,7 +90,7 @@ def _sliding(before: int, during: int, after: int) -> tuple[str, int]:
 
 def _corner(tube: Tube, segment: int) -> str:
     itinerary, state = tube.shooting.itinerary, tube.wide.nodes[segment].state
-    guards = {itinerary.segments[segment - 1].guard, itinerary.segments[segment].guard}
+    guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
     if Guard.UPPER in guards:
         return "O1"
     if Guard.LOWER in guards:

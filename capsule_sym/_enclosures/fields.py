@@ -195,21 +195,22 @@ def _order(precision: int) -> int:
     return 12 + precision // 6
 
 
-def _tail(norm: float, h: float, order: int, zeros: int) -> float:
-    """More than the sum of norm^k h^(k - zeros)/k! from k = order on."""
+def _tail(norm: float, h: float, order: int, zeros: int) -> Ball:
+    """More than the sum of norm^k h^(k - zeros)/k! from k = order on; a ball, that never is 0."""
     size = norm * h
     if h == 0:
-        return 0.0 if order > zeros else norm**order / factorial(order)
+        return arb(0) if order > zeros else arb(norm) ** order / factorial(order)
     if size > _SHORT:
-        return inf
-    return (norm**zeros * size ** (order - zeros) * exp(size) / factorial(order)) * (1 + 1e-9)
+        return arb(inf)
+    bound = arb(norm) ** zeros * arb(size) ** (order - zeros) / factorial(order)
+    return bound * (exp(size) * (1 + 1e-9))
 
 
 def _identity() -> Matrix:
     return matrix(SIZE, SIZE, ((i, i, 1) for i in range(SIZE)))
 
 
-def _all(rows: int, radius: float) -> Matrix:
+def _all(rows: int, radius: Ball) -> Matrix:
     entry = symmetric(radius)
     return matrix(rows, SIZE, ((i, j, entry) for i in range(rows) for j in range(SIZE)))
 

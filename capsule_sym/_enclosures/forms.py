@@ -191,7 +191,7 @@ def exponential(rates: Form, h: Form) -> Form:
     found = one
     for k in range(_ORDER, 0, -1):
         found = one + (whole * found) * (arb(1) / k)
-    tail = symmetric(norm ** (_ORDER + 1) / factorial(_ORDER + 1) * 2)
+    tail = symmetric(arb(norm) ** (_ORDER + 1) / factorial(_ORDER + 1) * 2)
     entries = ((i, j, tail) for i in range(size) for j in range(size))
     found = Form(found.p, found.e + matrix(size, size, entries))
     for _ in range(halvings):

@@ -63,7 +63,7 @@ def known(itinerary: Itinerary, segment: int, still: Sequence[int] = ()) -> Know
     first = segment
     while (first - 1) % n in still:
         first -= 1
-    found = _after(itinerary.segments[(first - 1) % n].guard)
+    found = _after(itinerary.guard_before(first % n))
     while first % n in still:
         found = _passed(found, itinerary, first % n)
         first += 1
@@ -142,7 +142,7 @@ class Line:
                 total = total * arb(length) + term
             size = self._norm * length
             order = _STEP_ORDER + 1
-            tail = symmetric(size**order * exp(size) / factorial(order) * 1.0000001)
+            tail = symmetric(arb(size) ** order / factorial(order) * (exp(size) * 1.0000001))
             entries = ((i, j, tail) for i in range(SIZE) for j in range(SIZE))
             self._steps[length] = total + matrix(SIZE, SIZE, entries)
         return self._steps[length]

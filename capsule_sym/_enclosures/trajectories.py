@@ -63,21 +63,12 @@ class Passage:
     states: tuple[Matrix, ...]
 
 
-class _Precise(Field):
-    """A field whose flow is never a series: no bound on its tail is a float that could be 0."""
-
-    def flow(self, h: Ball) -> Matrix:
-        middle = arb(h.mid())
-        moved = (self.A * middle).exp()
-        return self._moved(moved, h - middle) if h.rad() > 0 else moved
-
-
 class System:
     """The six fields at one set of parameters."""
 
     def __init__(self, values: Mapping[str, Ball]) -> None:
         self.values = dict(values)
-        self._fields = {index: _Precise(index, values) for index in range(1, 7)}
+        self._fields = {index: Field(index, values) for index in range(1, 7)}
         self._watch = Watch()
 
     def field(self, index: int) -> Field:

@@ -40,7 +40,7 @@ from capsule_sym._enclosures.balls import (
 )
 from capsule_sym._enclosures.branches import glue, march
 from capsule_sym._enclosures.events import Event
-from capsule_sym._enclosures.fields import Field
+from capsule_sym._enclosures.fields import Field, _tail
 from capsule_sym._enclosures.guards import Line, Watch, prove_admissible
 from capsule_sym._enclosures.krawczyk import enclose
 from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
@@ -453,3 +453,19 @@ def test_unstable_orbit_is_certified_as_far_as_it_goes() -> None:
     shooting = shooting_of(orbit.itinerary, orbit.values, (), EXACT)
     proved = prove(shooting, guess_of(shooting, orbit), {}, stable=False)
     assert proved.characteristic is None
+
+
+def test_a_tail_is_bounded_however_small_it_is() -> None:
+    """In doubles this one would be 0, and what is left of the series would count as nothing."""
+    field = Field(1, {name: ball(text) for name, text in (EXACT | {"gamma": "3.3"}).items()})
+    assert 1e-30**21 == 0.0
+    assert _tail(field.norm, 1e-30, 21, 0) > 0
+    with precision(64):
+        short = field.flow(arb("1e-30"))
+    with precision(4096):
+        exact = (field.A * arb("1e-30")).exp()
+    assert all(
+        one.contains(other)
+        for rows in zip(short.tolist(), exact.tolist(), strict=True)
+        for one, other in zip(*rows, strict=True)
+    )
