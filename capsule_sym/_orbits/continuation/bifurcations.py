@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._map.backend import backend
+from capsule_sym._map.backend import Backend, backend
 from capsule_sym._orbits.continuation.events import (
     ADDING,
     CORNER,
@@ -27,8 +27,9 @@ from capsule_sym._orbits.continuation.events import (
 )
 from capsule_sym._orbits.continuation.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.shooting.equations import Matrix
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.monodromy import monodromy_derivative
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
 from capsule_sym._orbits.shooting.symmetry import KEPT
@@ -149,6 +150,26 @@ def of_matrix(matrix: Matrix) -> dict[str, float]:
         RESONANCE_1_1: float(3 - 2 * first + second),
         RESONANCE_1_2: float(3 + 2 * first + second),
     }
+
+
+def gradient_of_test_function(
+    numbers: Backend, orbit: Orbit, name: str, directions: Matrix
+) -> Vector:
+    """Gradient (n + 4 + m,) of a test function by z and along m directions of the parameters."""
+    matrix = monodromy_matrix(orbit)
+    first, unit = np.trace(matrix), np.eye(3)
+    third_by = np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])  # the cofactors
+    second_by = first * unit - matrix.T
+    of_first, of_second, of_third = {
+        FOLD: (1, -1, 1),
+        PERIOD_DOUBLING: (1, 1, 1),
+        NEIMARK_SACKER: (np.linalg.det(matrix), -1, first - 2 * np.linalg.det(matrix)),
+        RESONANCE_1_1: (-2, 1, 0),
+        RESONANCE_1_2: (2, 1, 0),
+    }[name]
+    by = of_first * unit + of_second * second_by + of_third * third_by
+    changes = monodromy_derivative(numbers, orbit, directions)
+    return np.einsum("ij,kij->k", by, changes)  # type: ignore[no-any-return]
 
 
 class SmoothEvent(NamedTuple):

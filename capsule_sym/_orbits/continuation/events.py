@@ -30,8 +30,20 @@ _LARGEST_RESIDUAL = 1024  # units of rounding
 _RANK = 1e-9  # singular values below this share of the largest are taken for zero
 _DIFFERENCE = 1e-6  # of the unknowns, for the gradient of a condition
 
-#: What vanishes where no segment has the duration 0: its value, and the rounding in it.
-Condition = Callable[[Orbit], tuple[float, float]]
+
+class Vanishing(NamedTuple):
+    """A quantity that is to vanish, the rounding in it, and its gradient where known.
+
+    The gradient (n + 4 + free,) is by z and what varies.
+    """
+
+    value: float
+    rounding: float
+    gradient: Vector | None = None
+
+
+#: What vanishes where no segment has the duration 0.
+Condition = Callable[[Orbit], Vanishing]
 
 
 class BorderCollision(NamedTuple):
@@ -86,11 +98,11 @@ def solve_event(
     # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink by
     # that.
     small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
-    kept = None
+    kept, secant = None, _Secant()
     with np.errstate(all="ignore"):
         for iterations in range(1, _MOST_STEPS + 1):
             at = [path.value(given) for path in free]
-            found = _system(numbers, given, free, itinerary, z, rest, conditions, kept)
+            found = _system(numbers, given, free, itinerary, z, rest, conditions, kept, secant)
             residual, matrix = found.residual, found.matrix
             kept = kept or (found.orbit.shot if numbers.name == "mpmath" else None)
             if not all(abs(value) < float("inf") for value in residual):
@@ -99,11 +111,13 @@ def solve_event(
                 step = _step(numbers, matrix, residual)
             except np.linalg.LinAlgError:
                 return None
+            secant.step = -step
             z[rest] = z[rest] - step[: len(rest)]
             for path, value, change in zip(free, at, step[len(rest) :], strict=True):
                 given = path.placed(given, value - change)
             if max(abs(step)) <= small * (1 + max(abs(z))):
-                found = _system(numbers, given, free, itinerary, z, rest, conditions, kept)
+                secant = _Secant()
+                found = _system(numbers, given, free, itinerary, z, rest, conditions, kept, secant)
                 unknowns = np.array([*z[rest], *(path.value(given) for path in free)])
                 solved = _solved(
                     numbers, found, unknowns, itinerary, z, segments, len(free), iterations
@@ -112,6 +126,38 @@ def solve_event(
                 if solved is not None or kept is None:
                     return solved
     return None
+
+
+class _Secant:
+    """Gradients of conditions that have no exact one: differences first, then Broyden's updates.
+
+    An error of them costs steps of Newton's method only.
+    """
+
+    def __init__(self) -> None:
+        self._rows: Matrix | None = None
+        self._values = np.zeros(0)
+        self.step = np.zeros(0)
+
+    def rows(
+        self,
+        orbit_at: Callable[[Vector], Orbit],
+        conditions: Sequence[Condition],
+        values: Vector,
+        size: int,
+    ) -> Matrix:
+        """The gradients (many, size) where the conditions have these values."""
+        if self._rows is None:
+            self._rows = np.zeros((len(conditions), size))
+            for k, step in enumerate(_DIFFERENCE * np.eye(size)):
+                ahead, behind = orbit_at(step), orbit_at(-step)
+                ends = [(one(ahead).value, one(behind).value) for one in conditions]
+                self._rows[:, k] = [(high - low) / (2 * _DIFFERENCE) for high, low in ends]
+        else:
+            missed = values - self._values - self._rows @ self.step
+            self._rows = self._rows + np.outer(missed, self.step) / (self.step @ self.step)
+        self._values = values
+        return self._rows
 
 
 class _System(NamedTuple):
@@ -132,8 +178,9 @@ def _system(
     rest: list[int],
     conditions: Sequence[Condition],
     kept: Shooting | None,
+    secant: _Secant,
 ) -> _System:
-    def orbit_at(changed: Vector | None) -> Orbit:
+    def orbit_at(changed: Vector | None = None) -> Orbit:
         values, there = list(given), z
         if changed is not None:
             there = z.copy()
@@ -143,20 +190,22 @@ def _system(
         shot = shooting(numbers, values, itinerary, there, kept)
         return Orbit(tuple(values), itinerary, there, shot, numbers.name)
 
-    orbit = orbit_at(None)
+    orbit = orbit_at()
     matrix = _matrix(orbit.shot, rest, free, [path.value(given) for path in free])
     if not conditions:
         return _System(orbit, orbit.shot.residual, [], matrix)
     found = [condition(orbit) for condition in conditions]
-    # The conditions have no exact gradient; an error of it costs steps of Newton's method only.
     rows = np.zeros((len(conditions), matrix.shape[1]))
-    for k in range(matrix.shape[1]):
-        step = _DIFFERENCE * np.eye(matrix.shape[1])[k]
-        ahead, behind = orbit_at(step), orbit_at(-step)
-        for row, condition in zip(rows, conditions, strict=True):
-            row[k] = (condition(ahead)[0] - condition(behind)[0]) / (2 * _DIFFERENCE)
-    residual = np.append(orbit.shot.residual, [value for value, _ in found])
-    roundings = [rounding for _, rounding in found]
+    unknown = [k for k, one in enumerate(found) if one.gradient is None]
+    for row, one in zip(rows, found, strict=True):
+        if one.gradient is not None:
+            row[:] = [*one.gradient[rest], *one.gradient[len(z) :]]
+    if unknown:
+        others = [conditions[k] for k in unknown]
+        values = np.array([found[k].value for k in unknown])
+        rows[unknown] = secant.rows(orbit_at, others, values, matrix.shape[1])
+    residual = np.append(orbit.shot.residual, [one.value for one in found])
+    roundings = [one.rounding for one in found]
     return _System(orbit, residual, roundings, np.vstack([matrix, rows]))
 
 

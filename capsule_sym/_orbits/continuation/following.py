@@ -14,6 +14,7 @@ from capsule_sym._orbits.continuation.bifurcations import (
     SMOOTH,
     SmoothEvent,
     evaluate_test_functions,
+    gradient_of_test_function,
     noise,
     rotations,
     zero_of_test_function,
@@ -29,6 +30,7 @@ from capsule_sym._orbits.continuation.events import (
     RESONANCE_1_2,
     BorderCollision,
     Condition,
+    Vanishing,
     solve_event,
 )
 from capsule_sym._orbits.continuation.normal_forms import cubic, degeneracy, quadratic
@@ -42,7 +44,7 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.changes import Change, exchanged, inserted, shortened
-from capsule_sym._orbits.shooting.equations import shooting
+from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, whole_orbit
@@ -54,7 +56,7 @@ _TURN = 0.95  # least cosine between tangents of neighbours
 _TOGETHER = 1e-7  # shares of a step that are one event
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
 _DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
-_DIFFERENCE = 1e-6
+_EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # functions of the monodromy matrix
 # What else may vanish along a curve of a smooth bifurcation; a cusp is seen by the curve's tangent.
 _WATCHED = {
     FOLD: (PERIOD_DOUBLING, RESONANCE_1_1),
@@ -114,27 +116,24 @@ class Follower:
 
     def equations(self, u: Vector) -> Evaluation:
         """The equations at u, and the orbit."""
-        orbit = self.orbit(u)
+        orbit, count = self.orbit(u), len(self.axes)
         shot = orbit.shot
         by_z = shot.by_z if self.born is None else np.delete(shot.by_z, 4 + self.born, axis=1)
         by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
         by, residual = np.column_stack([by_z, *by_q]), shot.residual
         if self.critical is not None:
+            row = self._gradient(orbit, self.critical)
+            row[-count:] *= [axis.end - axis.begin for axis in self.axes]
+            row = row if self.born is None else np.delete(row, 4 + self.born)
             residual = np.append(residual, evaluate_test_functions(orbit)[self.critical])
-            by = np.vstack([by, self._critical_by(u, self.critical)])
+            by = np.vstack([by, row])
         return Evaluation(residual, by, orbit)
 
-    def _critical_by(self, u: Vector, name: str) -> Vector:
-        """Gradient of a test function, by central differences of the exact one."""
-        steps = _DIFFERENCE * np.eye(len(u))
-        ends = [
-            (
-                evaluate_test_functions(self.orbit(u + s))[name],
-                evaluate_test_functions(self.orbit(u - s))[name],
-            )
-            for s in steps
-        ]
-        return np.array([(ahead - behind) / (2 * _DIFFERENCE) for ahead, behind in ends])
+    def _gradient(self, orbit: Orbit, name: str) -> Vector:
+        """Gradient of a test function of the monodromy matrix by z and what varies."""
+        unit = np.eye(len(PARAMETERS))
+        along = [axis.path.along(unit, axis.value(orbit.values)) for axis in self.axes]
+        return gradient_of_test_function(self.numbers, orbit, name, np.array(along))
 
     def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
         """The state at u, which a solution may be of, with its tangent in the direction `along`."""
@@ -169,12 +168,13 @@ class Follower:
         return evaluate_test_functions(orbit)[name]
 
     def _condition(self, name: str, like: Vector) -> Condition:
-        def value(orbit: Orbit) -> tuple[float, float]:
+        def value(orbit: Orbit) -> Vanishing:
+            if name in _EXACT:
+                found, gradient = self._test(name, orbit), self._gradient(orbit, name)
+                return Vanishing(found, noise(orbit), gradient)
             if name == CUSP:
-                found = quadratic(self.numbers, orbit, like).term
-            else:
-                found = self._test(name, orbit)
-            return found, noise(orbit)
+                return Vanishing(quadratic(self.numbers, orbit, like).term, noise(orbit))
+            return Vanishing(self._test(name, orbit), noise(orbit))
 
         return value
 

@@ -13,6 +13,8 @@ Matrix = NDArray[np.float64]
 
 _MOST_STEPS = 8
 _SETTLED = 1e-10  # a Newton step this small leaves an error of its square
+_NEARLY = 1e-6  # one this small too, if the residual then is rounding
+_ROUNDING = 2.0**-51
 
 
 class Evaluation(NamedTuple):
@@ -47,18 +49,20 @@ def tangent(by: Matrix, along: Vector) -> Vector:
 
 def corrected(equations: Equations, guess: Vector, normal: Vector) -> Solution | None:
     """The point of the curve in the plane through the guess, by Newton's method; None if none."""
-    u = guess
+    u, size = guess, float("inf")
     for step in range(1, _MOST_STEPS + 1):
         at = equations(u)
         if not np.all(np.isfinite(at.residual)):
             return None
+        if size < _NEARLY and np.max(abs(at.residual)) <= _ROUNDING * (1 + np.max(abs(u))):
+            return Solution(u, at, step - 1)
         try:
             change = np.linalg.solve(
                 np.vstack([at.by, normal]), -np.append(at.residual, normal @ (u - guess))
             )
         except np.linalg.LinAlgError:
             return None
-        u = u + change
-        if np.linalg.norm(change) < _SETTLED * (1 + np.linalg.norm(u)):
+        u, size = u + change, float(np.linalg.norm(change))
+        if size < _SETTLED * (1 + np.linalg.norm(u)):
             return Solution(u, equations(u), step)
     return None
