@@ -7,6 +7,8 @@ next to nothing. `__init__.pyi` has the same names for type checkers.
 _NAMES = {
     "_design.fit": "Fit FitStatus fit",
     "_design.measured": "read_measured",
+    "_design.optimise": "optimise",
+    "_design.optimum": "Constraint Optimum OptimumStatus Tightest",
     "_design.sensitivities": "Sensitivities sensitivities",
     "_enclosures.certificates": "certify_bifurcation certify_orbit certify_run",
     "_enclosures.checker": "Rejected check_certificate",

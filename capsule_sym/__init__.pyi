@@ -4,6 +4,11 @@ from capsule_sym._design.fit import Fit as Fit
 from capsule_sym._design.fit import FitStatus as FitStatus
 from capsule_sym._design.fit import fit as fit
 from capsule_sym._design.measured import read_measured as read_measured
+from capsule_sym._design.optimise import optimise as optimise
+from capsule_sym._design.optimum import Constraint as Constraint
+from capsule_sym._design.optimum import Optimum as Optimum
+from capsule_sym._design.optimum import OptimumStatus as OptimumStatus
+from capsule_sym._design.optimum import Tightest as Tightest
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.sensitivities import sensitivities as sensitivities
 from capsule_sym._enclosures.certificates import certify_bifurcation as certify_bifurcation

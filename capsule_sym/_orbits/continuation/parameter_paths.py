@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -206,37 +206,46 @@ def _number(function: Function, value: Any) -> Any:
 
 def _function(text: str, name: str) -> Function:
     """The function of a text."""
+    body = arithmetic("ties", text, (name,))
+    return lambda value: body({name: value})
+
+
+def arithmetic(field: str, text: str, names: Collection[str]) -> Callable[[Mapping[str, Any]], Any]:
+    """The function of values by name that a text of arithmetic gives; raises InvalidInput."""
     try:
         body = ast.parse(text[: _LONGEST + 1].strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         body = None
-    if body is None or len(text) > _LONGEST or not _allowed(body, name):
-        allowed = f"numbers, {name}, + - * / ** and parentheses, {_LONGEST} characters at most"
-        raise InvalidInput("ties", text, allowed)
-    return lambda value: _evaluated(body, value)
+    if body is None or len(text) > _LONGEST or not _allowed(body, names):
+        known = ", ".join(names)
+        allowed = f"numbers, {known}, + - * / ** and parentheses, {_LONGEST} characters at most"
+        raise InvalidInput(field, text, allowed)
+    return lambda values: _evaluated(body, values)
 
 
-def _allowed(node: ast.expr, name: str) -> bool:
+def _allowed(node: ast.expr, names: Collection[str]) -> bool:
     if isinstance(node, ast.BinOp):
         power = not isinstance(node.op, ast.Pow) or not _names(node.right)
-        sides = _allowed(node.left, name) and _allowed(node.right, name)
+        sides = _allowed(node.left, names) and _allowed(node.right, names)
         return type(node.op) in _OPERATIONS and power and sides
     if isinstance(node, ast.UnaryOp):
-        return isinstance(node.op, ast.USub) and _allowed(node.operand, name)
+        return isinstance(node.op, ast.USub) and _allowed(node.operand, names)
     if isinstance(node, ast.Constant):
         return type(node.value) in (int, float)
-    return isinstance(node, ast.Name) and node.id == name
+    return isinstance(node, ast.Name) and node.id in names
 
 
 def _names(node: ast.expr) -> bool:
     return any(isinstance(one, ast.Name) for one in ast.walk(node))
 
 
-def _evaluated(node: ast.expr, value: Any) -> Any:
+def _evaluated(node: ast.expr, values: Mapping[str, Any]) -> Any:
     if isinstance(node, ast.BinOp):
-        sides = _evaluated(node.left, value), _evaluated(node.right, value)
+        sides = _evaluated(node.left, values), _evaluated(node.right, values)
         return _OPERATIONS[type(node.op)](*sides)
     if isinstance(node, ast.UnaryOp):
-        return -_evaluated(node.operand, value)
+        return -_evaluated(node.operand, values)
     # Powers of whole numbers may have more digits than there is time for.
-    return float(ast.literal_eval(node)) if isinstance(node, ast.Constant) else value
+    if isinstance(node, ast.Name):
+        return values[node.id]
+    return float(ast.literal_eval(node))

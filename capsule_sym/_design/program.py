@@ -1,0 +1,253 @@
+"""What is optimised: objective, limits and stability as functions of scaled variables.
+
+The variables u are parameters of a system, each scaled by its bounds to between 0 and 1. A scenario
+is a start of the motion with parameters at an end of their tolerances; the objective counts in the
+worst one, and limits hold in all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design import evaluation
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.quantities import Function, Limit, System, names_of, number, of
+from capsule_sym._errors import InvalidInput
+from capsule_sym._parameters import Parameters
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+_STEP = 1e-3  # of a variable's range, in the differences of a multiplier
+_FAR = 0.25  # a slack of stability that the next step does not use up
+
+
+class Differences(NamedTuple):
+    """Weights of a function at steps, for its derivative: to both sides, and to one."""
+
+    central: tuple[tuple[int, float], ...]
+    one_sided: tuple[tuple[int, float], ...]
+
+
+COARSE = Differences(((-1, -0.5), (1, 0.5)), ((0, -1.5), (1, 2.0), (2, -0.5)))
+FINE = Differences(
+    ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)),
+    ((0, -25 / 12), (1, 4.0), (2, -3.0), (3, 4 / 3), (4, -1 / 4)),
+)
+WHOLE = Differences(*FINE)
+"""As fine, and by all parameters, not by the variables alone."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A start (x_r, v_r, v_c), and factors of parameters by name."""
+
+    state: tuple[float, float, float]
+    factors: Mapping[str, float]
+
+    def system(self, system: System) -> System:
+        """The system with its parameters at this end of their tolerances."""
+        changed = {name: getattr(system, name) * by for name, by in self.factors.items()}
+        return replace(system, **changed) if changed else system
+
+    def weights(self, system: System) -> Vector:
+        """What a derivative by a parameter of this scenario's system is by the parameter, (k,)."""
+        return np.array([self.factors.get(name, 1.0) for name in names_of(system)])
+
+
+def scenarios_of(
+    starts: Sequence[Sequence[float]], tolerances: Mapping[str, float], system: System
+) -> tuple[Scenario, ...]:
+    """All starts with all ends of the tolerances, and with none; raises InvalidInput."""
+    if not len(starts):
+        raise InvalidInput("starts", starts, "one state (x_r, v_r, v_c) or more")
+    states = []
+    for one in starts:
+        state = np.asarray(one, dtype=float)
+        if state.shape != (3,) or not np.all(np.isfinite(state)):
+            raise InvalidInput("starts", one, "states (x_r, v_r, v_c)")
+        states.append((float(state[0]), float(state[1]), float(state[2])))
+    for name, by in tolerances.items():
+        if name not in names_of(system):
+            raise InvalidInput("tolerances", name, f"of {', '.join(names_of(system))}")
+        if not 0 < by < 1:
+            raise InvalidInput(f"tolerance of {name}", by, "a share between 0 and 1")
+    ends = product(*((1 - by, 1 + by) for by in tolerances.values()))
+    factors: list[dict[str, float]] = [{}] if tolerances else []
+    factors += [dict(zip(tolerances, one, strict=True)) for one in ends]
+    return tuple(Scenario(state, one) for state in states for one in factors)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Objective and slacks of m scenarios at some variables, with derivatives by all parameters.
+
+    The objective is to be least; a slack is how far within a limit. `objective` (m,), `slacks`
+    (n,), in the order of scenarios, each with all its limits and at last its stability.
+    """
+
+    u: Vector
+    motions: tuple[Motion, ...]
+    objective: Vector
+    objective_by: Matrix
+    slacks: Vector
+    slacks_by: Matrix
+
+
+@dataclass(frozen=True)
+class Program:
+    """Minimise `sign` times a function of the metrics over variables between bounds."""
+
+    system: System
+    names: tuple[str, ...]
+    low: Vector
+    high: Vector
+    function: Function
+    sign: int
+    limits: tuple[Limit, ...]
+    margin: float | None
+    scenarios: tuple[Scenario, ...]
+    elastic: bool = False
+    """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
+
+    def system_at(self, u: Vector) -> System:
+        """The system where the scaled variables are u."""
+        values = self.low + u * (self.high - self.low)
+        values = np.where(u == 1.0, self.high, values)
+        return replace(self.system, **dict(zip(self.names, values.tolist(), strict=True)))
+
+    @property
+    def columns(self) -> list[int]:
+        """The variables' places among the parameters of the system."""
+        return [names_of(self.system).index(name) for name in self.names]
+
+    def settled(self, u: Vector) -> tuple[Motion, ...] | None:
+        """The motions that the scenarios' starts lead to; None where one leads to none."""
+        system, found = self.system_at(u), []
+        for one in self.scenarios:
+            motion = evaluation.settle(_dimensionless(one.system(system)), one.state)
+            if motion is None:
+                return None
+            found.append(motion)
+        return tuple(found)
+
+    def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
+        """The motions that these become at other variables; None where one is lost."""
+        return self._moved(evaluation.follow, motions, u)
+
+    def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
+        """The orbits of the same itineraries at other variables, realised or not."""
+        return self._moved(evaluation.beside, motions, u)
+
+    def _moved(
+        self,
+        how: Callable[[Motion, Parameters], Motion | None],
+        motions: Sequence[Motion],
+        u: Vector,
+    ) -> tuple[Motion, ...] | None:
+        system, found = self.system_at(u), []
+        for one, motion in zip(self.scenarios, motions, strict=True):
+            moved = how(motion, _dimensionless(one.system(system)))
+            if moved is None:
+                return None
+            found.append(moved)
+        return tuple(found)
+
+    def at(self, u: Vector, motions: tuple[Motion, ...], by: Differences = COARSE) -> Place:
+        """Objective and slacks of motions there, the stability's derivatives by differences."""
+        system = self.system_at(u)
+        count = len(names_of(system))
+        objective, slacks = list[tuple[float, Vector]](), list[tuple[float, Vector]]()
+        for one, motion in zip(self.scenarios, motions, strict=True):
+            own = one.system(system)
+            found = of(motion.metrics, own)
+            factors = one.weights(system)
+            objective.append(_times(number(self.function(found) * self.sign), factors))
+            slacks += [_times(number(limit.slack(found)), factors) for limit in self.limits]
+            if self.margin is not None:
+                slack = 1 - self.margin - motion.multiplier
+                slacks.append((slack, self._by_differences(u, motion, one, by)))
+        if self.elastic:
+            sizes = np.tile(self.sizes, len(self.scenarios))
+            objective = [
+                (-value / size, -by / size) for (value, by), size in zip(slacks, sizes, strict=True)
+            ]
+            slacks = []
+        return Place(
+            u,
+            motions,
+            np.array([value for value, _ in objective]),
+            np.array([by for _, by in objective]).reshape(-1, count),
+            np.array([value for value, _ in slacks]),
+            np.array([by for _, by in slacks]).reshape(-1, count),
+        )
+
+    @property
+    def sizes(self) -> Vector:
+        """The unit of each slack of a scenario: its limit, where that is not 0."""
+        found = [abs(limit.value) or 1.0 for limit in self.limits]
+        return np.array(found + [1.0] * (self.margin is not None))
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The limits of a scenario in words, its stability last."""
+        found = [limit.text for limit in self.limits]
+        if self.margin is not None:
+            found.append(f"largest multiplier <= {1 - self.margin:g}")
+        return tuple(found)
+
+    def _by_differences(self, u: Vector, motion: Motion, one: Scenario, how: Differences) -> Vector:
+        """Derivatives of the stability's slack by differences; 0 far from its limit."""
+        system = one.system(self.system_at(u))
+        by = np.zeros(len(names_of(system)))
+        if how is COARSE and 1 - cast(float, self.margin) - motion.multiplier > _FAR:
+            return by
+        spans = dict(zip(self.names, self.high - self.low, strict=True))
+        for k, name in enumerate(names_of(system)):
+            if how is not WHOLE and name not in spans:
+                continue
+            value = getattr(system, name)
+            step = _STEP * spans.get(name, abs(value) or 1.0)
+            # Beside 0 the differences are to one side.
+            weights = how.one_sided if value < 2 * step else how.central
+            for place, weight in weights:
+                moved = replace(system, **{name: value + place * step})
+                found = evaluation.beside(motion, _dimensionless(moved))
+                if found is None:
+                    by[k] = 0.0
+                    break
+                by[k] -= weight * found.multiplier / step
+        return by * one.weights(system)
+
+    def survey(self, points: Matrix) -> tuple[Vector, Vector]:
+        """About what the worst objective and the least slack are, each (n,), nan where unknown."""
+        worst, least = np.full((2, len(points)), -np.inf) * [[1], [-1]]
+        systems = [self.system_at(u) for u in points]
+        for one in self.scenarios:
+            own = [one.system(system) for system in systems]
+            about = evaluation.survey([_dimensionless(system) for system in own], one.state)
+            for i, (system, metrics) in enumerate(zip(own, about, strict=True)):
+                if not metrics:
+                    worst[i] = np.nan
+                    continue
+                found = of(metrics, system)
+                value = number(self.function(found) * self.sign)[0]
+                worst[i] = max(worst[i], value) if np.isfinite(value) else np.nan
+                for limit in self.limits:
+                    slack = number(limit.slack(found))[0] / (abs(limit.value) or 1.0)
+                    least[i] = min(least[i], slack)
+        return worst, least
+
+
+def _times(one: tuple[float, Vector], factors: Vector) -> tuple[float, Vector]:
+    value, by = one
+    return value, by * factors
+
+
+def _dimensionless(system: System) -> Parameters:
+    return system if isinstance(system, Parameters) else system.dimensionless()

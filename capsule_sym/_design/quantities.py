@@ -1,0 +1,177 @@
+"""Metrics of a steady motion by name, functions of them, and what they are in SI units.
+
+A metric is a number with its derivatives by all parameters of the system, dimensionless or a
+device's; arithmetic with it differentiates exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._design.units import DEVICE, slopes_of
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
+from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
+from capsule_sym._parameters import Parameters, PhysicalParameters
+
+System = Parameters | PhysicalParameters
+Function = Callable[[Mapping[str, Slope]], Slope]
+
+
+class Unit(NamedTuple):
+    """A metric's unit: powers of a device's units of force, length and rate, and its SI name."""
+
+    force: int
+    length: int
+    rate: int
+    name: str
+
+
+UNITS = {
+    "velocity": Unit(0, 1, 1, "m/s"),
+    "speed": Unit(0, 1, 1, "m/s"),
+    "progression": Unit(0, 1, 0, "m"),
+    "work": Unit(1, 1, 0, "J"),
+    "damper_loss": Unit(1, 1, 0, "J"),
+    "friction_loss": Unit(1, 1, 0, "J"),
+    "power": Unit(1, 1, 1, "W"),
+    "peak_force": Unit(1, 0, 0, "N"),
+    "peak_contact": Unit(1, 0, 0, "N"),
+    "speed_per_work": Unit(-1, 0, 0, "m/J"),
+    "cost_of_transport": Unit(0, 0, 0, ""),
+}
+"""The metrics by name. Energies and progression are per excitation period; speed is `|velocity|`,
+power is work over the period, speed_per_work is `|progression|` over work, which is average speed
+over average power; cost_of_transport is work over friction bound and `|progression|`."""
+
+
+def names_of(system: System) -> tuple[str, ...]:
+    """The parameters of a system by name."""
+    return type(system).__slots__
+
+
+def dimensionless_slopes(system: System) -> Matrix:
+    """Derivatives (7, k) of the dimensionless parameters by the k parameters of the system."""
+    return np.eye(7) if isinstance(system, Parameters) else slopes_of(system).parameters
+
+
+def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
+    """All metrics and parameters, with derivatives (k,) by the k parameters of the system.
+
+    In SI units where the system is a device. `metrics` are those of a motion of the system,
+    dimensionless, with derivatives (7,).
+    """
+    found = _with_derived(
+        metrics, system if isinstance(system, Parameters) else system.dimensionless()
+    )
+    own = {
+        name: Slope(getattr(system, name), row)
+        for name, row in zip(names_of(system), np.eye(len(names_of(system))), strict=True)
+    }
+    if isinstance(system, Parameters):
+        return found | own
+    by = slopes_of(system)
+    length = Slope(system.length_scale, system.length_scale * by.length)
+    rate = Slope(system.natural_frequency, system.natural_frequency * by.rate)
+    stiff = Slope(system.k1, np.eye(len(DEVICE))[DEVICE.index("k1")])
+    force = stiff * length
+    scaled = {}
+    for name, metric in found.items():
+        unit = UNITS[name]
+        here = Slope(metric.value, metric.slope @ by.parameters)
+        if math.isinf(metric.value):
+            scaled[name] = here
+            continue
+        for power, one in ((unit.force, force), (unit.length, length), (unit.rate, rate)):
+            here = here * one**power
+        scaled[name] = here
+    return scaled | own
+
+
+def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slope]:
+    """The dimensionless metrics, those derived from others too, by the seven parameters."""
+    found = dict(metrics)
+    omega, f_b = (
+        Slope(getattr(p, name), np.eye(7)[PARAMETERS.index(name)]) for name in ("omega", "f_b")
+    )
+    velocity, work = found["velocity"], found["work"]
+    forward = -1 if velocity.value < 0 else 1
+    way = forward * found["progression"]
+    found["speed"] = forward * velocity
+    found["power"] = work * omega / (2 * math.pi)
+    # A capsule that stands still goes no way at any cost; with no work it has no ratio.
+    nowhere = Slope(math.inf, np.zeros(7))
+    found["speed_per_work"] = way / work if work.value > 0 else Slope(0.0, np.zeros(7))
+    found["cost_of_transport"] = work / (f_b * way) if way.value > 0 else nowhere
+    return found
+
+
+class Limit(NamedTuple):
+    """A constraint: a function of the metrics is at most, or at least, a value."""
+
+    text: str
+    function: Function
+    value: float
+    sign: int
+    """1 where the function is at least the value, -1 where it is at most that."""
+
+    def slack(self, found: Mapping[str, Slope]) -> Slope:
+        """How far within the limit, with derivatives; negative beyond it."""
+        return (self.function(found) - self.value) * self.sign
+
+
+def function_of(field: str, metric: str | Function, system: System) -> Function:
+    """The function of metrics and parameters that a text of arithmetic, or a callable, gives.
+
+    Raises InvalidInput for other texts.
+    """
+    if callable(metric):
+        return metric
+    if not isinstance(metric, str):
+        raise InvalidInput(field, metric, "a metric, arithmetic of metrics, or a function of them")
+    return arithmetic(field, metric.replace("-per-", "_per_"), (*UNITS, *names_of(system)))
+
+
+def limits_of(constraints: Sequence[object], system: System) -> tuple[Limit, ...]:
+    """The constraints of texts such as "peak_force <= 2", or of (function, "<=", value)."""
+    return tuple(_limit(one, system) for one in constraints)
+
+
+def _limit(one: object, system: System) -> Limit:
+    allowed = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
+    if isinstance(one, str):
+        relation = next((mark for mark in ("<=", ">=") if mark in one), None)
+        left, _, right = one.partition(relation or "<=")
+        try:
+            number = float(right)
+        except ValueError:
+            number = math.nan
+        if relation is None or not math.isfinite(number):
+            raise InvalidInput("subject_to", one, allowed)
+        function, text = function_of("subject_to", left.strip(), system), one
+    else:
+        if not (isinstance(one, tuple) and len(one) == 3 and one[1] in ("<=", ">=")):
+            raise InvalidInput("subject_to", one, allowed)
+        metric, relation, number = one
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise InvalidInput("subject_to", one, allowed)
+        function = function_of("subject_to", metric, system)
+        text = f"{metric if isinstance(metric, str) else _named(metric)} {relation} {number:g}"
+        if not math.isfinite(number):
+            raise InvalidInput("subject_to", text, "a finite limit")
+    return Limit(text, function, float(number), 1 if relation == ">=" else -1)
+
+
+def _named(function: object) -> str:
+    return str(getattr(function, "__name__", "function"))
+
+
+def number(value: object) -> tuple[float, Vector]:
+    """Value and derivatives of what a function gave; it may have given a plain number."""
+    if isinstance(value, Slope):
+        return float(value.value), np.asarray(value.slope, dtype=float)
+    return float(value), np.zeros(())  # type: ignore[arg-type]

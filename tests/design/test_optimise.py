@@ -1,0 +1,277 @@
+"""Optima of steady motions: by their conditions, by neighbours, and by what a survey finds."""
+
+import json
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from capsule_sym import (
+    InvalidInput,
+    Optimum,
+    OptimumStatus,
+    Parameters,
+    PhysicalParameters,
+    optimise,
+    performance,
+    solve_orbit,
+)
+from capsule_sym._design import evaluation
+from capsule_sym._design.borders import distances
+from capsule_sym._design.evaluation import beside, settle
+from capsule_sym._design.quantities import UNITS, dimensionless_slopes, of
+
+BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
+DEVICE = PhysicalParameters(
+    M_m=0.5, M_c=1.65, k1=50.0, k2=75.0, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
+)
+# Here a stick between two drifts appears by grazing-sliding, and the velocity is least.
+KINK = Parameters(omega=0.594, delta=0.2535, zeta=0.09, beta=3.83, gamma=2.47)
+
+
+def per_work(parameters: Parameters) -> float:
+    """Speed per work by the orbit that is reached from rest, in Python."""
+    found = performance(solve_orbit(parameters))
+    return float(abs(found.progression.value) / found.work.value)
+
+
+@pytest.fixture(scope="module")
+def economical() -> Optimum:
+    return optimise("speed_per_work", BOUNDS)
+
+
+def test_the_most_economical_drive_is_the_known_one(economical: Optimum) -> None:
+    assert economical.success
+    assert economical.status is OptimumStatus.OPTIMAL
+    assert economical.residual < 1e-9
+    told = {name: round(value, 3) for name, value in economical.over.items()}
+    assert told == {"alpha": 0.966, "omega": 0.79, "delta": 0.0}
+    assert economical.value == pytest.approx(per_work(economical.system), rel=1e-12)
+    assert round(economical.value, 3) == 0.716
+    assert set(economical.bounds) == {"delta"}
+
+
+def test_no_neighbour_of_an_optimum_is_better(economical: Optimum) -> None:
+    p = economical.system
+    for da, dw, dd in product((-0.01, 0.0, 0.01), (-0.005, 0.0, 0.005), (0.0, 0.01)):
+        if da or dw or dd:
+            beside = p.replace(alpha=p.alpha + da, omega=p.omega + dw, delta=p.delta + dd)
+            assert per_work(beside) < economical.value
+
+
+def test_no_cell_of_a_survey_is_better(economical: Optimum) -> None:
+    draw = np.random.default_rng(3)
+    low, high = np.array(list(BOUNDS.values())).T
+    cells = [Parameters(*(low + draw.uniform(size=3) * (high - low)).tolist()) for _ in range(1000)]
+    found = evaluation.survey(cells, (0.0, 0.0, 0.0))
+    best = max(abs(one["progression"].value) / one["work"].value for one in found if one)
+    assert 0.65 < best < economical.value
+
+
+def test_the_optimum_moves_with_fixed_parameters_as_new_optima_do(economical: Optimum) -> None:
+    for name in ("zeta", "beta"):
+        step = 1e-3 * getattr(economical.system, name)
+        ends = [
+            optimise(
+                "speed_per_work",
+                {"alpha": (0.9, 1.05), "omega": (0.75, 0.85), "delta": (0.0, 0.05)},
+                Parameters(**{name: getattr(economical.system, name) + by}),
+                samples=1,
+            ).value
+            for by in (-step, step)
+        ]
+        slope = (ends[1] - ends[0]) / (2 * step)
+        assert economical.slopes[name] == pytest.approx(slope, rel=1e-4)
+    assert set(economical.slopes) == {"zeta", "beta", "gamma", "f_b"}
+
+
+def test_an_active_limit_costs_its_multiplier() -> None:
+    bounds, values = {"alpha": (0.5, 0.9), "omega": (0.7, 0.9)}, []
+    for limit in (1.899, 1.9, 1.901):
+        found = optimise("velocity", bounds, subject_to=[f"peak_force <= {limit}"], samples=2)
+        assert found.success
+        values.append(found)
+    (constraint,) = values[1].constraints
+    assert constraint.active
+    assert abs(constraint.slack) < 1e-9
+    assert values[1].metrics["peak_force"] == pytest.approx(1.9, abs=1e-9)
+    slope = (values[2].value - values[0].value) / 0.002
+    assert constraint.multiplier == pytest.approx(slope, rel=1e-3)
+
+
+def test_an_optimum_on_a_border_is_told_with_both_sides() -> None:
+    found = optimise(
+        "velocity + 30*(omega - 0.596)**2",
+        {"alpha": (0.95, 1.0), "omega": (0.57, 0.62)},
+        KINK,
+        maximise=False,
+        samples=1,
+    )
+    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
+    assert found.success
+    assert found.residual < 1e-9
+    assert found.border is not None
+    assert found.sides is not None
+    assert len({*found.border}) == 2
+    assert min(found.sides) > 0
+    p, step = found.system, 1e-4
+    values = {}
+    for da, dw in product((-step, 0.0, step), repeat=2):
+        there = p.replace(alpha=p.alpha + da, omega=p.omega + dw)
+        velocity = float(solve_orbit(there).average_velocity)
+        values[da, dw] = velocity + 30 * (there.omega - 0.596) ** 2
+    assert min(values, key=values.__getitem__) == (0.0, 0.0)
+    # A smooth minimum would rise with the square of the step.
+    assert values[step, 0.0] - values[0.0, 0.0] > 1e-3 * step
+    assert values[-step, 0.0] - values[0.0, 0.0] > 1e-3 * step
+
+
+def test_a_margin_of_stability_holds() -> None:
+    bounds = {"alpha": (0.5, 1.2), "omega": (0.7, 0.9)}
+    free = optimise("speed_per_work", bounds, samples=2)
+    margin = 1 - 0.9 * free.multiplier
+    held = optimise("speed_per_work", bounds, margin=margin, samples=2)
+    assert held.success
+    assert held.multiplier <= 1 - margin + 1e-6
+    assert held.value < free.value
+    assert held.constraints[0].active
+
+
+def test_the_worst_of_the_tolerances_counts() -> None:
+    bounds = {"alpha": (0.5, 0.9), "omega": (0.7, 0.9)}
+    found = optimise(
+        "velocity", bounds, subject_to=["work <= 0.8"], tolerances={"beta": 0.1}, samples=2
+    )
+    assert found.success
+    values, works = [], []
+    for beta in (1.5, 1.35, 1.65):
+        orbit = solve_orbit(replace(found.system, beta=beta))
+        values.append(float(orbit.average_velocity))
+        works.append(float(performance(orbit).work.value))
+    assert found.value == pytest.approx(min(values), rel=1e-10)
+    assert max(works) == pytest.approx(0.8, abs=1e-8)
+    assert len(found.constraints) == len(found.orbits) == 3
+
+
+def test_constraints_that_cannot_hold_are_named_with_how_far_they_fail() -> None:
+    found = optimise(
+        "speed",
+        {"alpha": (0.5, 0.9)},
+        subject_to=["peak_force <= 0.5", "speed <= 10"],
+        samples=2,
+    )
+    assert not found.success
+    assert found.status is OptimumStatus.INFEASIBLE
+    assert "peak_force <= 0.5 by " in found.message
+    assert "speed" not in found.message
+    least = min(
+        float(performance(solve_orbit(Parameters(alpha=a))).peak_force.value)
+        for a in np.linspace(0.5, 0.9, 9)
+    )
+    assert float(found.message.rsplit(" ", 1)[1]) == pytest.approx(least - 0.5, abs=0.01)
+
+
+def test_a_device_has_its_optimum_in_its_own_units() -> None:
+    found = optimise("speed_per_work", {"P_d": (3.0, 5.0), "Omega": (7.0, 9.0)}, DEVICE, samples=2)
+    assert found.success
+    p = found.system.dimensionless()
+    orbit = solve_orbit(p)
+    metrics = performance(orbit)
+    joule = DEVICE.friction_force * DEVICE.length_scale
+    assert found.metrics["work"] == pytest.approx(joule * metrics.work.value, rel=1e-12)
+    assert found.metrics["speed"] == pytest.approx(
+        DEVICE.velocity(float(metrics.velocity.value)), rel=1e-12
+    )
+    way = DEVICE.displacement(float(metrics.progression.value))
+    assert found.value == pytest.approx(way / found.metrics["work"], rel=1e-12)
+    same = optimise(
+        lambda m: m["progression"] / m["work"],
+        {"alpha": (0.7, 1.2), "omega": (0.7, 0.9)},
+        DEVICE.dimensionless(),
+        samples=2,
+    )
+    assert same.over["alpha"] == pytest.approx(p.alpha, rel=1e-7)
+    assert same.over["omega"] == pytest.approx(p.omega, rel=1e-7)
+    assert found.slopes["g"] * DEVICE.g == pytest.approx(
+        found.slopes["mu"] * DEVICE.mu, rel=1e-9
+    )  # both count by the friction force alone
+    assert json.loads(json.dumps(found.to_dict()))["units"]["speed_per_work"] == "m/J"
+    assert repr(found).startswith("<Optimum: greatest speed_per_work")
+
+
+def test_metrics_of_a_device_change_with_its_parameters_as_differences_say() -> None:
+    motion = settle(DEVICE.dimensionless(), (0.0, 0.0, 0.0))
+    assert motion is not None
+    found = of(motion.metrics, DEVICE)
+    for column, name in enumerate(type(DEVICE).__slots__):
+        ends = []
+        step = 1e-5 * getattr(DEVICE, name)
+        for by in (-step, step):
+            device = replace(DEVICE, **{name: getattr(DEVICE, name) + by})
+            moved = beside(motion, device.dimensionless())
+            assert moved is not None
+            ends.append(of(moved.metrics, device))
+        for metric in UNITS:
+            slope = (ends[1][metric].value - ends[0][metric].value) / (2 * step)
+            assert found[metric].slope[column] == pytest.approx(slope, rel=1e-5, abs=1e-8)
+    assert dimensionless_slopes(DEVICE).shape == (7, 10)
+
+
+def test_distances_from_borders_change_as_differences_say() -> None:
+    draw, kinds = np.random.default_rng(0), set()
+    for _ in range(8):
+        p = Parameters(
+            draw.uniform(0.3, 2),
+            draw.uniform(0.5, 1.4),
+            draw.uniform(0, 0.4),
+            draw.uniform(0.02, 0.2),
+        )
+        motion = settle(p, (0.0, 0.0, 0.0))
+        if motion is None or len(motion.orbit.itinerary) == 1:
+            continue
+        for k, name in enumerate(("alpha", "zeta")):
+            step, ends = 1e-4, []
+            for by in (-2 * step, -step, step, 2 * step):
+                moved = beside(motion, p.replace(**{name: getattr(p, name) + by}))
+                assert moved is not None
+                ends.append({one.inequality[:3]: one for one in distances(moved.orbit)})
+            for one in distances(motion.orbit):
+                key = one.inequality[:3]
+                values = [end[key].inequality.value for end in ends if key in end]
+                several = sum(key == other.inequality[:3] for other in distances(motion.orbit))
+                if len(values) < 4 or several > 1:
+                    continue
+                slope = (values[0] - 8 * values[1] + 8 * values[2] - values[3]) / (12 * step)
+                column = 0 if name == "alpha" else 3
+                assert one.by[column] == pytest.approx(slope, rel=1e-6, abs=1e-6), (k, key)
+                kinds.add((key[0], key[2]))
+    assert len(kinds) >= 5
+
+
+@pytest.mark.parametrize(
+    ("changed", "field"),
+    [
+        ({"metric": "happiness"}, "metric"),
+        ({"metric": "velocity ** work"}, "metric"),
+        ({"over": {}}, "over"),
+        ({"over": {"phase": (0, 1)}}, "over"),
+        ({"over": {"alpha": (2, 1)}}, "bounds of alpha"),
+        ({"over": {"omega": (0, 1)}}, "bounds of omega"),
+        ({"over": {"alpha": (0, float("inf"))}}, "bounds of alpha"),
+        ({"subject_to": ["peak_force < 2"]}, "subject_to"),
+        ({"subject_to": ["peak_force <= two"]}, "subject_to"),
+        ({"subject_to": [("work", "<=", float("nan"))]}, "subject_to"),
+        ({"margin": 1.0}, "margin"),
+        ({"starts": []}, "starts"),
+        ({"starts": [(0, 0)]}, "starts"),
+        ({"tolerances": {"mu": 0.1}}, "tolerances"),
+        ({"tolerances": {"beta": 1.5}}, "tolerance of beta"),
+        ({"samples": 0}, "samples"),
+    ],
+)
+def test_what_is_not_allowed_is_refused_by_its_name(changed, field) -> None:
+    given = {"metric": "velocity", "over": {"alpha": (0.5, 1.0)}} | changed
+    with pytest.raises(InvalidInput) as caught:
+        optimise(**given)
+    assert caught.value.field == field
