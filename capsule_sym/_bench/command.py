@@ -32,10 +32,17 @@ if TYPE_CHECKING:
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
 @click.option("--face", is_flag=True, help="What a person calls first, instead: under a minute.")
+@click.option("--design", is_flag=True, help="What the design of a device asks for, instead.")
 @out_option("Write the record to this directory, part by part.")
 @json_option
 def bench(
-    repeats: int, only: str, quick: bool, face: bool, out: Path | None, as_json: bool
+    repeats: int,
+    only: str,
+    quick: bool,
+    face: bool,
+    design: bool,
+    out: Path | None,
+    as_json: bool,
 ) -> None:
     """Measure speed against error, beside other tools.
 
@@ -55,9 +62,14 @@ def bench(
     --face measures by the clock, the best of its repeats: a run with its segments, states at a
     million times, a fit's inner loop, and whole processes; beside SciPy's dense output and
     heyoka.py's over the same segments. It writes no file.
+
+    --design measures, by processor time and the best of its repeats, what an optimiser of drives is
+    built on: cells with all metrics and multipliers, and a run's derivatives. It writes no file.
     """
     if face:
         return _face(quick, repeats, as_json)
+    if design:
+        return _design(quick, repeats, as_json)
     from capsule_sym._bench.whole import Study
     from capsule_sym._records import dumps
 
@@ -97,6 +109,19 @@ def _face(quick: bool, repeats: int, as_json: bool) -> None:
         off = "" if figure.error is None else f"{figure.error:.0e}"
         table.add_row(figure.what, figure.tool, f"{figure.value:.3g}", figure.unit, at_most, off)
     make_console(width=200).print(table)
+
+
+def _design(quick: bool, repeats: int, as_json: bool) -> None:
+    from capsule_sym._bench.design import goals
+    from capsule_sym._bench.machine import machine, versions
+    from capsule_sym._records import dumps
+
+    found = list(goals(quick, repeats))
+    if as_json:
+        rows = [goal._asdict() | {"met": goal.met} for goal in found]
+        click.echo(dumps({"machine": machine(), "versions": versions(), "design": rows}))
+    else:
+        make_console(width=200).print(_goals(found))
 
 
 def _print(study: Study) -> None:

@@ -528,3 +528,72 @@ def steady_many(const double[:, ::1] parameters, states, double[:, :, ::1] strob
     free(work)
     free(events)
     _raised(&a)
+
+
+cdef class _OrbitWorkspace:
+    """Workspace of `orbit_many`, which keeps the tables of the last flows."""
+
+    cdef capsule_map *map
+    cdef capsule_segment *segments
+    cdef size_t room
+
+    def __cinit__(self):
+        self.map = <capsule_map *> calloc(1, sizeof(capsule_map))
+        self.room = 256
+        self.segments = <capsule_segment *> malloc(self.room * sizeof(capsule_segment))
+        if self.map is NULL or self.segments is NULL:
+            raise MemoryError()
+
+    def __dealloc__(self):
+        free(self.map)
+        free(self.segments)
+
+
+def orbit_many(const double[:, ::1] parameters, const double[:, ::1] states,
+               const int32_t[::1] period_numbers, int8_t[::1] stops, orbits, fields=None,
+               bint energies=False, bint forces=False, bint gradients=False, watch=None):
+    """Closes the periodic motions near states (n, 3) at forcing angle 0; `orbits` (of ORBIT).
+
+    `stops` receives why each came back; rows where it is not DONE already are left alone. Row i of
+    `fields` receives those that its run from angle 0 passes, as many as fit, and 0 after them. What is
+    asked for besides is computed. A motion with more than 256 segments stops at FULL.
+    """
+    if orbits.dtype != ORBIT:
+        raise TypeError("orbits must be of dtype ORBIT")
+    cdef Py_ssize_t i, k, count = parameters.shape[0], kept = 0
+    cdef _OrbitWorkspace work
+    _need(parameters.shape[1] == 7, "parameters", (count, 7))
+    _need(states.shape[0] == count and states.shape[1] == 3, "states", (count, 3))
+    _need(period_numbers.shape[0] == count, "period_numbers", (count,))
+    _need(stops.shape[0] == count, "stops", (count,))
+    _need(orbits.shape == (count,), "orbits", (count,))
+    cdef uint8_t[:, ::1] passed
+    if fields is not None:
+        passed = fields
+        _need(passed.shape[0] == count and passed.shape[1] > 0, "fields", (count, "1 or more"))
+        kept = passed.shape[1]
+    if not count:
+        return
+    cdef attention a
+    cdef signed char[::1] to = orbits.view("i1")
+    cdef capsule_orbit *found = <capsule_orbit *> &to[0]
+    cdef capsule_orbit_request request
+    # Not in its place while it is used: a handler of signals may call this anew.
+    work = _kept.__dict__.pop("orbits", None) or _OrbitWorkspace()
+    request.segments, request.room = work.segments, work.room
+    request.energies, request.forces, request.gradients = energies, forces, gradients
+    request.watch = _attend(&a, watch, None if watch is None else watch.flag)
+    with nogil:
+        for i in range(count):
+            if stops[i] != 0:
+                continue
+            if a.stopped or capsule_asked(&a.watch, MAP_WORK):
+                stops[i] = 3
+                continue
+            capsule_map_remake(<const capsule_parameters *> &parameters[i, 0], work.map)
+            stops[i] = <int8_t> capsule_solve_orbit(work.map, &states[i, 0], period_numbers[i],
+                                                    &request, &found[i])
+            for k in range(kept):
+                passed[i, k] = <uint8_t> (request.segments[k].field if k < found[i].segments else 0)
+    _raised(&a)
+    _kept.orbits = work

@@ -196,6 +196,20 @@ size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segm
                              const double *times, size_t n,
                              double (*slopes)[4][12], capsule_watch *watch);
 
+/* What is computed of an orbit besides its state, monodromy matrix and progression. */
+typedef struct {
+    capsule_segment *segments; /* receives those of one period of the motion, from angle 0 on */
+    size_t room;               /* of them */
+    int energies, forces, gradients; /* whether these are asked for */
+    capsule_watch *watch;            /* or null */
+} capsule_orbit_request;
+
+/* Closes the periodic motion of so many excitation periods near a state (x_r, v_r, v_c) at forcing
+   angle 0 by Newton's method, and computes its metrics. Returns CAPSULE_DONE with what became of it in
+   `orbit->closing`, or why its run came back. */
+capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
+                                 const capsule_orbit_request *request, capsule_orbit *orbit);
+
 /* P - friction at a state. */
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);
 

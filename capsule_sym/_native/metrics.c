@@ -1,0 +1,178 @@
+/* Metrics of a periodic orbit: progression, work and losses, peak forces; and their derivatives.
+
+   The damper's loss is an integral of products of closed forms, entire functions of known exponential
+   type: Gauss-Legendre quadrature on panels short beside that type has no error above rounding. It is
+   a sum of squares, and the friction's loss one of distances, so that their sum keeps all digits: over
+   a closed orbit that is the drive's work, by the energy balance. */
+#include <math.h>
+#include <string.h>
+
+#include "number.h"
+#include "orbit.h"
+
+/* Rules of n nodes, symmetric, for panels h of functions of exponential type lambda. Their error on
+   e^(lambda t) is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3) of the integral: below 2e-18 up to the
+   reach of each. */
+enum { MOST_NODES = 16, RULES = 4 };
+static const struct {
+    int half; /* of the nodes */
+    double reach, pair[MOST_NODES / 2][2]; /* node on (0, 1), and weight */
+} RULE[RULES] = {
+    {4, 2.0, {{0.1834346424956498, 0.362683783378362}, {0.525532409916329, 0.31370664587788727},
+               {0.7966664774136267, 0.22238103445337448},
+               {0.9602898564975363, 0.10122853629037626}}},
+    {5, 4.0, {{0.14887433898163122, 0.29552422471475287}, {0.4333953941292472, 0.26926671930999635},
+               {0.6794095682990244, 0.21908636251598204}, {0.8650633666889845, 0.1494513491505806},
+               {0.9739065285171717, 0.06667134430868814}}},
+    {6, 7.0, {{0.1252334085114689, 0.24914704581340277}, {0.3678314989981802, 0.2334925365383548},
+               {0.5873179542866175, 0.20316742672306592}, {0.7699026741943047, 0.16007832854334622},
+               {0.9041172563704749, 0.10693932599531843},
+               {0.9815606342467192, 0.04717533638651183}}},
+    {8, 12.0, {{0.09501250983763744, 0.1894506104550685}, {0.2816035507792589, 0.18260341504492358},
+                {0.45801677765722737, 0.16915651939500254},
+                {0.6178762444026438, 0.14959598881657674}, {0.755404408355003, 0.12462897125553388},
+                {0.8656312023878318, 0.09515851168249279},
+                {0.9445750230732326, 0.062253523938647894},
+                {0.9894009349916499, 0.027152459411754096}}}};
+
+enum { VELOCITY, PROGRESSION, WORK, DAMPER, FRICTION, PEAK_FORCE };
+
+/* Adds the damper's loss in a segment, and the integral of its derivatives at times that stay: those
+   by its ends cancel from segment to segment. */
+static int add_loss(const capsule_closed_run *run, const capsule_segment *s, double start,
+                    const capsule_orbit_request *request, capsule_slopes *at, double *loss,
+                    double slopes[SLOPES])
+{
+    const capsule_constants *c = &run->map->field[s->field - 1];
+    const double type = 2.0 * c->rate * s->duration, zeta = c->zeta;
+    int rule = 0;
+    while (rule < RULES - 1 && type > RULE[rule].reach)
+        rule++;
+    const double panels = fmax(1.0, ceil(type / RULE[rule].reach));
+    const double width = 0.5 * s->duration / panels;
+    const int half = RULE[rule].half, nodes = 2 * half;
+    for (double panel = 0.0; panel < panels; panel++) {
+        double times[MOST_NODES], states[MOST_NODES][4], by[MOST_NODES][4][COLUMNS_AT];
+        const double centre = start + (2.0 * panel + 1.0) * width;
+        for (int i = 0; i < half; i++) {
+            times[half - 1 - i] = centre - width * RULE[rule].pair[i][0];
+            times[half + i] = centre + width * RULE[rule].pair[i][0];
+        }
+        if (capsule_evaluate(run->map, s, 1, 0, times, (size_t)nodes, states, request->watch) <
+            (size_t)nodes)
+            return 1;
+        if (request->gradients && !capsule_differentiate(run->map, s, 1, at, NULL, times,
+                                                         (size_t)nodes, by, request->watch))
+            return 1;
+        for (int n = 0; n < nodes; n++) {
+            const double v_r = states[n][1];
+            const double weight = width * RULE[rule].pair[n < half ? half - 1 - n : n - half][1];
+            *loss += weight * 2.0 * zeta * v_r * v_r;
+            if (!request->gradients)
+                continue;
+            for (int k = 0; k < SLOPES; k++)
+                slopes[k] += weight * 4.0 * zeta * v_r * by[n][1][k];
+            slopes[PARAMETER + ZETA_AT] += weight * 2.0 * v_r * v_r;
+        }
+    }
+    return 0;
+}
+
+/* Derivatives of a peak in this segment, which follows its end where it lies there. */
+static void add_peak(const capsule_closed_run *run, const capsule_segment *s, double start,
+                     capsule_force force, const capsule_peak *peak, capsule_slopes *at,
+                     const double ends[SLOPES], double slopes[SLOPES])
+{
+    const double time = start + peak->after;
+    double by[4][COLUMNS_AT], rows[2][SLOPES];
+    capsule_differentiate(run->map, s, 1, at, NULL, &time, 1, &by, NULL);
+    for (int row = 0; row < 2; row++)
+        for (int k = 0; k < SLOPES; k++)
+            rows[row][k] = by[row][k] + (peak->at_end ? by[row][RATE] * ends[k] : 0.0);
+    capsule_peak_slopes(&run->map->field[s->field - 1], force, peak, rows, slopes);
+}
+
+/* Derivatives of x_c at a segment's end, and of the time of that. */
+static void pass_segment(const capsule_closed_run *run, size_t i, capsule_slopes *at,
+                         double advance_by[SLOPES])
+{
+    const capsule_segment *s = &run->segments[i];
+    if (i + 1 < run->count) {
+        capsule_differentiate(run->map, s, 2, at, NULL, NULL, 0, NULL, NULL);
+        memcpy(advance_by, at->state[3], sizeof at->state[3]);
+        return;
+    }
+    double by[4][COLUMNS_AT];
+    capsule_differentiate(run->map, s, 1, at, NULL, &run->end, 1, &by, NULL);
+    memset(at->time, 0, sizeof at->time);
+    at->time[PARAMETER + OMEGA_AT] = run->end_by_omega;
+    for (int k = 0; k < SLOPES; k++)
+        advance_by[k] = by[3][k] + by[3][RATE] * at->time[k];
+}
+
+int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
+                    capsule_orbit *orbit, double slopes[METRICS][SLOPES])
+{
+    const capsule_parameters *p = &run->map->parameters;
+    const double per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
+    double advance = 0.0, slip = 0.0, loss = 0.0, before[SLOPES] = {0.0};
+    capsule_peak peak[2];
+    capsule_slopes at;
+    if (request->forces)
+        for (int force = BETWEEN; force <= CONTACT; force++)
+            peak[force] = capsule_peak_of(run, (capsule_force)force);
+    memset(slopes, 0, METRICS * sizeof *slopes);
+    capsule_slopes_of_run(run, &at);
+    for (size_t i = 0; i < run->count; i++) {
+        const capsule_segment *s = &run->segments[i];
+        const double start = ((double)s->start_turn * TWO_PI + s->start_angle) / p->omega;
+        const double way = DRIFT_OF[s->field - 1];
+        advance += s->advance;
+        slip += way * s->advance;
+        if (request->energies &&
+            add_loss(run, s, start, request, &at, &loss, slopes[DAMPER]))
+            return 1;
+        if (!request->gradients)
+            continue;
+        capsule_slopes here = at;
+        double after[SLOPES];
+        pass_segment(run, i, &at, after);
+        for (int k = 0; k < SLOPES; k++)
+            slopes[FRICTION][k] += way * (after[k] - before[k]);
+        memcpy(before, after, sizeof before);
+        for (int force = BETWEEN; request->forces && force <= CONTACT; force++)
+            if (peak[force].size != 0.0 && peak[force].segment == i)
+                add_peak(run, s, start, (capsule_force)force, &peak[force], &here, at.time,
+                         slopes[PEAK_FORCE + force]);
+    }
+    orbit->progression = advance * per_period;
+    orbit->velocity = orbit->progression * per_turn;
+    if (request->energies) {
+        orbit->damper_loss = loss * per_period;
+        orbit->friction_loss = p->f_b * slip * per_period;
+        orbit->work = orbit->damper_loss + orbit->friction_loss;
+    }
+    if (request->forces) {
+        orbit->peak_force = peak[BETWEEN].size;
+        orbit->peak_contact = peak[CONTACT].size;
+    }
+    if (!request->gradients)
+        return 0;
+    const double v_r = run->segments[run->count - 1].end[1];
+    slopes[DAMPER][PARAMETER + OMEGA_AT] += 2.0 * p->zeta * v_r * v_r * run->end_by_omega;
+    for (int k = 0; k < SLOPES; k++) {
+        slopes[PROGRESSION][k] = before[k] * per_period;
+        slopes[VELOCITY][k] = slopes[PROGRESSION][k] * per_turn;
+        slopes[DAMPER][k] *= per_period;
+        slopes[FRICTION][k] *= p->f_b * per_period;
+    }
+    slopes[VELOCITY][PARAMETER + OMEGA_AT] += orbit->progression / TWO_PI;
+    slopes[FRICTION][PARAMETER + F_B_AT] += slip * per_period;
+    for (int k = 0; k < SLOPES; k++)
+        slopes[WORK][k] = slopes[DAMPER][k] + slopes[FRICTION][k];
+    for (int m = WORK; m < METRICS; m++)
+        if (m < PEAK_FORCE ? !request->energies : !request->forces)
+            for (int k = 0; k < SLOPES; k++)
+                slopes[m][k] = NAN;
+    return 0;
+}

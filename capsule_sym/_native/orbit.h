@@ -1,0 +1,46 @@
+/* What the parts share that compute a periodic orbit and its metrics. */
+#ifndef CAPSULE_ORBIT_H
+#define CAPSULE_ORBIT_H
+
+#include "capsule.h"
+
+/* Columns of derivatives: x_r, v_r, v_c and phase at the start, the parameters, and the rate. */
+enum { SLOPES = 11, RATE = 11, COLUMNS_AT = 12, PARAMETER = 4, METRICS = 7 };
+enum { ALPHA_AT, OMEGA_AT, DELTA_AT, ZETA_AT, BETA_AT, GAMMA_AT, F_B_AT, PARAMETERS };
+
+/* A run over whole excitation periods from forcing angle 0. Its last time moves with omega. */
+typedef struct {
+    const capsule_map *map;
+    const capsule_segment *segments;
+    size_t count;
+    int periods;
+    double end, end_by_omega;
+} capsule_closed_run;
+
+/* Derivatives where the run starts; of a capsule at rest there are none by v_c. */
+void capsule_slopes_of_run(const capsule_closed_run *run, capsule_slopes *at);
+
+/* The force between the bodies, or that of the second spring. */
+typedef enum { BETWEEN, CONTACT } capsule_force;
+
+/* Where a force is largest: in which segment, and how long after its start, or at its end. */
+typedef struct {
+    double size, after; /* the size is 0 of a spring that is not touched */
+    double x_r, gap, v_r;
+    size_t segment;
+    int at_end;
+} capsule_peak;
+
+/* The largest size of a force along the run, to rounding. */
+capsule_peak capsule_peak_of(const capsule_closed_run *run, capsule_force force);
+
+/* Derivatives of its size there, of x_r and v_r with these derivatives. */
+void capsule_peak_slopes(const capsule_constants *c, capsule_force force, const capsule_peak *peak,
+                         double by[2][SLOPES], double slopes[SLOPES]);
+
+/* Writes the metrics that are asked for. `slopes` receives, if so, their derivatives by the start
+   and the parameters, in the order of the record. Returns whether the watch stopped it. */
+int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
+                    capsule_orbit *orbit, double slopes[METRICS][SLOPES]);
+
+#endif

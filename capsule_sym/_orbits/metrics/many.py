@@ -1,0 +1,175 @@
+"""Performance of many periodic motions at once by the C core, with gradients and multipliers.
+
+It is for the cells of a sweep, and for the inner loop of an optimiser.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.batch import checked_rows, spread
+from capsule_sym._map.itinerary import cyclic_start
+from capsule_sym._map.native import core
+from capsule_sym._native import Watch
+from capsule_sym.generated.interface import CLOSINGS, ORBIT, STOPS, Closing, Stop
+
+METRICS = (
+    "velocity",
+    "progression",
+    "work",
+    "damper_loss",
+    "friction_loss",
+    "peak_force",
+    "peak_contact",
+)
+"""The metrics in their order, as `Performance` has them."""
+MOST_SEGMENTS = 256
+"""In one period of a motion, from forcing angle 0 on; of a longer one nothing is found."""
+
+
+@dataclass(frozen=True, eq=False)
+class Performances:
+    """Periodic motions, closed at forcing angle 0, their metrics and multipliers; dimensionless.
+
+    What was not asked for, or not found, is nan. Derivatives are along the branch of orbits.
+    """
+
+    records: NDArray[np.void]
+    """What the core found, of dtype ORBIT, shape (n,)."""
+    stops: NDArray[np.int8]
+    """Why it came back, a `Stop`, shape (n,)."""
+    fields: NDArray[np.uint8]
+    """The fields passed from forcing angle 0 on, 0 after them, shape (n, MOST_SEGMENTS)."""
+
+    def __len__(self) -> int:
+        return len(self.records)
+
+    def __getitem__(self, metric: str) -> NDArray[np.float64]:
+        """A metric by its name, shape (n,)."""
+        if metric not in METRICS:
+            raise InvalidInput("metric", metric, f"one of {', '.join(METRICS)}")
+        return self.records[metric]
+
+    def __repr__(self) -> str:
+        return f"<Performances: {int(self.closed.sum())} of {len(self)} motions closed>"
+
+    @property
+    def closed(self) -> NDArray[np.bool_]:
+        """Whether the motion is closed, and switches as from the given state on, shape (n,)."""
+        return np.asarray(self.records["closing"] == Closing.CLOSED)
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """What became of each, as a word, shape (n,)."""
+        words = np.array(CLOSINGS)[self.records["closing"]]
+        return np.where(self.stops == Stop.DONE, words, np.array(STOPS)[self.stops])
+
+    @property
+    def states(self) -> NDArray[np.float64]:
+        """(x_r, v_r, v_c) at forcing angle 0, shape (n, 3)."""
+        return self.records["state"]
+
+    @property
+    def by_parameter(self) -> NDArray[np.float64]:
+        """Derivatives of the states by the parameters, shape (n, 3, 7)."""
+        return self.records["by_parameter"].reshape(-1, 3, 7)
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The metrics, in the order of METRICS, shape (n, 7)."""
+        return np.stack([self.records[name] for name in METRICS], axis=-1)
+
+    @property
+    def gradients(self) -> NDArray[np.float64]:
+        """Derivatives of the metrics by the parameters, shape (n, 7, 7)."""
+        return self.records["gradients"].reshape(-1, 7, 7)
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """The three Floquet multipliers, the largest modulus first, shape (n, 3)."""
+        return multipliers_of(self.records["monodromy"].reshape(-1, 3, 3), self.records["sticks"])
+
+    def itinerary(self, i: int) -> tuple[str, ...]:
+        """Fields of one period of motion i, begun as `SteadyMotion.itinerary` is."""
+        passed = self.fields[i][: self.records["segments"][i]].tolist()
+        # The run begins and ends within one segment, but where a switch falls on the angle 0.
+        if len(passed) > 1 and passed[0] == passed[-1]:
+            passed.pop()
+        first = cyclic_start(passed)
+        return tuple(f"F{field}" for field in (*passed[first:], *passed[:first]))
+
+
+def performance_many(
+    parameters: ArrayLike,
+    states: ArrayLike,
+    period_numbers: ArrayLike = 1,
+    *,
+    energies: bool = True,
+    forces: bool = True,
+    gradients: bool = False,
+    watch: Watch | None = None,
+) -> Performances:
+    """The periodic motions near given states, as `performance` gives them one by one.
+
+    `parameters` are rows (n, 7) or one, `states` (n, 3) or one (x_r, v_r, v_c) at forcing angle 0,
+    `period_numbers` excitation periods of each motion; all dimensionless. What is not asked for is
+    not computed. Raises InvalidInput for a value that is not allowed, and where there is no core.
+    """
+    binding = core()
+    rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)))
+    count = len(rows)
+    starts = np.ascontiguousarray(spread("states", states, (count, 3)))
+    given = spread("period_numbers", period_numbers, (count,))
+    periods = given.astype(np.int32)
+    if np.any((periods != given) | (periods < 1)):
+        raise InvalidInput("period_numbers", period_numbers, "whole numbers >= 1")
+    stops, records = np.zeros(count, np.int8), np.zeros(count, ORBIT)
+    fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
+    binding.orbit_many(
+        rows, starts, periods, stops, records, fields, energies, forces, gradients, watch
+    )
+    return Performances(records, stops, fields)
+
+
+def multipliers_of(
+    monodromy: NDArray[np.float64], sticks: NDArray[np.integer[Any]]
+) -> NDArray[np.complex128]:
+    """Eigenvalues (n, 3) of matrices (n, 3, 3), the largest first; of what sticks one is 0.
+
+    Where a matrix is not finite they are nan.
+    """
+    found = np.full((len(monodromy), 3), np.nan, complex)
+    slides = []
+    for i, (matrix, stuck) in enumerate(zip(monodromy.tolist(), sticks.tolist(), strict=True)):
+        if not all(map(math.isfinite, itertools.chain(*matrix))):
+            continue
+        if stuck:
+            found[i, :2] = _two_of(matrix)
+            found[i, 2] = 0.0
+        else:
+            slides.append(i)
+    if slides:
+        free = np.linalg.eigvals(monodromy[slides])
+        order = np.argsort(-abs(free), axis=-1, kind="stable")
+        found[slides] = np.take_along_axis(free, order, axis=-1)
+    return found
+
+
+def _two_of(a: list[list[float]]) -> tuple[complex, complex]:
+    """The eigenvalues of a singular matrix besides 0: the rest of its polynomial is quadratic."""
+    half = (a[0][0] + a[1][1] + a[2][2]) / 2
+    minors = sum(a[i][i] * a[k][k] - a[i][k] * a[k][i] for i, k in ((0, 1), (0, 2), (1, 2)))
+    apart = half * half - minors
+    if apart < 0:
+        root = math.sqrt(-apart)
+        return complex(half, root), complex(half, -root)
+    larger = half + math.copysign(math.sqrt(apart), half)
+    return larger, minors / larger if larger else 0.0

@@ -1,0 +1,32 @@
+"""`capsule-sym bench --design`: its goals, and that it says which are met."""
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym._bench import design
+from capsule_sym._bench.command import bench
+from capsule_sym._bench.goals import Goal
+from capsule_sym._native import core
+
+
+def test_the_command_prints_every_goal(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = [Goal("cells", 0.75, "million", ">=", 0.5), Goal("runs", 6.0, "times", "<=", 5.0)]
+    monkeypatch.setattr(design, "PARTS", (lambda quick, repeats: iter(found),))
+    printed = CliRunner().invoke(bench, ["--design", "--quick"])
+    assert printed.exit_code == 0
+    rows = [line.split() for line in printed.stdout.splitlines()[2:] if line.strip()]
+    assert rows == [
+        ["cells", "million", "0.75", ">=", "0.5", "yes"],
+        ["runs", "times", "6", "<=", "5", "no"],
+    ]
+    record = json.loads(CliRunner().invoke(bench, ["--design", "--json"]).stdout)
+    assert [row["met"] for row in record["design"]] == [True, False]
+
+
+@pytest.mark.skipif(core is None, reason="the C core was not compiled")
+def test_what_is_measured_is_positive() -> None:
+    found = [*design.derivatives(quick=True, repeats=1)]
+    assert [goal.relation for goal in found] == ["<="]
+    assert all(goal.value > 1 for goal in found)
