@@ -1,4 +1,4 @@
-"""What the design of a device asks for: metrics and multipliers of every cell, derivatives of a run.
+"""What the design of a device asks for: metrics of every cell, derivatives of a run.
 
 Each part of `PARTS` yields goals with what was reached. Times are processor time, the best of the
 repeats.
