@@ -39,7 +39,7 @@ def cells(quick: bool, repeats: int) -> Iterator[Goal]:
     chart = Sweep(
         (Axis.of("alpha", alpha), Axis.of("omega", omega)),
         periods=_PERIODS,
-        compute=("itinerary", "progression", "multipliers", "energies"),
+        compute=("itinerary", "progression", "multipliers", "energies", "forces"),
         chunk=(side, side),
     )
     rate = chart.size * _PERIODS / best(lambda: compute(chart), repeats)

@@ -12,13 +12,14 @@ from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import SteadyMotion, simulate
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch, core, live
+from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import PARAMETERS
 from capsule_sym._sweeps.closing import orbit_at_end
-from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome, variables
+from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 from capsule_sym.generated.py import DIGEST
 
@@ -60,8 +61,9 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
     slow = cells.fast() if core is not None else np.arange(part.size)
     for i in slow.tolist():
         cells.guarded(i, cells.slow)
-    if set(part.compute) & {"multipliers", "energies", "lyapunov"}:
-        for i in np.flatnonzero(cells.columns["outcome"] != CellOutcome.FAILED).tolist():
+    if OF_ORBIT & set(part.compute):
+        open_ = (cells.columns["outcome"] != CellOutcome.FAILED) & ~cells.closed
+        for i in np.flatnonzero(open_).tolist():
             cells.guarded(i, cells.close)
     kept = {name: cells.columns[name] for name in variables(part.compute)}
     reasons = {str(i): cells.reasons[i] for i in sorted(cells.reasons)}
@@ -79,6 +81,7 @@ class _Cells:
             shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
             blank = np.nan if v.dtype[0] in "fc" else 0
             self.columns[name] = np.full(shape, blank, v.dtype)
+        self.closed = np.zeros(part.size, bool)  # by the core, with all that is asked for
         self.itineraries: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
 
@@ -119,6 +122,10 @@ class _Cells:
         tolerance = self.part.tolerance
         core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
         self.look()
+        self.columns["period_number"][order] = motions["multiple"]
+        if OF_ORBIT & set(self.part.compute):
+            self.close_many(order, rows, records, motions, stops, switches)
+            self.look()
         back = np.argsort(order)
         records, motions, stops, switches = (
             records[back],
@@ -128,7 +135,7 @@ class _Cells:
         )
         columns = self.columns
         columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
-        period_number = columns["period_number"][:] = motions["multiple"]
+        period_number = motions["multiple"]
         periodic = period_number > 0
         columns["progression"][periodic] = (motions["advance"] / np.maximum(period_number, 1))[
             periodic
@@ -148,6 +155,52 @@ class _Cells:
                 codes[key] = self.code([label // 16 for label in key])
             columns["itinerary"][i] = codes[key]
         return np.flatnonzero(stops != core.DONE)
+
+    def close_many(
+        self,
+        order: NDArray[np.intp],
+        rows: NDArray[np.float64],
+        records: NDArray[np.void],
+        motions: NDArray[np.void],
+        stops: NDArray[np.int8],
+        switches: NDArray[np.uint8],
+    ) -> None:
+        """What is asked for of closed orbits, for the rows with a periodic motion.
+
+        `order` has the rows' cells. One whose orbit switches otherwise than its motion is left to
+        `close`.
+        """
+        assert core is not None
+        chosen = np.flatnonzero((stops == core.DONE) & (motions["multiple"] > 0))
+        found = performance_many(
+            rows[chosen],
+            np.stack([records[name][chosen] for name in ("x_r", "v_r", "v_c")], axis=-1),
+            motions["multiple"][chosen],
+            energies="energies" in self.part.compute,
+            forces="forces" in self.part.compute,
+            watch=self.watch,
+        )
+        # The run from the angle 0 on ends in the field that it began in.
+        fields = found.fields.copy()
+        fields[np.arange(len(chosen)), found.records["segments"] - 1] = 0
+        same = (fields == switches[chosen, : fields.shape[1]] // 16).all(axis=1)
+        good = found.closed & same
+        cells, found = order[chosen[good]], found.of(good)
+        self.closed[cells] = True
+        self.columns["multipliers"][cells] = found.multipliers
+        self.columns["lyapunov"][cells] = self.exponents(cells, found.multipliers[:, 0])
+        for name in (*VARIABLES["energies"], *VARIABLES["forces"]):
+            self.columns[name][cells] = found[name]
+
+    def exponents(
+        self, cells: NDArray[np.intp], largest: NDArray[np.complex128]
+    ) -> NDArray[np.float64]:
+        """Lyapunov exponents from the largest multipliers of cells."""
+        with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
+            grown = np.log(abs(largest))
+        omega = self.rows[cells, PARAMETERS.index("omega")]
+        times = self.columns["period_number"][cells] * (2 * np.pi / omega)
+        return np.asarray(grown / times)
 
     def counted(self) -> dict[str, tuple[int, int]]:
         """Code and number of cells of each itinerary, by its text."""
@@ -213,12 +266,10 @@ class _Cells:
         )
         found = floquet_multipliers(orbit)
         columns["multipliers"][i] = found
-        with np.errstate(divide="ignore"):  # the logarithm of a multiplier 0 is meant to be -inf
-            grown = np.log(abs(found[0]))
-        columns["lyapunov"][i] = grown / (orbit.itinerary.period_number * parameters.period)
-        if "energies" in part.compute:
+        columns["lyapunov"][[i]] = self.exponents(np.array([i]), found[:1])
+        if {"energies", "forces"} & set(part.compute):
             value = performance(orbit)
-            for name in VARIABLES["energies"]:
+            for name in (*VARIABLES["energies"], *VARIABLES["forces"]):
                 columns[name][i] = getattr(value, name).value
 
 

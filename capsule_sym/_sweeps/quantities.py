@@ -58,13 +58,19 @@ VARIABLES = {
         "damper_loss": Variable("f8", None, "1", "energy lost in the damper, likewise"),
         "friction_loss": Variable("f8", None, "1", "energy lost by friction, likewise"),
     },
+    "forces": {
+        "peak_force": Variable("f8", None, "1", "largest force between the bodies"),
+        "peak_contact": Variable("f8", None, "1", "largest force of the second spring"),
+    },
     "lyapunov": {
         "lyapunov": Variable("f8", None, "1", "largest Lyapunov exponent, per unit of time"),
     },
 }
 QUANTITIES = tuple(VARIABLES)
 """What can be computed of a cell. An itinerary comes with its period number, energies with the
-average velocity; multipliers and energies are those of the orbit that Newton closes."""
+average velocity; multipliers, energies and forces are those of the orbit that Newton closes."""
+OF_ORBIT = frozenset(("multipliers", "energies", "forces", "lyapunov"))
+"""Those that take that orbit."""
 
 ATTRACTOR, COMPUTED = "attractor", "computed"
 """What a basin and a refined chart hold besides."""

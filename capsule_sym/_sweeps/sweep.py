@@ -14,13 +14,15 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps.axes import PARAMETERS, START, Axis, is_real
-from capsule_sym._sweeps.quantities import QUANTITIES
+from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
 _MOST_CELLS = 10**10
 _MOST_IN_CHUNK = 2**20  # a gigabyte or two of a worker's memory
 _PERIODS_PER_CHUNK = 2**21  # a second or two of the C core
 _LEAST_CHUNKS = 16
-_ORBIT = 20_000  # excitation periods of the C core in the time in which an orbit is closed
+# Excitation periods of the C core in the time in which an orbit is closed, or an exponent computed
+# of a motion that is none.
+_ORBIT, _EXPONENT = 100, 20_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +92,9 @@ class Sweep:
 
     def _chunk(self) -> tuple[int, ...]:
         """Halves the longest side until a chunk takes a second or two."""
-        orbits = {"multipliers", "energies", "lyapunov"} & set(self.compute)
-        room = max(16, _PERIODS_PER_CHUNK // (self.periods + (_ORBIT if orbits else 0)))
+        more = _ORBIT if OF_ORBIT & set(self.compute) else 0
+        more += _EXPONENT if "lyapunov" in self.compute else 0
+        room = max(16, _PERIODS_PER_CHUNK // (self.periods + more))
         room = min(room, max(16, self.size // _LEAST_CHUNKS), _MOST_IN_CHUNK)
         sides = list(self.shape)
         while math.prod(sides) > room:

@@ -5,10 +5,12 @@ import pytest
 
 from capsule_sym import Axis, Outcome, Parameters, SteadyMotion, Sweep, simulate
 from capsule_sym._native import core
+from capsule_sym._orbits.metrics.many import Performances
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.itineraries import code
-from capsule_sym._sweeps.quantities import CellOutcome
+from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome
+from capsule_sym.generated.interface import Closing
 from tests.sweeps import chart
 
 RANGES = {
@@ -159,6 +161,62 @@ def test_energies_balance_and_the_velocity_is_that_of_the_progression() -> None:
     assert (columns["work"] > 0.01).all()
     expected = columns["progression"] / Parameters().period
     np.testing.assert_allclose(columns["velocity"], expected, rtol=0, atol=1e-9)
+
+
+ORBITS = ("multipliers", "energies", "forces", "lyapunov")
+
+
+@needs_core
+def test_orbits_closed_by_the_core_are_those_that_python_closes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In contact, sticking or never so, of several periods, at rest, and where there is none."""
+    drawn = (Axis.sobol(RANGES, 12, seed=5),)
+    random = Sweep(drawn, periods=200, tolerance=1e-8, compute=("itinerary", *ORBITS))
+    charted = chart(4, 3, periods=100, chunk=(4, 3), compute=ORBITS)
+    at_rest = Sweep((Axis.of("alpha", [0.0, 0.005, 0.7, 1.9]),), compute=ORBITS)
+    for sweep in (random, charted, at_rest):
+        fast = compute(sweep)
+        with monkeypatch.context() as patched:
+            patched.setattr(cells._Cells, "close_many", lambda *given: None)
+            slow = compute(sweep)
+        both = (fast.columns["outcome"] < CellOutcome.NOT_PERIODIC) & (
+            slow.columns["outcome"] < CellOutcome.NOT_PERIODIC
+        )
+        assert both.sum() >= 2
+        assert (fast.columns["outcome"] <= slow.columns["outcome"]).all()
+        for quantity in ORBITS:
+            for name in VARIABLES[quantity]:
+                one, two = fast.columns[name][both], slow.columns[name][both]
+                np.testing.assert_allclose(one, two, rtol=1e-10, atol=1e-10, err_msg=name)
+
+
+@needs_core
+def test_the_core_closes_nearly_every_periodic_cell(monkeypatch: pytest.MonkeyPatch) -> None:
+    left = []
+    monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(i))
+    block = compute(chart(12, 12, periods=100, chunk=(12, 12), compute=("itinerary", *ORBITS)))
+    periodic = block.columns["period_number"] > 0
+    assert periodic.sum() > 100
+    assert periodic[left].sum() < 3
+
+
+@needs_core
+def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    many, left = cells.performance_many, []
+
+    def other(*given: object, **more: object) -> Performances:
+        found = many(*given, **more)  # type: ignore[arg-type]
+        found.fields[1, 0] = 7 - found.fields[1, 0]
+        found.records["closing"][2] = Closing.CHANGED
+        return found
+
+    monkeypatch.setattr(cells, "performance_many", other)
+    monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(i))
+    compute(Sweep((Axis.of("alpha", [0.6, 0.9, 1.2, 1.5]),), compute=("energies",)))
+    assert left == [1, 2]
 
 
 def test_a_quasiperiodic_run_has_an_exponent_of_its_own() -> None:

@@ -60,11 +60,12 @@ def test_chunks_shrink_with_the_work_of_a_cell() -> None:
         for periods, compute in (
             (300, ("itinerary",)),
             (30_000, ("itinerary",)),
+            (300, ("lyapunov",)),
             (300, ("multipliers",)),
         )
     ]
     assert sizes[0] > sizes[1] > 10
-    assert sizes[0] > sizes[2] > 10
+    assert sizes[0] >= sizes[3] > sizes[2] > 10
     assert math.prod(Sweep(axes[:1], periods=100).chunks) >= 16
 
 

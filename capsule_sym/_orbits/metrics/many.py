@@ -61,6 +61,10 @@ class Performances:
     def __repr__(self) -> str:
         return f"<Performances: {int(self.closed.sum())} of {len(self)} motions closed>"
 
+    def of(self, chosen: NDArray[Any]) -> Performances:
+        """Some of the motions, by their indices or a mask."""
+        return Performances(self.records[chosen], self.stops[chosen], self.fields[chosen])
+
     @property
     def closed(self) -> NDArray[np.bool_]:
         """Whether the motion is closed, and switches as from the given state on, shape (n,)."""
