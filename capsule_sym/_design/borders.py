@@ -37,12 +37,12 @@ class Distance(NamedTuple):
     by: Vector
 
 
-def distances(orbit: Orbit) -> list[Distance]:
+def distances(orbit: Orbit | None) -> list[Distance]:
     """All inequalities of an orbit's itinerary, the tightest first.
 
     Those of a motion that is its own mirror image have no derivatives here, and are left out.
     """
-    if orbit.itinerary.mirrored:
+    if orbit is None or orbit.itinerary.mirrored:
         return []
     with backend("numpy") as numbers:
         found = inequalities(numbers, orbit.itinerary, orbit.shot)

@@ -1,56 +1,84 @@
 """Steady motions and their metrics for the optimiser: one from a start, one next to another, many.
 
-What computes the metrics is named here and nowhere else in the package.
+The C core closes a motion and differentiates its metrics. Where it is missing or leaves a motion
+open, and where an itinerary is followed beyond the place at which the map leaves it, the orbit's
+equations do. What computes the metrics is named here and nowhere else in the package.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map import simulate
+from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.many import simulate_many
+from capsule_sym._native import core
 from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.admissibility import is_admissible
-from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
-from capsule_sym._orbits.shooting.search import solve_orbit
+from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
 
-METRICS = (
-    "velocity",
-    "progression",
-    "work",
-    "damper_loss",
-    "friction_loss",
-    "peak_force",
-    "peak_contact",
-)
-_SETTLED = 100  # excitation periods before a cell of a survey is looked at
-_SEEN = 4  # and over which it is
-_SAMPLES = 48  # times a period
-_PERIODS = 512  # excitation periods within which a motion is to settle
+_BLOCK = 64  # excitation periods after which it is looked whether a motion has settled
+_BLOCKS = 3  # how often, before the search that takes its time
+_PERIODS = 1024  # excitation periods of that search
+_LONGEST = 16  # excitation periods of a motion
+_REPEATED = 1e-2  # change over a turn, in units of the motion's size, at which it is closed
+_NEAR = 1e-2  # distance of the closed motion from the run that led to it
+_ARRIVED = 1e-7  # distance at which a run is on its motion
+_SAME = 1e-6  # distance of two that are one
+_SURVEYED = 100  # excitation periods before a cell of a survey is closed
 Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
 class Motion:
-    """A steady motion, closed: its orbit and dimensionless metrics with derivatives (7,)."""
+    """A steady motion, closed, and its dimensionless metrics with derivatives (7,).
 
-    orbit: Orbit
+    `state` is (x_r, v_r, v_c) at forcing angle 0, `itinerary` has the fields' names.
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        found: Performances | None,
+        period_number: int = 1,
+        orbit: Orbit | None = None,
+    ) -> None:
+        self.parameters, self.found, self._orbit = parameters, found, orbit
+        self.period_number = period_number
+        if found is not None:
+            self.state: Vector = found.states[0]
+            self.itinerary: tuple[str, ...] = found.itinerary(0)
+        elif orbit is not None:
+            self.period_number = orbit.itinerary.period_number
+            fields = list(orbit.itinerary.fields)
+            first = cyclic_start(fields)
+            self.itinerary = tuple(f"F{field}" for field in (*fields[first:], *fields[:first]))
+
+    @property
+    def orbit(self) -> Orbit | None:
+        """The orbit as its equations have it; None where they have none."""
+        if self._orbit is None:
+            self._orbit = orbit_at(self.parameters, self.state.tolist(), self.period_number)
+        return self._orbit
 
     @cached_property
     def metrics(self) -> dict[str, Slope]:
         """The metrics in `METRICS`; raises numpy.linalg.LinAlgError at a fold."""
-        found = performance(self.orbit)
-        metrics = {name: getattr(found, name) for name in METRICS}
+        if self.found is not None:
+            pairs = zip(self.found.values[0].tolist(), self.found.gradients[0], strict=True)
+            return {name: Slope(*pair) for name, pair in zip(METRICS, pairs, strict=True)}
+        assert self._orbit is not None
+        whole = performance(self._orbit)
+        metrics = {name: getattr(whole, name) for name in METRICS}
         return {
             name: Slope(float(one.value), np.array([float(v) for v in one.gradient.values()]))
             for name, one in metrics.items()
@@ -59,92 +87,146 @@ class Motion:
     @cached_property
     def multiplier(self) -> float:
         """Largest modulus of the Floquet multipliers."""
-        return float(abs(floquet_multipliers(self.orbit)[0]))
+        if self.found is not None:
+            return float(abs(self.found.multipliers[0, 0]))
+        assert self._orbit is not None
+        return float(abs(floquet_multipliers(self._orbit)[0]))
 
     @cached_property
     def realised(self) -> bool:
         """Whether the map follows this orbit, and stays near it."""
-        return (
-            bool(min(self.orbit.durations) > 0)
-            and self.multiplier < 1
-            and is_admissible(self.orbit)
-        )
+        if self.found is not None:
+            return self.multiplier < 1  # it is the map that the core has closed
+        assert self._orbit is not None
+        inside = bool(min(self._orbit.durations) > 0)
+        return inside and self.multiplier < 1 and is_admissible(self._orbit)
 
-    @property
-    def itinerary(self) -> str:
-        """Its itinerary in words."""
-        return str(self.orbit.itinerary)
+
+def _values(parameters: Parameters) -> Vector:
+    return np.array(list(parameters.to_dict().values()))
+
+
+def _closed(parameters: Parameters, state: Vector, period_number: int) -> Motion | None:
+    """The motion of the map near a state at forcing angle 0, by the core; None if none."""
+    if core is None:
+        return None
+    found = performance_many(_values(parameters), state, period_number, gradients=True)
+    whole = found.closed[0] and bool(np.all(np.isfinite(found.gradients[0])))
+    return Motion(parameters, found, period_number) if whole else None
 
 
 def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -> Motion | None:
     """The motion that is reached from a state; None where none is reached."""
+    if core is not None:
+        begin, at = tuple(state), phase
+        for _ in range(_BLOCKS):
+            run = simulate(parameters, begin, at, _BLOCK, keep="stroboscopic")
+            if not run.success:
+                break
+            marks = np.array(run.stroboscopic, dtype=float)
+            if (found := _arrived(parameters, marks)) is not None:
+                return found
+            begin, at = tuple(marks[-1].tolist()), 0.0
     orbit = solve_orbit(parameters, state, phase, _PERIODS)
-    return Motion(orbit) if orbit.success else None
+    return Motion(parameters, None, orbit=orbit) if orbit.success else None
+
+
+def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
+    """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
+    size = 1 + abs(marks[-_LONGEST:]).max()
+    for period_number in range(1, _LONGEST + 1):
+        if len(marks) <= 2 * period_number:
+            return None
+        change = abs(marks[-1] - marks[-1 - period_number]).max()
+        if change > _REPEATED * size:
+            continue
+        found = _closed(parameters, marks[-1], period_number)
+        if found is None or not found.multiplier < 1:
+            continue
+        far = abs(marks[-1] - found.state).max()
+        before = abs(marks[-1 - period_number] - found.state).max()
+        # The run is on it, or comes closer to it turn by turn.
+        if far <= _ARRIVED * size or (far <= _NEAR * size and far < before):
+            return found
+    return None
 
 
 def beside(motion: Motion, parameters: Parameters) -> Motion | None:
     """The orbit of the same itinerary at other parameters, realised or not; None if none."""
-    values = np.array(list(parameters.to_dict().values()))
+    moved = _values(parameters) - _values(motion.parameters)
+    if motion.found is not None:
+        state = motion.state + motion.found.by_parameter[0] @ moved
+        found = _closed(parameters, state, motion.period_number)
+        if found is not None and found.itinerary == motion.itinerary:
+            return found
     orbit = motion.orbit
+    if orbit is None:
+        return None
     try:
-        moved = orbit.by_parameter @ (values - np.array(orbit.values, dtype=float))
-        guess = np.array(orbit.z, dtype=float) + moved
-        found = solve_itinerary(parameters, orbit.itinerary, guess.tolist())
-        if not found.success:
-            found = solve_itinerary(parameters, orbit.itinerary, list(orbit.z))
+        guess = np.array(orbit.z, dtype=float) + orbit.by_parameter @ moved
+        solved = solve_itinerary(parameters, orbit.itinerary, guess.tolist())
+        if not solved.success:
+            solved = solve_itinerary(parameters, orbit.itinerary, list(orbit.z))
     except np.linalg.LinAlgError:
         return None
-    return Motion(found) if found.success else None
+    return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
 def follow(motion: Motion, parameters: Parameters) -> Motion | None:
     """The motion that a motion becomes where the parameters change to others; None if none."""
+    if motion.found is not None:
+        moved = _values(parameters) - _values(motion.parameters)
+        state = motion.state + motion.found.by_parameter[0] @ moved
+        found = _closed(parameters, state, motion.period_number)
+        if found is not None and found.realised:
+            return found
+        return settle(parameters, tuple(motion.state.tolist()))
     found = beside(motion, parameters)
     if found is not None and found.realised:
         return found
+    assert motion.orbit is not None
     x_r, v_r, v_c, angle = (float(value) for value in motion.orbit.z[:4])
     phase = (angle % math.tau) / parameters.omega
     return settle(parameters, (x_r, v_r, v_c), min(phase, math.nextafter(parameters.period, 0.0)))
 
 
 def agrees(one: Motion, other: Motion | None) -> bool:
-    """Whether two motions are the same orbit."""
-    return other is not None and same(one.orbit, other.orbit)
+    """Whether two motions at about the same parameters are one."""
+    if other is None or one.period_number != other.period_number:
+        return False
+    names = ("progression", "work", "peak_force")
+    return all(
+        abs(one.metrics[name].value - other.metrics[name].value)
+        <= _SAME * (1 + abs(one.metrics[name].value))
+        for name in names
+    )
 
 
 def survey(systems: Sequence[Parameters], state: Sequence[float]) -> list[dict[str, Slope]]:
-    """About what the metrics are of n parameter sets from the same start, without derivatives.
+    """The metrics of n parameter sets from the same start, without derivatives.
 
-    By sums over samples of the last of some periods, whether the motion has settled or not; empty
-    for a run that does not finish. Only a choice of starts rests on them.
+    Empty for a motion that does not settle within some periods on one of a period or two.
     """
-    ended = simulate_many(systems, state, periods=_SETTLED)
-    return [
-        _sampled(p, end) if done else {}
-        for p, end, done in zip(systems, ended.states, ended.success, strict=True)
-    ]
+    rows = np.array([_values(p) for p in systems])
+    if core is None:
+        orbits = [settle(p, state) for p in systems]
+        return [{} if one is None else _plain(one.metrics) for one in orbits]
+    ended = simulate_many(rows, state, periods=_SURVEYED)
+    metrics: list[dict[str, Slope]] = [{} for _ in systems]
+    for period_number in (1, 2):
+        left = np.array([i for i, one in enumerate(metrics) if not one and ended.success[i]], int)
+        if not len(left):
+            break
+        found = performance_many(rows[left], ended.states[left], period_number)
+        stable = found.closed & (abs(found.multipliers[:, 0]) < 1)
+        for i, values, good in zip(left.tolist(), found.values.tolist(), stable, strict=True):
+            if good and np.all(np.isfinite(values)):
+                metrics[i] = {
+                    name: Slope(value, np.zeros(7))
+                    for name, value in zip(METRICS, values, strict=True)
+                }
+    return metrics
 
 
-def _sampled(p: Parameters, state: Vector) -> dict[str, Slope]:
-    """About what the metrics are from a state at phase 0 on, by sums over samples."""
-    run = simulate(p, tuple(state.tolist()), periods=_SEEN)
-    if not run.success:
-        return {}
-    times = (np.arange(_SEEN * _SAMPLES) + 0.5) / _SAMPLES * p.period
-    x_r, v_r, v_c, _ = run(times, position=True).T
-    contact = p.beta * np.maximum(x_r - p.delta, 0.0)
-    force = x_r + 2 * p.zeta * v_r + contact
-    progression = float(run.advance) / _SEEN
-    mean = {
-        "work": p.alpha * np.cos(p.omega * times) * (v_r + v_c),
-        "damper_loss": 2 * p.zeta * v_r**2,
-        "friction_loss": p.f_b * abs(v_c),
-    }
-    found = {
-        "velocity": progression * p.omega / (2 * math.pi),
-        "progression": progression,
-        **{name: float(values.mean() * p.period) for name, values in mean.items()},
-        "peak_force": float(abs(force).max()),
-        "peak_contact": float(contact.max()),
-    }
-    return {name: Slope(value, np.zeros(7)) for name, value in found.items()}
+def _plain(metrics: dict[str, Slope]) -> dict[str, Slope]:
+    return {name: Slope(one.value, np.zeros(7)) for name, one in metrics.items()}

@@ -60,7 +60,7 @@ def kink_beside(program: Program, places: Sequence[Place]) -> Kink | None:
 
 def _different(places: Sequence[Place]) -> Iterator[Place]:
     """Places near the first whose itineraries differ."""
-    seen = set[tuple[str, ...]]()
+    seen = set[tuple[tuple[str, ...], ...]]()
     for place in places:
         itineraries = tuple(motion.itinerary for motion in place.motions)
         if itineraries not in seen and abs(place.u - places[0].u).max() < _NEAR:

@@ -167,10 +167,7 @@ class _Optimiser:
 
     def starts(self, samples: int, seed: int) -> list[Vector]:
         """Where to begin: of a survey the feasible first, then the best, apart from each other."""
-        from scipy.stats.qmc import Sobol
-
-        draw = Sobol(len(self.program.names), seed=seed)
-        points = draw.random_base2(max(0, (samples - 1).bit_length()))[:samples]
+        points = _spread(len(self.program.names), samples, seed)
         self.samples = samples
         worst, least = self.program.survey(points)
         known = np.flatnonzero(np.isfinite(worst))
@@ -280,12 +277,13 @@ class _Optimiser:
                 for k, name in enumerate(names_of(system))
                 if name not in program.names
             },
-            orbits=tuple(motion.orbit for motion in place.motions),
+            orbits=tuple(motion.orbit for motion in place.motions if motion.orbit is not None),
+            itinerary=place.motions[0].itinerary,
             multiplier=max(motion.multiplier for motion in place.motions),
             tightest=self.tightest(place),
             border=None
             if kink is None
-            else tuple(side.motions[kink.which].itinerary for side in kink.sides),
+            else tuple(" ".join(side.motions[kink.which].itinerary) for side in kink.sides),
             sides=None if kink is None else kink.slopes,
             statistics=self.statistics,
         )
@@ -294,13 +292,13 @@ class _Optimiser:
         """The inequality of a scenario's motion that the variables reach first, to first order."""
         nearest = Tightest("", math.inf, math.inf)
         for which, motion in enumerate(place.motions):
-            itinerary = motion.orbit.itinerary
-            for one in distances(motion.orbit):
+            for one in distances(orbit := motion.orbit):
+                assert orbit is not None
                 slope = float(np.linalg.norm(by_u(self.program, place.u, which, one.by)))
                 value = float(one.inequality.value)
                 far = value / slope if slope else math.inf
                 if far < nearest.distance:
-                    nearest = Tightest(one.inequality.named(itinerary), value, far)
+                    nearest = Tightest(one.inequality.named(orbit.itinerary), value, far)
         return nearest
 
     @property
@@ -341,12 +339,26 @@ class _Optimiser:
             bounds={},
             slopes={},
             orbits=(),
+            itinerary=(),
             multiplier=nan,
             tightest=Tightest("", nan, nan),
             border=None,
             sides=None,
             statistics=self.statistics,
         )
+
+
+def _spread(dimension: int, count: int, seed: int) -> Any:
+    """Points (count, dimension) evenly in (0, 1), by steps whose ratios are badly approximable.
+
+    The steps are powers of the root above 1 of x^(d + 1) = x + 1, of dimension d.
+    """
+    root = 2.0
+    for _ in range(64):
+        root = (1 + root) ** (1 / (dimension + 1))
+    steps = root ** -np.arange(1.0, dimension + 1)
+    begin = np.random.default_rng(seed).uniform(size=dimension) if seed else 0.5
+    return (begin + np.outer(np.arange(1, count + 1), steps)) % 1.0
 
 
 def _feasible(place: Place) -> bool:

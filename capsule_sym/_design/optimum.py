@@ -89,6 +89,8 @@ class Optimum:
     """How the optimum moves with each fixed parameter: the derivative of the optimal value."""
     orbits: tuple[Orbit, ...]
     """The closed motion of each scenario; empty where there is none."""
+    itinerary: tuple[str, ...]
+    """The itinerary of the first."""
     multiplier: float
     """Largest modulus of a Floquet multiplier: at 1 the motion is lost or bifurcates."""
     tightest: Tightest
@@ -105,11 +107,6 @@ class Optimum:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.over.items())
         kind = "greatest" if self.maximised else "least"
         return f"<Optimum: {kind} {self.metric} {self.value:.6g} at {where}, {self.status}>"
-
-    @property
-    def itinerary(self) -> tuple[str, ...]:
-        """The itinerary of the first scenario's motion."""
-        return self.orbits[0].itinerary.names if self.orbits else ()
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
