@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._enclosures.attraction import itinerary_of, steps_of
 from capsule_sym._enclosures.balls import (
@@ -20,6 +21,7 @@ from capsule_sym._enclosures.balls import (
     thin,
 )
 from capsule_sym._enclosures.bundles import Bundle, Fields, Interval
+from capsule_sym._enclosures.fields import C
 from capsule_sym._enclosures.trajectories import Step
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -30,12 +32,16 @@ _PERIODS = 1200
 _REPEATED = (1e-4, 1e-6, 1e-8)  # changes over a period at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
 
+Sides = NDArray[np.float64]
+"""Shape (n, n): the sides of a box, as columns."""
+
 
 @dataclass(frozen=True)
 class Tendency:
     """A periodic motion, for each alpha, to which that from rest is proved to tend.
 
-    After `periods` the motion is in a box that every further period shrinks by `factor`.
+    Within a period after the first `periods` the motion is in a box that every further period
+    shrinks by `factor`.
     """
 
     itinerary: tuple[int, ...]
@@ -98,37 +104,47 @@ class _Motions:
         if steps[0].field != steps[-1].field:
             raise Unproved("attraction", "the turn begins at a switch")
         size = 2 if steps[0].field in (2, 5) else 3
+        if size == 2 and np.any(bundle[C]):
+            raise Unproved("attraction", "the turn does not begin at rest")
         line = bundle[:3, :2]
         there, by = self.passed(self.fields.section(thin(line), self.angle), section)
         sides = _sides(by, size)
-        try:
-            inverse = thin(sides).inv()
-        except ZeroDivisionError:
-            raise Unproved("attraction", "the sides of the box are not seen to span it") from None
-
-        def off(found: Bundle) -> float:
-            """The farthest that a bundle is from the line, along the sides."""
-            middle = np.zeros((size, found.shape[1]))
-            middle[:, :2] = line[:size]
-            return largest(inverse * (thin(found[:size]) - thin(middle)))
-
-        inside, moved = off(bundle), off(there)
+        inverse = _inverse(sides)
         factor = largest(inverse * _corner(by, size) * thin(sides))
         if not factor < 1:
             raise Unproved("attraction", f"the factor of the line is {factor:.3g}")
-        radius = _ROOM * max(inside, moved / (1 - factor), 1e-12)
+        inside, moved = (_farthest(one, line, inverse) for one in (bundle, there))
+        # The box: the line, and these directions. What follows is proved of them as they are.
+        directions = sides * (_ROOM * max(inside, moved / (1 - factor), 1e-12))
         wide = np.zeros((3, 2 + size))
-        wide[:, :2] = line
-        wide[:size, 2:] = sides * radius * (1 + 1e-12)
+        wide[:, :2], wide[:size, 2:] = line, directions
         _, by = self.passed(self.fields.section(thin(wide), self.angle), section)
-        factor = largest(inverse * _corner(by, size) * thin(sides))
-        if not (moved / radius + factor) * (1 + 1e-12) < 1 or not inside < radius:
-            detail = f"{moved / radius:.2g} + {factor:.2g} of a box of {radius:.1g}"
+        inverse = _inverse(directions)
+        factor = largest(inverse * _corner(by, size) * thin(directions))
+        inside, moved = (_farthest(one, line, inverse) for one in (bundle, there))
+        if not (arb(moved) + arb(factor) < 1 and inside < 1):
+            detail = f"{inside:.2g}, then {moved:.2g} + {factor:.2g}, of a box"
             raise Unproved("attraction", f"{detail} is not within it")
         return Tendency(itinerary_of(steps), section, factor)
 
 
-def _sides(by: Matrix, size: int) -> np.ndarray:
+def _inverse(sides: Sides) -> Matrix:
+    try:
+        return thin(sides).inv()
+    except ZeroDivisionError:
+        raise Unproved("attraction", "the sides of the box are not seen to span it") from None
+
+
+def _farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
+    """The farthest that a bundle is from a line, in units of a box's sides."""
+    size = inverse.nrows()
+    middle = np.zeros((size, found.shape[1]))
+    middle[:, :2] = line[:size]
+    return largest(inverse * (thin(found[:size]) - thin(middle)))
+
+
+def _sides(by: Matrix, size: int) -> Sides:
+    """Guesses of the directions in which a period stretches or shrinks."""
     values, vectors = np.linalg.eig(
         np.array([[float(x.mid()) for x in row[:size]] for row in by.tolist()[:size]])
     )
@@ -143,6 +159,8 @@ def _quiet(run: Trajectory) -> float:
     """The phase, in periods, farthest from a switch of the last period."""
     turn = math.tau / run.parameters.omega
     steps = steps_of(run, _PERIODS - 2, _PERIODS - 1)
+    if not steps:
+        raise Unproved("attraction", "the run from rest ends early")
     at, best, found = 0.0, -1.0, 0.0
     if steps[0].field == steps[-1].field and len(steps) > 1:
         whole = steps[0].duration + steps[-1].duration

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,10 +16,11 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from capsule_sym import InvalidInput, Parameters, simulate, solve_orbit
-from capsule_sym._enclosures import bundles, intervals
+from capsule_sym._enclosures import bundles, intervals, regions
 from capsule_sym._enclosures.balls import Unproved, arb, ball, floats, matrix, precision, thin
 from capsule_sym._enclosures.bundles import Fields, Interval
 from capsule_sym._enclosures.cells import ALPHA, EXACT
+from capsule_sym._enclosures.fields import Field
 from capsule_sym._enclosures.from_rest import AlphaInterval, attempt
 from capsule_sym._enclosures.intervals import tendency
 from capsule_sym._enclosures.regions import FROM_REST, begun, prove
@@ -85,43 +88,199 @@ def with_terms(*, error: bool = False, rest: bool = False):
     return without
 
 
-def one_switch(place: float) -> tuple[bundles.Bundle, float, np.ndarray]:
-    """F1 from rest in a thick bundle to its switch: the bundle, and time and state at a place."""
-    alphas = Interval(1.2, 2e-2)
+def fields_at(alphas: Interval) -> Fields:
+    return Fields({name: ball(AT_3_3[name]) for name in PARAMETERS if name != "alpha"}, alphas)
+
+
+def flowed(field: Field, start: bundles.Bundle, place: np.ndarray, h: float) -> np.ndarray:
+    """The state of a bundle's member after a time."""
+    return expm(floats(field.A) * h) @ (start[:6] @ place)
+
+
+def one_switch(place: Sequence[float]) -> tuple[bundles.Bundle, float, np.ndarray]:
+    """F1 in a thick bundle to its switch: the bundle, and time and state at a place."""
     with precision(80):
-        exact = {name: ball(AT_3_3[name]) for name in PARAMETERS if name != "alpha"}
-        fields = Fields(exact, alphas)
-        start = fields.section(thin(np.array([[-1.0, 0.01], [1.0, 0.02], [0.5, 0.0]])), arb(0.5))
-        field = fields._fields[1]
+        fields = fields_at(Interval(1.2, 2e-2))
+        columns = np.array([[-1.0, 0.01, 0.0], [1.0, 0.02, 0.03], [0.5, 0.0, 0.01]])
+        start, field = fields.section(thin(columns), arb(0.5)), fields._fields[1]
         row = floats(field.guards)[bundles.GUARD_ROWS[Guard.GAP]]
-
-        def state(h: float) -> np.ndarray:
-            return expm(floats(field.A) * h) @ (start[:6, 0] + place * start[:6, 1])
-
-        h = brentq(lambda h: row @ state(h), 0.0, 2.0, xtol=1e-15)
+        at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
+        h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
         _, found = bundles._switch(field, start, Step(1, h, Guard.GAP), "F1")
-        return bundles._doubles(found), h, state(h)
+        return bundles._doubles(found), h, flowed(field, start, at, h)
 
 
-def outside(found: bundles.Bundle, place: float, time: float, state: np.ndarray) -> list[float]:
+def outside(
+    found: bundles.Bundle, place: Sequence[float], time: float, state: np.ndarray
+) -> tuple[float, float]:
     """By how much time and state of a place are outside."""
-    thick = np.sum(abs(found[:, 2:]), axis=1)
-    away = abs(np.append(state, time) - found[:, 0] - place * found[:, 1])
-    return [float(np.max(away[6:] - thick[6:])), float(np.max(away[:3] - thick[:3]))]
+    thick = np.sum(abs(found[:, 3:]), axis=1)
+    away = abs(np.append(state, time) - found[:, :3] @ [1.0, *place])
+    return float(np.max(away[6:] - thick[6:])), float(np.max(away[:3] - thick[:3]))
 
 
-@pytest.mark.parametrize("place", [-1.0, 1.0])
-def test_a_switch_is_held_only_with_each_of_its_terms(
-    place: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert max(outside(*one_switch(place)[:1], place, *one_switch(place)[1:])) < 1e-14
+CORNERS = ((-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0))
+
+
+def test_a_switch_is_held_only_with_each_of_its_terms(monkeypatch: pytest.MonkeyPatch) -> None:
+    def worst() -> np.ndarray:
+        found = [(place, *one_switch(place)) for place in CORNERS]
+        return np.max([outside(bundle, place, *true) for place, bundle, *true in found], axis=0)
+
+    assert max(worst()) < 1e-14
     monkeypatch.setattr(bundles, "_shifted", with_terms(rest=True))
-    late, _ = outside(*one_switch(place)[:1], place, *one_switch(place)[1:])
-    assert late > 1e-7
+    assert worst()[0] > 1e-7
     monkeypatch.undo()
     monkeypatch.setattr(bundles, "_shifted", with_terms(error=True))
-    _, away = outside(*one_switch(place)[:1], place, *one_switch(place)[1:])
-    assert away > 1e-7
+    assert worst()[1] > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("middle", "spread"),
+    [((0.0, 0.0, 0.0), 1e-2), ((-1.0, 1.0, 0.5), 0.0)],
+    ids=["first", "second"],
+)
+def test_a_bundle_of_many_times_is_held_at_one_time(
+    middle: tuple[float, ...], spread: float
+) -> None:
+    """Each of the two terms of second order alone is needed: the other one is far smaller here."""
+    with precision(80):
+        fields = fields_at(Interval(1e-3, 1e-9))
+        field = fields._fields[1]
+        columns = np.array([[middle[0], 0.0, spread], [middle[1], 0.0, 0.0], [middle[2], 0.0, 0.0]])
+        start = fields.section(thin(columns), arb(0.5))
+        late = np.zeros((7, 1))
+        late[bundles.TIME] = 1e-2
+        start = np.column_stack([start[:, :3], late, start[:, 3:]])
+        total = 0.7
+        found = bundles._doubles(bundles._until(field, start, arb(total), "F1")[1])
+    for place in CORNERS:
+        at = np.array([1.0, 0.0, *place] + [0.0] * (start.shape[1] - 4))
+        state = flowed(field, start, at, total - 1e-2 * place[1])
+        away = abs(state - found[:6, :4] @ at[:4])[:3]
+        assert np.all(away <= np.sum(abs(found[:3, 4:]), axis=1) + 1e-15)
+        assert np.max(away) > 1e-7
+
+
+@pytest.mark.parametrize("count", [40, 70])
+def test_doubles_hold_balls_and_columns_that_are_put_together(count: int) -> None:
+    rng = np.random.default_rng(1)
+    middles, radius = rng.normal(size=(7, count)), 1e-3
+    whole = thin(middles) + arb_mat([[ball(0, radius)] * count] * 7)
+    found = bundles._doubles(whole)
+    assert found.shape[1] <= max(count, bundles._KEPT + 2) + 7
+    assert np.array_equal(found[:, :2], middles[:, :2])
+    for _ in range(50):
+        direction = rng.normal(size=7)
+        reach = np.sum(abs(direction @ middles[:, 1:])) + count * radius * np.sum(abs(direction))
+        assert np.sum(abs(direction @ found[:, 1:])) >= reach
+
+
+def motions_at(alpha: float, radius: float) -> intervals._Motions:
+    run = simulate(Parameters(alpha=alpha, gamma=3.3), periods=intervals._PERIODS)
+    return intervals._Motions(fields_at(Interval(alpha, radius)), run)
+
+
+def columns_about(motions: intervals._Motions, section: int, wide: float) -> np.ndarray:
+    """A box in x_r and v_r about the run at a section."""
+    x, v, _ = motions.run([math.tau / 0.8 * (section + motions.offset)])[0]
+    return np.array([[x, 0.0, wide, 0.0], [v, 0.0, 0.0, wide], [0.0, 0.0, 0.0, 0.0]])
+
+
+def test_sections_are_at_their_phase_and_begin_at_rest() -> None:
+    """A narrow bundle is the run in double precision, so that an angle off by 1e-9 would show."""
+    alphas = Interval(1.2, 1e-10)
+    found, offset = carried(alphas, 1)
+    run = simulate(Parameters(alpha=1.2, gamma=3.3), periods=3)
+    state = run([math.tau / 0.8 * (1 + offset)])[0]
+    assert np.max(abs(state - found[:3, 0])) < 1e-11
+
+
+def test_guards_are_those_of_all_members() -> None:
+    """One direction leads beyond the gap, where F2 is not the field any more."""
+    with precision(80):
+        motions = motions_at(0.005, 1e-6)
+        columns = np.array([[0.0, 0.0, 0.03], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        with pytest.raises(Unproved, match="the gap"):
+            motions.passed(motions.fields.section(thin(columns), motions.angle), 600)
+
+
+@pytest.mark.parametrize("alpha", [0.7, 1.8])
+def test_the_derivative_is_that_of_all_members(alpha: float) -> None:
+    wide = 1e-4
+    with precision(80):
+        motions = motions_at(alpha, wide)
+        columns = columns_about(motions, 600, wide)
+        columns[2, 0] = motions.run([math.tau / 0.8 * (600 + motions.offset)])[0][2]
+        _, by = motions.passed(motions.fields.section(thin(columns), motions.angle), 600)
+        for s, u in CORNERS:
+            narrow = motions_at(alpha + s * wide, 1e-15)
+            narrow.offset, narrow.angle = motions.offset, motions.angle
+            narrow.run = motions.run
+            member = columns[:, :2] + np.outer(columns[:, 2:] @ [u, s], [1.0, 0.0])
+            _, one = narrow.passed(narrow.fields.section(thin(member), narrow.angle), 600)
+            size = 2 if alpha < 1 else 3
+            assert all(by[i, j].overlaps(one[i, j]) for i in range(size) for j in range(size))
+
+
+def test_a_bundle_farther_away_than_the_box_is_not_in_it() -> None:
+    with precision(80):
+        motions = motions_at(0.7, 1e-5)
+        wide = thin(columns_about(motions, 600, 1e-2))
+        bundle = motions.fields.section(wide, motions.angle)
+        with pytest.raises(Unproved):
+            motions._entered(bundle, 600)
+
+
+def test_a_bundle_has_to_be_in_the_box_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half as large as the bundle, the box is still carried into itself."""
+    monkeypatch.setattr(intervals, "_ROOM", 0.5)
+    with precision(80):
+        motions = motions_at(0.7, 1e-9)
+        wide = thin(columns_about(motions, 600, 1e-5))
+        with pytest.raises(Unproved, match=r"^attraction: 2, then .* is not within it"):
+            motions._entered(motions.fields.section(wide, motions.angle), 600)
+
+
+def test_saltations_are_those_of_all_members(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[float] = []
+    saltation = bundles.saltation
+
+    def spied(field, following, guard, end):
+        seen.append(float(end[1, 0].rad()))
+        return saltation(field, following, guard, end)
+
+    monkeypatch.setattr(bundles, "saltation", spied)
+    carried(Interval(1.2, 1e-4), 1)
+    assert min(seen) > 1e-6
+
+
+def test_a_box_smaller_than_it_has_to_be_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(intervals, "_ROOM", 0.5)
+    with pytest.raises(Unproved, match="is not within it"):
+        tendency(AT_3_3, Interval(0.7, 1e-4))
+
+
+@pytest.mark.parametrize(("ratio", "gamma"), [(0, 3.3), (1, 3.0)])
+def test_a_part_is_proved_at_its_own_mass_ratio(ratio: int, gamma: float) -> None:
+    """Near alpha = 1.636 the itineraries of both mass ratios differ."""
+    part = AlphaInterval(ratio, 13, 6701)
+    orbit = solve_orbit(Parameters(alpha=part.alphas.middle, gamma=gamma))
+    fields, _, told = attempt(part).itinerary.partition(", gamma = ")
+    assert (sorted(fields.split()), float(told)) == (sorted(orbit.itinerary.names), gamma)
+
+
+def test_other_constants_are_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The digest has the parameters and what contact and drift are, not only the proof."""
+    held = {module.__name__.rpartition(".")[2] for module in regions_digest(monkeypatch)}
+    assert {"cells", "section4", "from_rest", "bundles", "guards", "contact", "drift"} <= held
+
+
+def regions_digest(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    told: list[Any] = []
+    monkeypatch.setattr(regions, "digest", lambda code: told.extend(code) or "")
+    regions.code_from_rest()
+    return told
 
 
 @pytest.mark.parametrize(
