@@ -176,7 +176,7 @@ def sweep_figure(
     width: float | None,
     dpi: float | None,
 ) -> None:
-    """Draw the results of `sweep` or `basin`.
+    """Draw the results of `sweep` or `plot_basin`.
 
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """

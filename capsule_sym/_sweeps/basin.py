@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
@@ -23,6 +22,9 @@ from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.quantities import ATTRACTOR
 from capsule_sym._sweeps.results import open_results
 from capsule_sym._sweeps.sweep import Sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NONE = -1
 """Code of a cell that has come to no closed orbit."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 import zarr
 from numpy.typing import NDArray
 from zarr.errors import ZarrUserWarning
@@ -37,7 +36,6 @@ def provenance(command: str) -> dict[str, Any]:
             "capsule-sym": capsule_sym.__version__,
             "python": platform.python_version(),
             "numpy": np.__version__,
-            "xarray": xr.__version__,
             "zarr": zarr.__version__,
         },
     }
@@ -56,8 +54,14 @@ def lay(
     With the cores that computed the cells, a table of itineraries, and further results, where these
     are known.
     """
-    coordinates(sweep, origin, cores).to_zarr(place, zarr_format=3, consolidated=False)
-    group = zarr.open_group(place)
+    attributes = described(sweep, origin, cores)
+    columns = coordinates(sweep)
+    # xarray takes what varies along an axis of another name for a result, unless it is told.
+    if others := [name for name, (axis, *_) in columns.items() if name != axis]:
+        attributes["coordinates"] = " ".join(others)
+    group = zarr.create_group(place, attributes=attributes)
+    for name, (axis, values, units) in columns.items():
+        group.create_array(name, data=values, dimension_names=[axis], attributes=units)
     made = arrays(group, sweep)
     if itineraries is not None:
         made["itinerary"].attrs.update(itinerary_flags(itineraries))
@@ -74,27 +78,31 @@ def consolidate(place: Path) -> None:
         zarr.consolidate_metadata(str(place))
 
 
-def coordinates(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> xr.Dataset:
-    """The axes of a sweep as coordinates; as attributes what is the same for all cells."""
-    columns = {
-        quantity: (axis.name, axis.values[:, i], {"units": "1"})
+def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, str]]]:
+    """The axes of a sweep as coordinates: by name an axis, values along it, and attributes."""
+    return {
+        quantity: (axis.name, np.ascontiguousarray(axis.values[:, i]), {"units": "1"})
         for axis in sweep.axes
         for i, quantity in enumerate(axis.quantities)
     }
+
+
+def described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -> dict[str, Any]:
+    """What is the same for all cells of a sweep, as attributes of its results."""
     fixed = {
         **sweep.parameters.to_dict(),
         **dict(zip(("x_r", "v_r", "v_c"), sweep.state, strict=True)),
         "phase": sweep.phase,
     }
-    attributes = {
+    varied = {quantity for axis in sweep.axes for quantity in axis.quantities}
+    return {
         "periods": sweep.periods,
         "tolerance": sweep.tolerance,
-        **{name: value for name, value in fixed.items() if name not in columns},
+        **{name: value for name, value in fixed.items() if name not in varied},
         **{name: origin[name] for name in ("command", "kernels")},
         "core": "; ".join(cores) or origin["core"],
         "versions": ", ".join(f"{name} {v}" for name, v in origin["versions"].items()),
     }
-    return xr.Dataset(coords=columns, attrs=attributes)
 
 
 def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:

@@ -16,15 +16,17 @@ from collections import Counter
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._sweeps.files import checksum, checksums, read, sealed, unsealed
 from capsule_sym._sweeps.layout import itinerary_flags
 from capsule_sym._sweeps.quantities import ATTRACTOR, variables
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RESULTS, CHUNKS, FINISHED = "results.zarr", "chunks", "finished.json"
 SWEEP, COPY = "sweep.json", "chunks/sweep.copy"
@@ -181,6 +183,8 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     fields. Of a refined chart the whole chart is opened. Raises InvalidInput where there is no
     store, and where coordinates or what describes the results are damaged.
     """
+    import xarray as xr  # it takes longer than a small sweep, which needs none
+
     path = Path(path)
     if os.path.lexists(path / CHART):
         damaged, place, held = damaged_in_chart(path), path / CHART, None

@@ -22,6 +22,7 @@ from capsule_sym._sweeps.layout import (
     arrays,
     consolidate,
     coordinates,
+    described,
     lay,
     outcome_flags,
     provenance,
@@ -216,7 +217,10 @@ def write_chart(
     attributes: dict[str, Any],
 ) -> None:
     """Writes a refined chart: columns by name with their dimensions, itineraries by code."""
-    chart = coordinates(sweep, provenance(""), cores).assign(columns).assign_attrs(attributes)
+    import xarray as xr
+
+    attributes = described(sweep, provenance(""), cores) | attributes
+    chart = xr.Dataset(columns, coordinates(sweep), attributes)
     itineraries = dict(sorted(texts.items()))
     chart["itinerary"].attrs.update(
         flag_values=list(itineraries), flag_meanings=" ".join(itineraries.values())

@@ -18,10 +18,10 @@ from capsule_sym._orbits.continuation.normal_forms import (
     PERSISTENCE,
     SUPERCRITICAL,
 )
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym import ParameterPath
 from capsule_sym._orbits.shooting.changes import around, exchanged
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
-from capsule_sym._orbits.shooting.stability import floquet_multipliers
+from capsule_sym import floquet_multipliers
 from capsule_sym._orbits.shooting.taylor import residual_series
 from tests.judges import CONTACT, DRIFT
 from tests.judges.taylor import system
