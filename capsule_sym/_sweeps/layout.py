@@ -60,8 +60,8 @@ def lay(
     if others := [name for name, (axis, *_) in columns.items() if name != axis]:
         attributes["coordinates"] = " ".join(others)
     group = zarr.create_group(place, attributes=attributes)
-    for name, (axis, values, units) in columns.items():
-        group.create_array(name, data=values, dimension_names=[axis], attributes=units)
+    for name, (axis, column, units) in columns.items():
+        group.create_array(name, data=column, dimension_names=[axis], attributes={**units})
     made = arrays(group, sweep)
     if itineraries is not None:
         made["itinerary"].attrs.update(itinerary_flags(itineraries))

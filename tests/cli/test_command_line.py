@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym._cli import group
+from capsule_sym._study import casestudy, thresholds
 
 PHYSICAL = "M_m=1\nM_c=3\nk1=1\nk2=1\nc=0\nG=0\nP_d=1\nOmega=1\nmu=0.1\n"
 FILES = {
@@ -141,17 +142,13 @@ def test_help_and_version_succeed(command, inside) -> None:
     assert (alone.returncode, alone.stdout, alone.stderr) == (0, overview.stdout, "")
 
 
-def test_paper_json_is_one_object_and_what_it_writes(tmp_path: Path) -> None:
-    code = (
-        "from capsule_sym import _cli as cli\n"
-        "from capsule_sym._study import casestudy, thresholds\n"
-        "casestudy.PANELS = {'f': 0.7}\n"
-        "thresholds.GAMMAS, thresholds.LAST = (3.0,), 0.05\n"
-        "cli.main(['paper', '--json', '--out', 'kept'])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, encoding="utf-8", cwd=tmp_path
-    )
+def test_paper_json_is_one_object_and_what_it_writes(
+    inside, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(casestudy, "PANELS", {"f": 0.7})
+    monkeypatch.setattr(thresholds, "GAMMAS", (3.0,))
+    monkeypatch.setattr(thresholds, "LAST", 0.05)
+    done = inside("paper", "--json", "--out", "kept", cwd=tmp_path)
     assert done.returncode == 0
     record = json.loads(done.stdout)
     assert list(record) == ["version", "generated", "backend", "start", "cases", "bifurcations"]

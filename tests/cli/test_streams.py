@@ -3,13 +3,15 @@
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from capsule_sym._bench.whole import Study
 from capsule_sym._cli import group, main
-from capsule_sym._enclosures import section4
+from capsule_sym._enclosures import command as enclosing
+from capsule_sym._enclosures import meetings, section4
 from capsule_sym._hardcases import adversarial, table
 from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
@@ -57,6 +59,9 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
     monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: inner_products.items()[:1]})
     monkeypatch.setattr(section4, "GAMMAS", ())
+    monkeypatch.setattr(meetings, "section4", lambda exact: [])
+    monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)
+    monkeypatch.setattr(enclosing, "end", ThreadPoolExecutor.shutdown)
     monkeypatch.setattr(table, "rows", lambda chosen: iter(()))
     monkeypatch.setattr(table, "cost", lambda: (2, 8))
     tally = adversarial.Tally(seconds=1.0)
@@ -95,7 +100,6 @@ def shell(redirection: str, *arguments: str) -> subprocess.CompletedProcess[str]
     )
 
 
-@pytest.mark.parametrize("arguments", [["run"], ["run", "--json"], ["run", "--help"], []])
 @pytest.mark.parametrize(
     ("redirection", "said"),
     [
@@ -106,12 +110,18 @@ def shell(redirection: str, *arguments: str) -> subprocess.CompletedProcess[str]
         (">&- 2>&-", ""),
     ],
 )
-def test_a_stream_that_takes_nothing_ends_a_process(
-    redirection: str, said: str, arguments: list[str]
-) -> None:
-    done = shell(redirection, *arguments)
+def test_a_stream_that_takes_nothing_ends_a_process(redirection: str, said: str) -> None:
+    done = shell(redirection, "run", "--json")
     assert done.returncode == 1
     assert (done.stdout + done.stderr).splitlines() == said.splitlines()
+
+
+@needs_full
+@pytest.mark.parametrize("arguments", [["run"], ["run", "--help"], []])
+def test_a_full_disk_ends_a_process(arguments: list[str]) -> None:
+    done = shell(">/dev/full", *arguments)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "error: output: No space left on device\n"
 
 
 @needs_full

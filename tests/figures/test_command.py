@@ -96,6 +96,6 @@ def test_nothing_but_the_figure_is_written_where_one_is(tmp_path: Path) -> None:
     here.mkdir()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-        assert call("figure", "margins", "--out", "x.svg", cwd=here).returncode == 0
+        assert run_here("figure", "margins", "--out", "x.svg", cwd=here).returncode == 0
     assert [path.name for path in here.iterdir()] == ["x.svg"]
     assert [path.suffix for path in (tmp_path / "cache" / "capsule-sym").iterdir()] == [".json"]

@@ -9,6 +9,7 @@ import mpmath
 import pytest
 
 from capsule_sym import Parameters, simulate
+from tests.sampling import many, sampled
 
 # Starts near tangencies and corners, in threads that change hands very often, while another thread
 # does as it likes with mpmath's precision. What the runs give is compared with the same, serial.
@@ -61,9 +62,14 @@ print(settled)
 """
 
 
+@sampled
 @pytest.mark.parametrize(
     ("backend", "gmpy2", "count"),
-    [("numpy", "blocked", 24), ("mpmath", "blocked", 12), ("mpmath", "as it is", 12)],
+    [
+        ("numpy", "blocked", many(24, 8)),
+        ("mpmath", "blocked", many(12, 4)),
+        ("mpmath", "as it is", many(12, 6)),
+    ],
 )
 def test_threads_give_what_serial_runs_give(backend: str, gmpy2: str, count: int) -> None:
     if gmpy2 != "blocked":

@@ -50,27 +50,35 @@ size_t states(const capsule_map *map, const capsule_segment *segments, size_t co
 """
 
 
+def compile_in(directory: Path, *arguments: str | Path) -> None:
+    command = ["cc", "-std=c99", "-O0", "-ffp-contract=off", "-fPIC", "-w"]
+    command += [f"-I{LIBRARY}", f"-I{KERNELS}"]
+    subprocess.run([*command, *arguments], cwd=directory, check=True)
+
+
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """What the pass calls, compiled once: it is the same for every change."""
+    directory = tmp_path_factory.mktemp("objects")
+    names = ("lanes", "rest", "write_strobe", "allowed", "code_here")
+    others = "".join(f"int capsule_{name}(void) {{ return 1; }}\n" for name in names)
+    (directory / "others.c").write_text(others)
+    compile_in(directory, "-c", "others.c", LIBRARY / "tables.c", KERNELS / "capsule_kernels.c")
+    return sorted(directory.glob("*.o"))
+
+
 class Library:
     """The pass compiled by itself, with one text of it changed."""
 
-    def __init__(self, directory: Path, change: tuple[str, str] | None) -> None:
+    def __init__(
+        self, directory: Path, objects: list[Path], change: tuple[str, str] | None
+    ) -> None:
         text = (LIBRARY / "evaluate.h").read_text()
         if change:
             assert text.count(change[0]) == 1, change
             text = text.replace(*change)
         (directory / "changed.c").write_text(f'#include "scalar.h"\n{text}\n{SHIM}')
-        names = ("lanes", "rest", "write_strobe", "allowed", "code_here")
-        others = "".join(f"int capsule_{name}(void) {{ return 1; }}\n" for name in names)
-        (directory / "others.c").write_text(others)
-        sources = [
-            "changed.c",
-            "others.c",
-            str(LIBRARY / "tables.c"),
-            str(KERNELS / "capsule_kernels.c"),
-        ]
-        command = ["cc", "-std=c99", "-O0", "-ffp-contract=off", "-shared", "-fPIC", "-w"]
-        command += [f"-I{LIBRARY}", f"-I{KERNELS}", *sources, "-lm", "-o", "built.so"]
-        subprocess.run(command, cwd=directory, check=True)
+        compile_in(directory, "-shared", "changed.c", *objects, "-lm", "-o", "built.so")
         self.library = ctypes.CDLL(str(directory / "built.so"))
         self.library.states.restype = ctypes.c_size_t
 
@@ -119,10 +127,10 @@ def off(library: Library, runs: list[tuple[Trajectory, NDArray[np.float64]]]) ->
     return worst
 
 
-def test_unchanged_it_gives_what_the_core_gives(tmp_path: Path, runs: list) -> None:
-    assert off(Library(tmp_path, None), runs) < 5e-14
+def test_unchanged_it_gives_what_the_core_gives(tmp_path: Path, objects: list, runs: list) -> None:
+    assert off(Library(tmp_path, objects, None), runs) < 5e-14
 
 
 @pytest.mark.parametrize("name", MUTANTS)
-def test_a_change_is_noticed(name: str, tmp_path: Path, runs: list) -> None:
-    assert not off(Library(tmp_path, MUTANTS[name]), runs) < 1e-12
+def test_a_change_is_noticed(name: str, tmp_path: Path, objects: list, runs: list) -> None:
+    assert not off(Library(tmp_path, objects, MUTANTS[name]), runs) < 1e-12

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import xarray as xr
 
 from capsule_sym import (
     Axis,
@@ -225,6 +226,14 @@ for store, results in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
 """
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_xarray_opens_a_finished_store(kind: str, stores: Callable[[str], Path]) -> None:
+    place = stores(kind) / ("chart.zarr" if kind == "chart" else "results.zarr")
+    with xr.open_zarr(place, chunks=None) as plain, open_results(stores(kind)) as ours:
+        assert plain.load().identical(ours.load())
+
+
+@pytest.mark.long
 def test_xarray_opens_finished_stores_without_a_warning(stores: Callable[[str], Path]) -> None:
     # In a process of its own, as a user's: Dask reads in threads, and once stood still for ever
     # among what thousands of other tests had left behind.

@@ -335,7 +335,7 @@ def taken(read: Callable[[], Sweep]) -> tuple[Sweep | None, str]:
         return None, str(refused)
 
 
-@settings(max_examples=120, deadline=None, derandomize=True, database=None)
+@settings(max_examples=40, deadline=None, derandomize=True, database=None)
 @given(plans)
 def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> None:
     sweep, message = taken(lambda: read_plan(plan))
@@ -345,7 +345,7 @@ def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> Non
         assert all(np.isfinite(axis.values).all() for axis in sweep.axes)
 
 
-@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@settings(max_examples=30, deadline=None, derandomize=True, database=None)
 @given(st.text("[]{}=,.\"'\n alph12e-+_true", max_size=60))
 def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
