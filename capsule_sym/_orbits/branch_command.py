@@ -98,6 +98,7 @@ def branch(
 
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
+    from capsule_sym._orbits.continuation.continuation import check_points
     from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
     from capsule_sym._records import dumps, table, write
 
@@ -105,6 +106,7 @@ def branch(
         if parameter is not None or begin is not None or end is not None:
             raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
         parameter, begin, end = name, low, high
+    check_points(points)
     if end is None:
         raise InvalidInput("to", None, "given, or a range such as --alpha 0.1:2")
     if restart is not None:

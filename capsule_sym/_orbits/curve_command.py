@@ -68,6 +68,7 @@ def curve(
     point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
     points, and with 4 where --certify does not prove all.
     """
+    from capsule_sym._orbits.continuation.continuation import check_points
     from capsule_sym._orbits.continuation.curves import check, continue_bifurcation
     from capsule_sym._orbits.continuation.records import (
         codimension_two_rows,
@@ -83,6 +84,7 @@ def curve(
     names = name, other
     parameters, _ = chosen_parameters(file, {**dimensionless, names[1]: at})
     check(parameters, names, (first, second))
+    check_points(points)
     given = file is not None or at is not None
     inside = _within(parameters, names[1], second, given)
     found = followed(inside, names[0], *first, points, state)

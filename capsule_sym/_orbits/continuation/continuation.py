@@ -34,6 +34,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
 
 _MOST_POINTS = 20_000
+MOST_STEPS = 5_000  # that may be asked for
 
 
 _Point = TypeVar("_Point")
@@ -145,8 +146,7 @@ def continue_orbit(
     equal values, and an orbit whose parameters are not on the path.
     """
     axis = axis_from(orbit, parameter_path(parameter, ties), to)
-    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
-        raise InvalidInput("points", points, "a whole number >= 1")
+    check_points(points)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         start = first_half(orbit, (axis,)) or orbit
         follower = Follower(numbers, start, (axis,))
@@ -154,6 +154,13 @@ def continue_orbit(
         along = np.zeros(len(u))
         along[-1] = 1.0
         return Run(follower, u, along, points).go()
+
+
+def check_points(points: int) -> None:
+    """Raises InvalidInput unless this is a number of steps that a path may be asked to take."""
+    whole = isinstance(points, int) and not isinstance(points, bool)
+    if not whole or not 1 <= points <= MOST_STEPS:
+        raise InvalidInput("points", points, f"a whole number from 1 to {MOST_STEPS}")
 
 
 def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:

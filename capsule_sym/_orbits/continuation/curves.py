@@ -19,6 +19,7 @@ from capsule_sym._orbits.continuation.bifurcations import (
     noise,
     sorted_multipliers,
 )
+from capsule_sym._orbits.continuation.continuation import check_points
 from capsule_sym._orbits.continuation.events import DEGENERATE, BorderCollision, Place, place
 from capsule_sym._orbits.continuation.following import FIRST, Follower
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
@@ -171,6 +172,7 @@ def continue_bifurcation(
     first = bifurcation.parameter
     orbit, axes = bifurcation.orbit, []
     check(orbit.parameters, (first, second), ranges)
+    check_points(points)
     for name, (low, high) in zip((first, second), ranges, strict=True):
         value = orbit.values[PARAMETERS.index(name)]
         if not low <= value <= high:
@@ -207,7 +209,13 @@ def check(
     if second not in PARAMETERS or second == first:
         others = (name for name in PARAMETERS if name != first)
         raise InvalidInput("second", second, f"one of {', '.join(others)}")
-    for name, (low, high) in zip(names, ranges, strict=True):
+    try:
+        pairs = [(low, high) for low, high in ranges]
+        (_, _) = pairs
+    except (TypeError, ValueError):
+        allowed = f"two ranges, such as ((0.1, 2.0), (3.0, 3.3)) of {first} and {second}"
+        raise InvalidInput("ranges", ranges, allowed) from None
+    for name, (low, high) in zip(names, pairs, strict=True):
         for edge in (low, high):
             base.replace(**{name: edge})
         if not low < high:

@@ -17,6 +17,7 @@ from capsule_sym._orbits.continuation.continuation import (
     BranchPoint,
     Run,
     axis_from,
+    check_points,
     failure_of,
 )
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING, BorderCollision
@@ -70,8 +71,7 @@ def continue_from(
         from capsule_sym._orbits.continuation.saved import labelled_point
 
         path, point = labelled_point(source, label, parameter, ties)
-    if isinstance(points, bool) or not isinstance(points, int) or points < 1:
-        raise InvalidInput("points", points, "a whole number >= 1")
+    check_points(points)
     axis = axis_from(point.orbit, path, to)
     if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
         point = _with_contact(point, label)
@@ -116,6 +116,7 @@ def period_doubling_cascade(branch: Branch, depth: int, *, points: int = 100) ->
     """
     if isinstance(depth, bool) or not isinstance(depth, int) or depth < 0:
         raise InvalidInput("depth", depth, "a whole number >= 0")
+    check_points(points)
     found: list[Branch] = []
     level = [branch]
     with backend("numpy") as numbers, np.errstate(all="ignore"):
