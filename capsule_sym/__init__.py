@@ -37,7 +37,8 @@ _NAMES = {
     "_map.trajectory": "Trajectory",
     "_orbits.continuation.bifurcations": "Bifurcation",
     "_orbits.continuation.continuation": "Branch BranchPoint continue_orbit",
-    "_orbits.continuation.curves": "CodimensionTwoPoint Curve CurvePoint continue_bifurcation",
+    "_orbits.continuation.curves": "CodimensionTwoPoint Curve CurvePoint continue_bifurcation "
+    "curves_from",
     "_orbits.continuation.normal_forms": "NormalForm",
     "_orbits.continuation.parameter_paths": "ParameterPath device_path parameter_path",
     "_orbits.continuation.saved": "labelled_point orbit_from_record read_branch",

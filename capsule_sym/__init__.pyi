@@ -60,6 +60,7 @@ from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint as Codim
 from capsule_sym._orbits.continuation.curves import Curve as Curve
 from capsule_sym._orbits.continuation.curves import CurvePoint as CurvePoint
 from capsule_sym._orbits.continuation.curves import continue_bifurcation as continue_bifurcation
+from capsule_sym._orbits.continuation.curves import curves_from as curves_from
 from capsule_sym._orbits.continuation.normal_forms import NormalForm as NormalForm
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath as ParameterPath
 from capsule_sym._orbits.continuation.parameter_paths import device_path as device_path

@@ -10,7 +10,9 @@ import numpy as np
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    CURVES,
     LABELS,
+    OTHER_CURVE,
     REGIONS,
     describe,
     draw_points,
@@ -29,15 +31,6 @@ if TYPE_CHECKING:
 _PLACES = 24  # points across a chart at which a region's name is tried
 _SMALL, _TINY = 0.01, 0.001  # of a chart: a region of an itinerary that is named, or is not
 _REACH = 90.0  # points that a name may be away from a region that has no room for it
-_CURVES = {
-    "grazing": ("black", (0, (1, 1.2))),
-    "adding-sliding": ("#0072B2", "-"),
-    "boundary-intersection crossing": ("black", "-"),
-    "crossing-sliding": ("#D55E00", "-"),
-    "switching-sliding": ("#009E73", "-"),
-    "grazing-sliding": ("#B0307A", "-"),
-}
-_OTHER_CURVE = ("0.3", "--")
 
 
 def plot_chart(
@@ -168,7 +161,7 @@ def _middles(plane: Plane, region: Region) -> Array:
 def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
     from matplotlib.patheffects import Stroke
 
-    colour, style = _CURVES.get(curve["type"], _OTHER_CURVE)
+    colour, style = CURVES.get(curve["type"], OTHER_CURVE)
     points = curve["points"]
     # On a white rim, so that it is seen on dark regions as well.
     axes.plot(

@@ -125,24 +125,29 @@ def figure(
 def diagram(
     paths: tuple[Path, ...], out: Path, quantity: str, width: float | None, dpi: float | None
 ) -> None:
-    """Draw files that `branch --out` wrote, with the branches that leave theirs.
+    """Draw files that `branch --out` or `curve --out` wrote.
 
-    A colour is a branch; stable orbits are solid, unstable ones dashed; every bifurcation has its
-    label.
+    Of branches, with those that leave theirs, a colour is a branch; stable orbits are solid,
+    unstable ones dashed; every bifurcation has its label. Of the curves of one curves.json a colour
+    is a type of bifurcation; a circle is a point of codimension two.
     """
+    from capsule_sym._figures.curves import plot_curves
     from capsule_sym._figures.diagrams import plot_diagram as draw
     from capsule_sym._figures.style import save_figure
-    from capsule_sym._orbits.continuation.saved import read_branch
+    from capsule_sym._orbits.continuation.saved import read_branch, read_curves
 
     wide = _check_picture(out, width, 3.3, dpi)
-    records = [read_branch(path) for path in paths]
+    curves = read_curves(paths[0]) if len(paths) == 1 else None
+    records = [] if curves else [read_branch(path) for path in paths]
     with _needs_plotting():
         try:
-            drawn = draw(records, quantity, width=wide)
+            drawn = (
+                plot_curves(curves, width=wide) if curves else draw(records, quantity, width=wide)
+            )
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             if isinstance(error, InvalidInput):
                 raise
-            whole = "a whole branch.json, which this is not"
+            whole = "a whole branch.json or curves.json, which this is not"
             raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
         save_figure(drawn, out, dpi=dpi)
     click.echo(f"wrote {out}", err=True)

@@ -58,6 +58,18 @@ LABELS = {
 SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
 """Options of areas side by side: as pixels without antialiasing no seam shows between them."""
 
+# Colour and dashes of a curve of bifurcations, by its type.
+CURVES = {
+    "grazing": ("black", (0, (1, 1.2))),
+    "adding-sliding": ("#0072B2", "-"),
+    "boundary-intersection crossing": ("black", "-"),
+    "crossing-sliding": ("#D55E00", "-"),
+    "switching-sliding": ("#009E73", "-"),
+    "grazing-sliding": ("#B0307A", "-"),
+    "fold": ("0.3", "-"),
+}
+OTHER_CURVE = ("0.3", "--")
+
 
 def field_colour(field: int, colours: Colours = "safe") -> str:
     """Colour of the segments of field F1 to F6 (1 to 6).

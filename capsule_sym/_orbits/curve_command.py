@@ -39,6 +39,11 @@ if TYPE_CHECKING:
     "--at", type=float, help="Value of the second parameter at which bifurcations are sought."
 )
 @click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
+@click.option(
+    "--leaving",
+    is_flag=True,
+    help="Follow the other curves through the points of codimension two as well.",
+)
 @settling_option
 @tables_option
 @certify_option("the points")
@@ -48,6 +53,7 @@ def curve(
     kind: str,
     at: float | None,
     points: int,
+    leaving: bool,
     state: tuple[float, float, float],
     out: Path | None,
     certify: Path | None,
@@ -61,15 +67,16 @@ def curve(
     has it, or by default, or in the middle of its range where the default lies outside; each is
     followed both ways until a parameter leaves its range.
 
-    In the JSON, "curves" has for each its "points", its "codimension_two" points, and why its two
-    "endings" are. --out writes curves.json, points.csv and codimension_two.csv.
+    In the JSON, "curves" has for each its "points", its "codimension_two" points, why its two
+    "endings" are, and its "origin", the point of codimension two that it leaves. --out writes
+    curves.json, points.csv and codimension_two.csv.
 
     With --certify alpha is solved for at every point, the other parameters being those of the
     point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
     points, and with 4 where --certify does not prove all.
     """
     from capsule_sym._orbits.continuation.continuation import check_points
-    from capsule_sym._orbits.continuation.curves import check, continue_bifurcation
+    from capsule_sym._orbits.continuation.curves import check, continue_bifurcation, curves_from
     from capsule_sym._orbits.continuation.records import (
         codimension_two_rows,
         curve_record,
@@ -101,6 +108,9 @@ def curve(
         middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
     curves = [continue_bifurcation(one, names[1], (first, second), points=points) for one in chosen]
+    if leaving:
+        for first_curve in tuple(curves):
+            curves += curves_from(first_curve, (first, second), points=points, known=curves)
     record = {"branch": found.status.value, "curves": [curve_record(one) for one in curves]}
     if out is not None:
         texts = {"curves.json": dumps(record) + "\n"}
@@ -112,7 +122,7 @@ def curve(
         click.echo(dumps(record))
     else:
         _print_curves(curves)
-    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=True) if not curve.points]
+    lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]
         event = f"{one.type} at {one.parameter} = {one.value:.12g}"
@@ -142,7 +152,8 @@ def _print_curves(curves: Sequence[Curve]) -> None:
             console.print(f"{number}  {one.type}: no points\n")
             continue
         begin, end = one.points[0], one.points[-1]
-        console.print(f"{number}  {one.type}: {len(one.points)} points")
+        origin = f", from {one.origin}" if one.origin else ""
+        console.print(f"{number}  {one.type}: {len(one.points)} points{origin}")
         for itinerary, point in (("from", begin), ("to", end)):
             named = zip(one.parameters, point.values, strict=True)
             place = ", ".join(f"{name} = {value:.12g}" for name, value in named)

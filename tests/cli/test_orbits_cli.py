@@ -298,3 +298,23 @@ def test_a_branch_in_the_friction_bound_is_asked_for_either_way(capsys, name: st
     arguments = ("--parameter", name, "--from", "1", "--to", "1.001", "--points", "2", "--json")
     status, out, _ = call(capsys, "branch", *arguments)
     assert (status, json.loads(out)["parameter"]) == (0, "f_b")
+
+
+def test_curves_that_leave_a_point_are_followed_and_drawn(capsys, tmp_path: Path) -> None:
+    arguments = "--alpha 0.3:0.4 --zeta 0.0478:0.05 --at 0.05 --points 4 --leaving --json"
+    status, out, _ = call(
+        capsys, "curve", *arguments.split(), "--bifurcation", "adding", "--out", str(tmp_path)
+    )
+    assert status == 0
+    first, second = json.loads(out)["curves"]
+    assert (first["type"], first["origin"]) == ("adding-sliding", None)
+    assert (second["type"], second["origin"]) == (
+        "period doubling",
+        "adding-sliding and period doubling",
+    )
+    status, _, _ = call(
+        capsys, "diagram", str(tmp_path / "curves.json"), "--out", str(tmp_path / "curves.svg")
+    )
+    assert status == 0
+    drawn = (tmp_path / "curves.svg").read_text(encoding="utf-8")
+    assert "period doubling" in drawn

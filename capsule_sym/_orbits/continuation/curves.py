@@ -1,10 +1,10 @@
-"""Curves of bifurcations in two parameters, and the points where two conditions meet."""
+"""Curves of bifurcations in two parameters, and the curves that leave their special points."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,92 +12,56 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.bifurcations import (
-    SMOOTH,
-    Bifurcation,
-    SmoothEvent,
-    noise,
-    sorted_multipliers,
-)
+from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Bifurcation
 from capsule_sym._orbits.continuation.continuation import check_points
-from capsule_sym._orbits.continuation.events import DEGENERATE, BorderCollision, Place, place
-from capsule_sym._orbits.continuation.following import FIRST, Follower
+from capsule_sym._orbits.continuation.curve_points import CodimensionTwoPoint, CurvePoint
+from capsule_sym._orbits.continuation.curve_run import CurveRun
+from capsule_sym._orbits.continuation.events import (
+    CUSP,
+    DEGENERATE,
+    GENERALIZED_DOUBLING,
+    NEIMARK_SACKER,
+    RESONANCE_1_1,
+    RESONANCE_1_2,
+)
+from capsule_sym._orbits.continuation.following import Follower, vanishing
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.path import Vector
-from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
-from capsule_sym._orbits.shooting.admissibility import Inequality
+from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
-from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless, whole_orbit
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 from capsule_sym._parameters import Parameters
 
-_MOST_POINTS = 5_000
-_UNIT = 2.0**-53
-_ROUNDINGS = 8
-_ILL = 1e-8  # uncertainty from which on a system of equations is taken for singular
-_NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
-_SAME = 1e-9  # parameters of one point, found twice, differ by less
+__all__ = ["CodimensionTwoPoint", "Curve", "CurvePoint", "check", "continue_bifurcation"]
+__all__ += ["curves_from"]
 
-
-@dataclass(frozen=True)
-class CurvePoint:
-    """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
-
-    `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. `residual` is
-    the largest entry of the equations, that of the bifurcation among them, `iterations` counts
-    Newton's steps, and `status` says whether they are solved.
-    """
-
-    values: tuple[float, float]
-    line: str
-    orbit: Orbit
-    segment: int | None
-    admissibility: Inequality
-    residual: float
-    iterations: int
-    status: OrbitStatus
-
-    @cached_property
-    def multipliers(self) -> tuple[complex, ...]:
-        """Multipliers of the orbit, the largest modulus first.
-
-        At a border collision they are those of the itinerary with the segment: only at a
-        grazing-sliding bifurcation has the other itinerary others.
-        """
-        return sorted_multipliers(self.orbit)
-
-
-@dataclass(frozen=True)
-class CodimensionTwoPoint:
-    """A point of a curve where a second condition holds, located exactly; dimensionless.
-
-    `types` and `lines` are those of the curve and of the second condition; `values` the two
-    parameters with bounds on their rounding errors. `itinerary_after` is None where the curve ends.
-    """
-
-    types: tuple[str, str]
-    lines: tuple[str, str]
-    values: tuple[float, float]
-    uncertainties: tuple[float, float]
-    residual: float
-    iterations: int
-    status: OrbitStatus
-    failed: str
-    itinerary_before: Itinerary
-    itinerary_after: Itinerary | None
-    orbit: Orbit
+_FINE = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
+_THERE = 1e-6  # least duration, beside a point, of a segment that has the duration 0 there
+_BEGIN = (Ending.CODIMENSION_TWO, "the point from which the curve is followed")
+# The type of the other curve through a point where this vanishes; None where there is none.
+_OTHER = {
+    CUSP: None,
+    DEGENERATE: None,
+    GENERALIZED_DOUBLING: None,
+    RESONANCE_1_1: NEIMARK_SACKER,
+    RESONANCE_1_2: NEIMARK_SACKER,
+}
 
 
 @dataclass(frozen=True)
 class Curve(Labelled):
-    """A curve of bifurcations in two parameters: points in order, and why each of its ends is."""
+    """A curve of bifurcations in two parameters: points in order, and why each of its ends is.
+
+    `origin` says from which point of codimension two the curve is followed, as "cusp" or such, and
+    is empty for one from a bifurcation on a branch.
+    """
 
     type: str
     parameters: tuple[str, str]
     points: tuple[CurvePoint, ...]
     codimension_two: tuple[CodimensionTwoPoint, ...]
     endings: tuple[tuple[Ending, str], tuple[Ending, str]]
+    origin: str = ""
     dimension = "point"
 
     @property
@@ -119,8 +83,8 @@ class Curve(Labelled):
 
     @property
     def success(self) -> bool:
-        """Whether both ends are where the curve was to end: at the ranges, or where it began."""
-        return all(end in (Ending.REACHED, Ending.RETURNED) for end, _ in self.endings)
+        """Whether both ends are where a curve ends: at the ranges, where it began, in a point."""
+        return all(end in _FINE for end, _ in self.endings)
 
     @property
     def status(self) -> Ending:
@@ -140,8 +104,7 @@ class Curve(Labelled):
 
     @property
     def _worst(self) -> tuple[Ending, str]:
-        fine = (Ending.REACHED, Ending.RETURNED)
-        return min(self.endings, key=lambda end: end[0] in fine)
+        return min(self.endings, key=lambda end: end[0] in _FINE)
 
     def attributes(self) -> dict[str, Any]:
         """The type of the bifurcations, and why the curve ends."""
@@ -169,34 +132,170 @@ def continue_bifurcation(
     not ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies
     from a bifurcation at beta = 0 of a motion that passes the spring.
     """
-    first = bifurcation.parameter
-    orbit, axes = bifurcation.orbit, []
-    check(orbit.parameters, (first, second), ranges)
+    first, orbit = bifurcation.parameter, bifurcation.orbit
+    axes = _axes(orbit, (first, second), ranges)
     check_points(points)
-    for name, (low, high) in zip((first, second), ranges, strict=True):
-        value = orbit.values[PARAMETERS.index(name)]
-        if not low <= value <= high:
-            raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
-        axes.append(Axis(ParameterPath(name), float(low), float(high)))
     if "beta" in (first, second) and springless(orbit):
         allowed = (
             "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
         )
         raise InvalidInput("beta", 0.0, allowed)
+    segment = bifurcation.segment
+    if bifurcation.symmetry == KEPT:
+        orbit, segment = halved_at(orbit, segment) or (orbit, segment)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        one, other = (
-            _Curve(numbers, bifurcation, (axes[0], axes[1]), side, points) for side in (-1, 1)
-        )
-        back, ahead = one.go(), (Ending.RETURNED, "")
-        if back[0] is not Ending.RETURNED:
-            ahead = other.go()
+        try:
+            starts = _both_ways(numbers, orbit, axes, bifurcation.type, segment)
+        except Stop as stop:
+            ending = stop.ending, stop.detail
+            return Curve(bifurcation.type, (first, second), (), (), (ending, ending))
+        return _followed(bifurcation.type, starts, points)
+
+
+def curves_from(
+    curve: Curve,
+    ranges: tuple[tuple[float, float], tuple[float, float]],
+    *,
+    points: int = 50,
+    known: Sequence[Curve] = (),
+) -> tuple[Curve, ...]:
+    """The other curves that pass a curve's points of codimension two, within two ranges.
+
+    At a multiplier 1 or -1 on a curve of border collisions it is that of folds or period doublings,
+    at two border collisions, or at a degenerate one, that of the other collision, at a 1:1 or 1:2
+    resonance that of Neimark-Sacker bifurcations. None leaves a cusp: the curve of folds itself
+    passes. At a generalized period doubling none is sought. Each curve is given once, and none that
+    is among those `known`. Raises InvalidInput as `continue_bifurcation` does.
+    """
+    check_points(points)
+    found: list[Curve] = []
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        for point in curve.codimension_two:
+            kind = _OTHER.get(point.types[1], point.types[1]) or ""
+            passed = (_passes(one, kind, point) for one in (curve, *known, *found))
+            if not kind or any(passed):
+                continue
+            axes = _axes(point.orbit, curve.parameters, ranges)
+            try:
+                starts = _beside_point(numbers, point, axes, kind)
+            except Stop:
+                continue
+            if starts:
+                new = _followed(kind, starts, points)
+                meeting = replace(point, types=point.types[::-1], lines=point.lines[::-1])
+                others = (one for one in new.codimension_two if not one.at(point.values))
+                meetings = (meeting, *others)
+                origin = f"{point.types[0]} and {point.types[1]}"
+                found.append(replace(new, codimension_two=meetings, origin=origin))
+    return tuple(found)
+
+
+class _Start(NamedTuple):
+    """A state of a curve to follow it from, and whether the curve's other half has it too."""
+
+    follower: Follower
+    state: State
+    shared: bool
+
+
+def _axes(
+    orbit: Orbit, names: tuple[str, str], ranges: tuple[tuple[float, float], tuple[float, float]]
+) -> tuple[Axis, ...]:
+    """What varies along curves, from a point within; raises InvalidInput."""
+    check(orbit.parameters, names, ranges)
+    axes = []
+    for name, (low, high) in zip(names, ranges, strict=True):
+        value = orbit.values[PARAMETERS.index(name)]
+        if not low <= value <= high:
+            raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
+        axes.append(Axis(ParameterPath(name), float(low), float(high)))
+    return tuple(axes)
+
+
+def _both_ways(
+    numbers: Backend, orbit: Orbit, axes: tuple[Axis, ...], kind: str, segment: int | None
+) -> list[_Start]:
+    """The starts of both halves at an orbit; the first is that of a falling second parameter."""
+    critical = kind if kind in SMOOTH else None
+    followers = [Follower(numbers, orbit, axes, segment, critical) for _ in range(2)]
+    u = followers[0].unknowns(orbit.z, orbit.values)
+    null = np.linalg.svd(followers[0].equations(u).by)[2][-1]
+    ways = (-null, null) if null[-1] > 0 else (null, -null)
+    return [
+        _Start(one, one.state(u, way), shared=True)
+        for one, way in zip(followers, ways, strict=True)
+    ]
+
+
+def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
+    """The curve of a type from one or two starts."""
+    runs = [CurveRun(start.follower, kind, points) for start in starts]
+    endings = [runs[0].go(starts[0].state)]
+    one, other = runs[0], runs[-1]
+    if len(runs) > 1 and endings[0][0] is not Ending.RETURNED:
+        endings.append(other.go(starts[1].state))
+    first = starts[0].follower.axes
+    names = (first[0].name, first[1].name)
+    if len(endings) == 1:
+        begin = (Ending.RETURNED, "") if endings[0][0] is Ending.RETURNED else _BEGIN
+        return Curve(kind, names, (*one.points[::-1],), (*one.meetings[::-1],), (endings[0], begin))
+    ahead = other.points[1:] if starts[0].shared else other.points
     return Curve(
-        bifurcation.type,
-        (first, second),
-        (*one.points[::-1], *other.points[1:]),
+        kind,
+        names,
+        (*one.points[::-1], *ahead),
         (*one.meetings[::-1], *other.meetings),
-        (back, ahead),
+        (endings[0], endings[1]),
     )
+
+
+def _passes(curve: Curve, kind: str, point: CodimensionTwoPoint) -> bool:
+    """Whether a curve of a type passes a point."""
+    return curve.type == kind and any(one.at(point.values) for one in curve.codimension_two)
+
+
+def _beside_point(
+    numbers: Backend, point: CodimensionTwoPoint, axes: tuple[Axis, ...], kind: str
+) -> list[_Start]:
+    """The starts of the other curve through a point, on the sides on which it is a motion."""
+    orbit, segments, smooth = point.orbit, point.segments, kind in SMOOTH
+    if (half := halved_at(orbit, None)) is not None:
+        orbit, _ = half
+    if len(segments) == 1 and not smooth:
+        return _both_ways(numbers, orbit, axes, kind, segments[0])
+    if not segments:
+        return _both_ways(numbers, orbit, axes, kind, None) if smooth else []
+    # The curve's own segment, of duration 0 here, is there on one side of the point only.
+    own, born = segments[0], None if smooth else segments[1]
+
+    def follower() -> Follower:
+        return Follower(numbers, orbit, axes, born, kind if smooth else None)
+
+    def crossed() -> Iterator[_Start]:
+        one = follower()
+        state = one.cross(vanishing(orbit, own))
+        if state is not None:
+            yield _Start(one, state, shared=False)
+
+    def kept() -> Iterator[_Start]:
+        one = follower()
+        u = one.unknowns(orbit.z, orbit.values)
+        index = 4 + own - (born is not None and born < own)
+        for state in one.around(u):
+            if state.u[index] > _THERE:
+                yield _Start(one, state, shared=False)
+
+    found = []
+    for side in (kept, crossed):
+        try:
+            found += [start for start in side() if _holds(start.state)][:1]
+        except (InvalidInput, Stop):
+            continue
+    return found
+
+
+def _holds(state: State) -> bool:
+    return all(one.value > 0 for one in state.held)
 
 
 def check(
@@ -220,207 +319,3 @@ def check(
             base.replace(**{name: edge})
         if not low < high:
             raise InvalidInput(name, (low, high), "an ascending range")
-
-
-class _Curve:
-    """One half of a curve, from the bifurcation on."""
-
-    def __init__(
-        self,
-        numbers: Backend,
-        bifurcation: Bifurcation,
-        axes: tuple[Axis, Axis],
-        side: int,
-        points: int,
-    ) -> None:
-        critical = bifurcation.type if bifurcation.type in SMOOTH else None
-        orbit, segment = bifurcation.orbit, bifurcation.segment
-        if bifurcation.symmetry == KEPT:
-            orbit, segment = halved_at(orbit, segment) or (orbit, segment)
-        self.orbit = orbit
-        self.follower = Follower(numbers, orbit, axes, segment, critical)
-        self.bifurcation, self.axes, self.side, self.largest = bifurcation, axes, side, 1 / points
-        self.points: list[CurvePoint] = []
-        self.meetings: list[CodimensionTwoPoint] = []
-        self.last: State | None = None
-
-    def go(self) -> tuple[Ending, str]:
-        """Follow the curve to its end, and say why it ends."""
-        orbit = self.orbit
-        u = self.follower.unknowns(orbit.z, orbit.values)
-        try:
-            self.last = self.follower.state(u, self._outwards(u))
-            self._add(self.last)
-            step = FIRST
-            while len(self.points) < _MOST_POINTS:
-                self.last, step = self._step(self.last, step)
-                if self._back(self.last):
-                    raise Stop(Ending.RETURNED, where(self.last.orbit, self.axes))
-        except Stop as stop:
-            if stop.ending is not Ending.REACHED and self.last is not None:
-                self._at_end(self.last)
-            return stop.ending, stop.detail
-        return Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
-
-    def _outwards(self, u: Vector) -> Vector:
-        """The curve's direction, of which the side is that of the second parameter's change."""
-        null = np.linalg.svd(self.follower.equations(u).by)[2][-1]
-        return null * (self.side if null[-1] > 0 else -self.side)  # type: ignore[no-any-return]
-
-    def _back(self, state: State) -> bool:
-        """Whether the curve is closed: one step from its first point, in the same itinerary."""
-        begin = self.orbit
-        if state.orbit.itinerary != begin.itinerary or len(self.points) < 10:
-            return False
-        u = self.follower.unknowns(begin.z, begin.values)
-        return bool(np.linalg.norm(state.u - u) < self.largest / 2)
-
-    def _place(self, orbit: Orbit, segment: int | None) -> Place:
-        if segment is None:
-            return Place(self.bifurcation.type, "", ())
-        found = place(orbit.itinerary, orbit.shot, segment)
-        return found or Place("corner of higher codimension", "", ())
-
-    def _values(self, orbit: Orbit) -> tuple[float, float]:
-        first, second = (axis.value(orbit.values) for axis in self.axes)
-        return first, second
-
-    def _add(self, state: State) -> None:
-        tightest = self.follower.tightest(state)
-        segment, values = self.follower.born, self._values(state.orbit)
-        line = self._place(state.orbit, segment).line
-        orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
-        orbit = whole_orbit(orbit)
-        if self.follower.critical is not None:
-            test = abs(state.tests[self.follower.critical])
-            residual = max(residual, test)
-            status = status if test <= noise(state.orbit) else OrbitStatus.NOT_CONVERGED
-        self.points.append(
-            CurvePoint(values, line, orbit, segment, tightest, residual, orbit.iterations, status)
-        )
-
-    def _step(self, state: State, step: float) -> tuple[State, float]:
-        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
-        for name, one in smooth:
-            self._meet_smooth(name, one, state, new)
-        if event is not None:
-            return self._cross(state, event), step
-        self._add(new)
-        if at_border:
-            raise Stop(Ending.REACHED, where(new.orbit, self.axes))
-        return new, step
-
-    def _meet_smooth(self, name: str, one: SmoothEvent, old: State, new: State) -> None:
-        here = self._place(one.orbit, self.follower.born)
-        values = np.array(self._values(one.orbit))
-        moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
-        errors = np.array(one.uncertainties or abs(moved) * one.doubt)
-        first, second = (errors + _ROUNDINGS * _UNIT * abs(values)).tolist()
-        self.meetings.append(
-            CodimensionTwoPoint(
-                types=(here.type, name),
-                lines=(here.line, ""),
-                values=self._values(one.orbit),
-                uncertainties=(first, second),
-                residual=one.residual,
-                iterations=one.iterations,
-                status=one.status,
-                failed="",
-                itinerary_before=one.orbit.itinerary.whole,
-                itinerary_after=one.orbit.itinerary.whole,
-                orbit=whole_orbit(one.orbit),
-            )
-        )
-
-    def _cross(self, old: State, event: Event) -> State:
-        """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
-        located = self._regular(event.located)
-        at = located.orbit("numpy")
-        born = None if self.follower.born is None else located.segments[0]
-        here, there = self._place(at, born), self._place(at, event.segment)
-        stop, beside = None, None
-        try:
-            beside = self.follower.cross(event)
-            beside = self.follower.symmetric(beside) if beside else None
-        except InvalidInput as error:
-            stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
-        except Stop as error:
-            stop = error
-        if self.meetings and self.meetings[-1].types[1] == DEGENERATE:
-            last = np.array(self.meetings[-1].values)
-            if max(abs(last - self._values(at))) <= _SAME:
-                self.meetings.pop()
-        before, after = old.orbit.itinerary, beside.orbit.itinerary.whole if beside else None
-        failed = event.failed.named(before)
-        self._meet_border(located, at, (here, there), failed, (before.whole, after))
-        if beside is None:
-            message = f"{failed} fails at {where(at, self.axes)}"
-            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
-        self._add(beside)
-        return beside
-
-    def _regular(self, located: BorderCollision) -> BorderCollision:
-        """Where two segments vanish together, by a system of equations that is regular there.
-
-        At a degenerate point their durations are not independent: one vanishes with the next
-        derivative of its guard.
-        """
-        if len(located.segments) < 2 or max(located.uncertainties) < _ILL:
-            return located
-        return self._degenerate(located.orbit("numpy"), located.segments) or located
-
-    def _degenerate(self, orbit: Orbit, segments: tuple[int, ...]) -> BorderCollision | None:
-        """The point near an orbit at which the first of some segments is degenerate.
-
-        Where a neighbour vanishes with it, one of all the conditions follows from the others.
-        """
-        z = orbit.z.copy()
-        z[[4 + segment for segment in segments]] = 0.0
-        follower = Follower(self.follower.numbers, orbit, self.axes, segments[0])
-        found = follower.solved(replace(orbit, z=z), (DEGENERATE,), segments)
-        near = found is not None and max(abs(found.z - z)) < _NEAR
-        return found if near else None
-
-    def _at_end(self, state: State) -> None:
-        """Record the degenerate point at which the curve may have ended."""
-        orbit, born = state.orbit, self.follower.born
-        if born is None or orbit.itinerary.mirrored:
-            return
-        n, found = len(orbit.itinerary), None
-        beside = [k for k in ((born - 1) % n, (born + 1) % n) if orbit.durations[k] < _NEAR]
-        for segments in (*((k, born) for k in beside), *((born, k) for k in beside), (born,)):
-            found = found or self._degenerate(orbit, segments)
-        if found is None:
-            return
-        others = [k for k in found.segments if k != born]
-        at = found.orbit("numpy")
-        here = self._place(at, born)
-        there = self._place(at, others[0]) if others else Place(DEGENERATE, "", ())
-        self._meet_border(found, at, (here, there), "", (orbit.itinerary.whole, None))
-
-    def _meet_border(
-        self,
-        located: BorderCollision,
-        at: Orbit,
-        places: tuple[Place, Place],
-        failed: str,
-        itineraries: tuple[Itinerary, Itinerary | None],
-    ) -> None:
-        """Record a point of border collisions, with the itineraries before it and beyond."""
-        (here, there), (before, after) = places, itineraries
-        first, second = (float(value) for value in located.uncertainties[-2:])
-        self.meetings.append(
-            CodimensionTwoPoint(
-                types=(here.type, there.type),
-                lines=(here.line, there.line),
-                values=self._values(at),
-                uncertainties=(first, second),
-                residual=float(located.residual),
-                iterations=located.iterations,
-                status=at.status,
-                failed=failed,
-                itinerary_before=before,
-                itinerary_after=after,
-                orbit=whole_orbit(at),
-            )
-        )

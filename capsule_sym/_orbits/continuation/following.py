@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +54,9 @@ BESIDE = 1e-4  # distance from an event at which its two sides are looked at
 _LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
 _TURN = 0.95  # least cosine between tangents of neighbours
 _TOGETHER = 1e-7  # shares of a step that are one event
+_AROUND = 1e-3  # distance from a point at which the curves that cross there are told apart
+_CROSSING = 1e-9  # least singular value over the largest where two curves of solutions cross
+_DIRECTIONS = 16
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
 _DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
 _EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # functions of the monodromy matrix
@@ -74,6 +77,17 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
     if "beta" in varies and any(map(contact, orbit.itinerary.fields)):
         return None
     return half_orbit(orbit)
+
+
+def vanishing(orbit: Orbit, segment: int) -> Event:
+    """What a follower that comes with the segment of duration 0 crosses."""
+    itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
+    same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
+    located = BorderCollision(
+        itinerary, (segment,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0
+    )
+    failed = Inequality(DURATION, segment, None, zero, zero)
+    return Event(failed, segment, same_itinerary, located, 0.0)
 
 
 class Follower:
@@ -402,7 +416,7 @@ class Follower:
             and not located.itinerary.mirrored
             and (self.born is not None or self.critical)
         ):
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "beyond, the orbit is not its own mirror image")
+            raise Stop(Ending.CODIMENSION_TWO, "beyond, the orbit is not its own mirror image")
         self._keep(event.change)
         self.itinerary = located.itinerary
         if failed.kind == DURATION:
@@ -443,13 +457,29 @@ class Follower:
             return
         self.born = change.kept[self.born]
         if self.born is None:
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, "the segment of duration 0 merges with another")
+            raise Stop(Ending.CODIMENSION_TWO, "the segment of duration 0 merges with another")
 
     def directions(self, u: Vector) -> list[Vector]:
         """The two directions of the curve of solutions at u."""
         rows = self.equations(u).by
         null = np.linalg.svd(rows)[2][-1]
         return [null, -null]
+
+    def around(self, u: Vector) -> Iterator[State]:
+        """The states a little further on from u, on all curves of solutions that pass it.
+
+        Where two of them cross the equations' null vectors fill a plane, whose directions are
+        tried; each curve may come several times.
+        """
+        _, sizes, right = np.linalg.svd(self.equations(u).by)
+        along, across = right[-1], right[-2]
+        angles = np.arange(2 if sizes[-1] > _CROSSING * sizes[0] else _DIRECTIONS)
+        turns = angles * (2 * np.pi / len(angles))
+        ways = [np.cos(turn) * along + np.sin(turn) * across for turn in turns]
+        for way in ways:
+            solution = corrected(self.equations, u + _AROUND * way, way)
+            if solution is not None:
+                yield self.state(solution.u, way, solution)
 
     def beside(self, u: Vector, along: Vector) -> State | None:
         """The state a little further on from u, in the direction that `along` points to."""

@@ -118,6 +118,7 @@ def curve_record(curve: Curve) -> dict[str, Any]:
     """A curve of bifurcations: its points, its points of codimension two, and why it ends."""
     return {
         "type": curve.type,
+        "origin": curve.origin or None,
         "parameters": list(curve.parameters),
         "points": [_curve_point(curve, point) for point in curve.points],
         "codimension_two": [_meeting(curve, one) for one in curve.codimension_two],
@@ -205,6 +206,7 @@ def curve_rows(curves: Iterable[Curve]) -> list[dict[str, Any]]:
     return [
         {
             "curve": number,
+            "origin": curve.origin,
             "type": curve.type,
             "line": point.line,
             **dict(zip(curve.parameters, point.values, strict=True)),

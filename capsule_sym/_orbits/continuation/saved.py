@@ -64,14 +64,27 @@ def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:
         yield origin + label, one
 
 
-def read_branch(path: Path | str) -> Record:
-    """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
+def read_curves(path: Path | str) -> Record | None:
+    """The record in a file that `curve --out` wrote; None if another one is there.
+
+    Raises InvalidInput for a file that cannot be read.
+    """
+    record = _read(path)
+    return record if isinstance(record, dict) and "curves" in record else None
+
+
+def _read(path: Path | str) -> Any:
     try:
-        record = json.loads(Path(path).read_text(encoding="utf-8"))
+        return json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InvalidInput("file", str(path), f"readable ({error.strerror})") from None
     except ValueError:
         raise InvalidInput("file", str(path), "JSON that `branch --out` wrote") from None
+
+
+def read_branch(path: Path | str) -> Record:
+    """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
+    record = _read(path)
     if not isinstance(record, dict) or "bifurcations" not in record:
         raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
     if record.get("format") != FORMAT:

@@ -20,13 +20,12 @@ from capsule_sym._orbits.continuation.continuation import (
     check_points,
     failure_of,
 )
-from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING, BorderCollision
-from capsule_sym._orbits.continuation.following import Follower, first_half
+from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.following import Follower, first_half, vanishing
 from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
 from capsule_sym._orbits.continuation.path import corrected
-from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop
-from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality, tightest
-from capsule_sym._orbits.shooting.changes import Change
+from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
+from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -196,7 +195,7 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
     yield from _started(follower, u, along)
     follower = Follower(numbers, orbit, (axis,))
     try:
-        state = follower.cross(_event(orbit, segment))
+        state = follower.cross(vanishing(orbit, segment))
     except (InvalidInput, Stop):
         return
     if state is not None:
@@ -207,18 +206,6 @@ def _started(follower: Follower, u: Vector, along: Vector) -> Iterator[_Start]:
     state = follower.beside(u, along)
     if state is not None:
         yield _Start(follower, state, doubled=False)
-
-
-def _event(orbit: Orbit, segment: int) -> Event:
-    """What a follower that comes with the segment of duration 0 crosses."""
-    itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
-    same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
-    located = BorderCollision(
-        itinerary, (segment,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0
-    )
-    return Event(
-        Inequality(DURATION, segment, None, zero, zero), segment, same_itinerary, located, 0.0
-    )
 
 
 def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:

@@ -1,0 +1,67 @@
+"""Curves of bifurcations in two parameters, and the points where two conditions meet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.labels import Names
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    CURVES,
+    LABELS,
+    OTHER_CURVE,
+    describe,
+    draw_points,
+    figure_of,
+    figure_style,
+    new_figure,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def plot_curves(
+    record: Mapping[str, Any], *, width: float = PAGE, axes: Axes | None = None
+) -> Figure:
+    """Curves of bifurcations over two parameters, as `capsule-sym curve --json` gives them.
+
+    A colour is a type; a circle is a point of codimension two, named by what meets there. Drawn
+    into `axes` if they are given. Raises InvalidInput for a record without curves.
+    """
+    curves = record["curves"]
+    if not curves:
+        raise InvalidInput("curves", curves, "one at least")
+    first, second = curves[0]["parameters"]
+    with figure_style():
+        if axes is None:
+            figure = new_figure(width, 3.6)
+            axes = figure.subplots()
+            figure.subplots_adjust(left=0.75 / width, right=0.98, bottom=0.14, top=0.88)
+        else:
+            figure = figure_of(axes)
+        shown, places = set(), dict[tuple[float, float], str]()
+        for curve in curves:
+            kind = curve["type"]
+            colour, dashes = CURVES.get(kind, OTHER_CURVE)
+            points = curve["points"]
+            x, y = ([point[name] for point in points] for name in (first, second))
+            axes.plot(x, y, linestyle=dashes, color=colour, label=None if kind in shown else kind)
+            shown.add(kind)
+            for one in curve["codimension_two"]:
+                # A point that two curves have is one point.
+                place = round(one[first], 9), round(one[second], 9)
+                places.setdefault(place, " and ".join(dict.fromkeys(one["types"])))
+        draw_points(axes, [x for x, _ in places], [y for _, y in places], "_nolegend_")
+        axes.margins(x=0.04, y=0.1)
+        axes.set_xlabel(LABELS.get(first) or first)
+        axes.set_ylabel(LABELS.get(second) or second)
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=3)
+        names = Names(figure)
+        for place, text in places.items():
+            names.beside(axes, [place], text, fontsize=6)
+        names.settle()
+        return describe(figure, "Curves of bifurcations")

@@ -1,0 +1,211 @@
+"""One half of a curve of bifurcations in two parameters: step by step, to its end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._orbits.continuation.bifurcations import SmoothEvent, noise
+from capsule_sym._orbits.continuation.curve_points import CodimensionTwoPoint, CurvePoint
+from capsule_sym._orbits.continuation.events import DEGENERATE, BorderCollision, Place, place
+from capsule_sym._orbits.continuation.following import FIRST, Follower
+from capsule_sym._orbits.continuation.states import Ending, Event, State, Stop, where
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
+
+_MOST_POINTS = 5_000
+_UNIT = 2.0**-53
+_ROUNDINGS = 8
+_ILL = 1e-8  # uncertainty from which on a system of equations is taken for singular
+_NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
+
+
+class CurveRun:
+    """One half of a curve of a bifurcation type, from a state of a follower on."""
+
+    def __init__(self, follower: Follower, kind: str, points: int) -> None:
+        self.follower, self.kind, self.axes = follower, kind, follower.axes
+        self.largest = 1 / points
+        self.points: list[CurvePoint] = []
+        self.meetings: list[CodimensionTwoPoint] = []
+        self.last: State | None = None
+
+    def go(self, first: State) -> tuple[Ending, str]:
+        """Follow the curve from a state to its end, and say why it ends."""
+        begin, step = first.orbit.itinerary, FIRST
+        try:
+            self._add(first)
+            self.last = first
+            while len(self.points) < _MOST_POINTS:
+                self.last, step = self._step(self.last, step)
+                # Closed: one step from its first point, in the same itinerary.
+                same = self.last.orbit.itinerary == begin and len(self.points) >= 10
+                if same and np.linalg.norm(self.last.u - first.u) < self.largest / 2:
+                    raise Stop(Ending.RETURNED, where(self.last.orbit, self.axes))
+        except Stop as stop:
+            fine = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
+            if stop.ending not in fine and self.last and self._ends_in_point(self.last):
+                return Ending.CODIMENSION_TWO, where(self.meetings[-1].orbit, self.axes)
+            return stop.ending, stop.detail
+        return Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
+
+    def _place(self, orbit: Orbit, segment: int | None) -> Place:
+        if segment is None:
+            return Place(self.kind, "", ())
+        found = place(orbit.itinerary, orbit.shot, segment)
+        return found or Place("corner of higher codimension", "", ())
+
+    def _values(self, orbit: Orbit) -> tuple[float, float]:
+        first, second = (axis.value(orbit.values) for axis in self.axes)
+        return first, second
+
+    def _add(self, state: State) -> None:
+        tightest = self.follower.tightest(state)
+        segment, values = self.follower.born, self._values(state.orbit)
+        line = self._place(state.orbit, segment).line
+        orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
+        orbit = whole_orbit(orbit)
+        if self.follower.critical is not None:
+            test = abs(state.tests[self.follower.critical])
+            residual = max(residual, test)
+            status = status if test <= noise(state.orbit) else OrbitStatus.NOT_CONVERGED
+        self.points.append(
+            CurvePoint(values, line, orbit, segment, tightest, residual, orbit.iterations, status)
+        )
+
+    def _step(self, state: State, step: float) -> tuple[State, float]:
+        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        for name, one in smooth:
+            self._meet_smooth(name, one, state, new)
+        if event is not None:
+            return self._cross(state, event), step
+        self._add(new)
+        if at_border:
+            raise Stop(Ending.REACHED, where(new.orbit, self.axes))
+        return new, step
+
+    def _meet_smooth(self, name: str, one: SmoothEvent, old: State, new: State) -> None:
+        here = self._place(one.orbit, self.follower.born)
+        values = np.array(self._values(one.orbit))
+        moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
+        errors = np.array(one.uncertainties or abs(moved) * one.doubt)
+        first, second = (errors + _ROUNDINGS * _UNIT * abs(values)).tolist()
+        self.meetings.append(
+            CodimensionTwoPoint(
+                types=(here.type, name),
+                lines=(here.line, ""),
+                values=self._values(one.orbit),
+                uncertainties=(first, second),
+                residual=one.residual,
+                iterations=one.iterations,
+                status=one.status,
+                failed="",
+                itinerary_before=one.orbit.itinerary.whole,
+                itinerary_after=one.orbit.itinerary.whole,
+                orbit=whole_orbit(one.orbit),
+                segments=() if self.follower.born is None else (self.follower.born,),
+            )
+        )
+
+    def _cross(self, old: State, event: Event) -> State:
+        """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
+        located = self._regular(event.located)
+        at = located.orbit("numpy")
+        born = None if self.follower.born is None else located.segments[0]
+        here, there = self._place(at, born), self._place(at, event.segment)
+        stop, beside = None, None
+        try:
+            beside = self.follower.cross(event)
+            beside = self.follower.symmetric(beside) if beside else None
+        except InvalidInput as error:
+            stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
+        except Stop as error:
+            stop = error
+        if self.meetings and self.meetings[-1].types[1] == DEGENERATE and self._met(at):
+            self.meetings.pop()
+        before, after = old.orbit.itinerary, beside.orbit.itinerary.whole if beside else None
+        failed = event.failed.named(before)
+        self._meet_border(located, at, (here, there), failed, (before.whole, after))
+        if beside is None:
+            message = f"{failed} fails at {where(at, self.axes)}"
+            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
+        self._add(beside)
+        return beside
+
+    def _regular(self, located: BorderCollision) -> BorderCollision:
+        """Where two segments vanish together, by a system of equations that is regular there.
+
+        At a degenerate point their durations are not independent: one vanishes with the next
+        derivative of its guard.
+        """
+        if len(located.segments) < 2 or max(located.uncertainties) < _ILL:
+            return located
+        return self._degenerate(located.orbit("numpy"), located.segments) or located
+
+    def _degenerate(self, orbit: Orbit, segments: tuple[int, ...]) -> BorderCollision | None:
+        """The point near an orbit at which the first of some segments is degenerate.
+
+        Where a neighbour vanishes with it, one of all the conditions follows from the others.
+        """
+        z = orbit.z.copy()
+        z[[4 + segment for segment in segments]] = 0.0
+        follower = Follower(self.follower.numbers, orbit, self.axes, segments[0])
+        found = follower.solved(replace(orbit, z=z), (DEGENERATE,), segments)
+        near = found is not None and max(abs(found.z - z)) < _NEAR
+        return found if near else None
+
+    def _met(self, at: Orbit) -> bool:
+        """Whether the last point of codimension two is at this orbit's parameters."""
+        return bool(self.meetings) and self.meetings[-1].at(self._values(at))
+
+    def _ends_in_point(self, state: State) -> bool:
+        """Whether the curve has ended in a degenerate point, which is then recorded."""
+        orbit, born = state.orbit, self.follower.born
+        known = self.meetings and self.meetings[-1].itinerary_after is None
+        if known or born is None or orbit.itinerary.mirrored:
+            return False
+        n, found = len(orbit.itinerary), None
+        beside = [k for k in ((born - 1) % n, (born + 1) % n) if orbit.durations[k] < _NEAR]
+        for segments in (*((k, born) for k in beside), *((born, k) for k in beside), (born,)):
+            found = found or self._degenerate(orbit, segments)
+        if found is None:
+            return False
+        others = [k for k in found.segments if k != born]
+        at = found.orbit("numpy")
+        if not self._met(at):
+            here = self._place(at, born)
+            there = self._place(at, others[0]) if others else Place(DEGENERATE, "", ())
+            found = found._replace(segments=(born, *others))
+            self._meet_border(found, at, (here, there), "", (orbit.itinerary.whole, None))
+        return True
+
+    def _meet_border(
+        self,
+        located: BorderCollision,
+        at: Orbit,
+        places: tuple[Place, Place],
+        failed: str,
+        itineraries: tuple[Itinerary, Itinerary | None],
+    ) -> None:
+        """Record a point of border collisions, with the itineraries before it and beyond."""
+        (here, there), (before, after) = places, itineraries
+        first, second = (float(value) for value in located.uncertainties[-2:])
+        self.meetings.append(
+            CodimensionTwoPoint(
+                types=(here.type, there.type),
+                lines=(here.line, there.line),
+                values=self._values(at),
+                uncertainties=(first, second),
+                residual=float(located.residual),
+                iterations=located.iterations,
+                status=at.status,
+                failed=failed,
+                itinerary_before=before,
+                itinerary_after=after,
+                orbit=whole_orbit(at),
+                segments=located.segments,
+            )
+        )
