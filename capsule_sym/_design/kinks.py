@@ -17,14 +17,13 @@ from capsule_sym._design.borders import Distance, distances
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.program import Place, Program
 from capsule_sym._design.quantities import dimensionless_slopes
-from capsule_sym._design.stationary import Stationary, stationary
+from capsule_sym._design.stationary import SOLVED, Stationary, stationary
 
 Vector = NDArray[np.float64]
 _NEAR = 0.05  # of the bounds: how far from the place where the search rested
 _TRIED = 3  # borders of one motion
 _BESIDE = 1e-5  # of the bounds: where the sides are looked at
 _JUMP = 100  # times what the gradient explains
-_SOLVED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,7 @@ def kink_beside(program: Program, places: Sequence[Place]) -> Kink | None:
             for distance in _closest(program, best.u, which, motion):
                 border = _Border(program, which, distance)
                 found = stationary(program, best, border, place.motions)
-                if found is None or not found.residual < _SOLVED or not found.minimal:
+                if found is None or not found.residual < SOLVED or not found.minimal:
                     continue
                 if abs(found.place.u - best.u).max() < _NEAR:
                     kink = _seen_from_both(program, found, border)

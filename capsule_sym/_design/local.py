@@ -12,13 +12,12 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.program import Place, Program
+from capsule_sym._design.program import KEPT, Place, Program
 
 Vector = NDArray[np.float64]
 _MOST = 80  # steps of SLSQP
 _EVALUATIONS = 100
 _PRECISE = 1e-11
-_KEPT = 1e-7  # how far beyond a limit counts as within
 _LOST = 10.0  # sizes of the objective, where there is no motion
 _CLOSE = 1e-6  # of the bounds
 _STUCK = 8  # evaluations in a row that come no further, as beside a border
@@ -124,7 +123,7 @@ class Search:
 
     def rank(self, place: Place) -> tuple[float, float]:
         """How far beyond its limits a place is, and its objective."""
-        beyond = max(0.0, -float(place.slacks.min(initial=0.0)) - _KEPT)
+        beyond = max(0.0, -float(place.slacks.min(initial=0.0)) - KEPT)
         return beyond, float(place.objective.max())
 
     def _at(self, u: Vector, motions: Any) -> Place | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -100,7 +100,7 @@ class Optimum:
     sides: tuple[float, float] | None
     """There the metric's slopes away from the border into both sides, along its normal, by the
     scaled variables: both point downhill."""
-    statistics: dict[str, Any]
+    statistics: dict[str, int] = field(default_factory=dict)
     """Evaluations, starts that were followed, and cells of the survey."""
 
     def __repr__(self) -> str:

@@ -24,6 +24,8 @@ from capsule_sym._parameters import Parameters
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 _STEP = 1e-3  # of a variable's range, in the differences of a multiplier
+KEPT = 1e-7
+"""How far beyond a limit counts as within, over the size of the limit."""
 _FAR = 0.25  # a slack of stability that the next step does not use up
 
 
@@ -87,7 +89,8 @@ def scenarios_of(
 class Place:
     """Objective and slacks of m scenarios at some variables, with derivatives by all parameters.
 
-    The objective is to be least; a slack is how far within a limit. `objective` (m,), `slacks`
+    The objective is to be least; a slack is how far within a limit, over its
+    size. `objective` (m,), `slacks`
     (n,), in the order of scenarios, each with all its limits and at last its stability.
     """
 
@@ -172,12 +175,12 @@ class Program:
             if self.margin is not None:
                 slack = 1 - self.margin - motion.multiplier
                 slacks.append((slack, self._by_differences(u, motion, one, by)))
+        sizes = np.tile(self.sizes, len(self.scenarios))
+        slacks = [
+            (value / size, by / size) for (value, by), size in zip(slacks, sizes, strict=True)
+        ]
         if self.elastic:
-            sizes = np.tile(self.sizes, len(self.scenarios))
-            objective = [
-                (-value / size, -by / size) for (value, by), size in zip(slacks, sizes, strict=True)
-            ]
-            slacks = []
+            objective, slacks = [(-value, -by) for value, by in slacks], []
         return Place(
             u,
             motions,

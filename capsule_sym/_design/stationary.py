@@ -25,6 +25,8 @@ _MOST = 12  # Newton's steps
 _AT_BOUND = 1e-6  # of a variable's range
 _ACTIVE = 1e-5  # of a slack, below which a limit may hold the optimum
 _ENOUGH = 1e-12
+SOLVED = 1e-9
+"""Largest residual of what counts as an optimum."""
 _ROUNDING = 1e-9  # below which a multiplier's sign is not looked at
 
 

@@ -1,0 +1,144 @@
+"""An optimisation: a survey chooses starts, each is followed to an optimum, the best is told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.evaluation import agrees
+from capsule_sym._design.kinks import Kink, kink_beside
+from capsule_sym._design.local import Search
+from capsule_sym._design.optimum import Optimum
+from capsule_sym._design.program import KEPT, Place, Program
+from capsule_sym._design.results import infeasible, no_motion, told
+from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
+
+_FOLLOWED = 3  # starts, at most, from which the optimum is sought
+_APART = 0.15  # of the bounds, between two of them
+Vector = NDArray[np.float64]
+
+
+class Optimiser:
+    """One optimisation, from its survey to its result."""
+
+    def __init__(self, program: Program, name: str) -> None:
+        self.program, self.name = program, name
+        self.evaluations, self.followed, self.samples = 0, 0, 0
+
+    def run(self, samples: int, seed: int) -> Optimum:
+        """Survey, follow the best starts, and tell of the best optimum."""
+        runs = [self.go(self.program, u) for u in self.starts(samples, seed)]
+        runs = [places for places in runs if places]
+        if not runs:
+            return self.counted(no_motion(self.program, self.name))
+        if not any(_feasible(places[0]) for places in runs):
+            runs = self.made_feasible(runs)
+            if not _feasible(runs[0][0]):
+                return self.counted(infeasible(self.program, self.name, runs[0][0]))
+        runs = [places for places in runs if _feasible(places[0])]
+        runs.sort(key=lambda places: float(places[0].objective.max()))
+        for places in runs:
+            if (found := self.ended(places)) is not None:
+                return found
+        return self.told(rough(self.program, runs[0][0]), None)
+
+    def from_place(self, u: Vector) -> Optimum | None:
+        """The optimum that is next to a place; None where there is none."""
+        places = self.go(self.program, u)
+        return self.ended(places) if places and _feasible(places[0]) else None
+
+    def starts(self, samples: int, seed: int) -> list[Vector]:
+        """Where to begin: of a survey the feasible first, then the best, apart from each other."""
+        points = _spread(len(self.program.names), samples, seed)
+        self.samples = samples
+        worst, least = self.program.survey(points)
+        known = np.flatnonzero(np.isfinite(worst))
+        order = known[np.lexsort((worst[known], np.maximum(0.0, -least)[known]))]
+        chosen: list[Vector] = []
+        for i in order.tolist():
+            if all(abs(points[i] - one).max() > _APART for one in chosen):
+                chosen.append(points[i])
+            if len(chosen) == _FOLLOWED:
+                break
+        return chosen
+
+    def go(self, program: Program, u: Vector) -> list[Place]:
+        """The places that a search from u passed, the best first."""
+        search = Search(program)
+        places = search.go(u)
+        self.evaluations += search.evaluations
+        self.followed += 1
+        return places
+
+    def made_feasible(self, runs: Sequence[list[Place]]) -> list[list[Place]]:
+        """Runs from places at which the limits hold as far as they can."""
+        elastic = replace(self.program, elastic=True)
+        ends = [self.go(elastic, places[0].u) for places in runs]
+        ends.sort(key=lambda places: float(places[0].objective.max()) if places else math.inf)
+        again = [self.go(self.program, places[0].u) for places in ends[:2] if places]
+        found = [places for places in again if places]
+        return sorted(found, key=lambda places: -float(places[0].slacks.min(initial=0.0)))
+
+    def ended(self, places: Sequence[Place]) -> Optimum | None:
+        """The optimum where a search came to rest, if it satisfies all conditions."""
+        found = stationary(self.program, places[0])
+        if found is not None and self.holds(found, places[0]):
+            return self.told(found, None)
+        kink = kink_beside(self.program, places)
+        if kink is not None and all(self.confirmed(side) for side in kink.sides):
+            return self.told(kink.found, kink)
+        return None
+
+    def holds(self, found: Stationary, near: Place) -> bool:
+        """Whether a stationary place is an optimum that the map realises, next to another place."""
+        place = found.place
+        return (
+            found.residual < SOLVED
+            and found.minimal
+            and bool(np.all((place.u >= 0.0) & (place.u <= 1.0)))
+            and _feasible(place)
+            and float(place.objective.max())
+            < near.objective.max() + KEPT * abs(near.objective.max())
+            and all(motion.realised for motion in place.motions)
+            and self.confirmed(place)
+        )
+
+    def confirmed(self, place: Place) -> bool:
+        """Whether the starts do lead to these motions."""
+        settled = self.program.settled(place.u)
+        return settled is not None and all(map(agrees, place.motions, settled))
+
+    def told(self, found: Stationary, kink: Kink | None) -> Optimum:
+        """The result of a place."""
+        return self.counted(told(self.program, self.name, found, kink))
+
+    def counted(self, found: Optimum) -> Optimum:
+        """A result with how much it took."""
+        counts = {
+            "evaluations": self.evaluations,
+            "followed": self.followed,
+            "samples": self.samples,
+        }
+        return replace(found, statistics=counts)
+
+
+def _spread(dimension: int, count: int, seed: int) -> Any:
+    """Points (count, dimension) evenly in (0, 1), by steps whose ratios are badly approximable.
+
+    The steps are powers of the root above 1 of x^(d + 1) = x + 1, of dimension d.
+    """
+    root = 2.0
+    for _ in range(64):
+        root = (1 + root) ** (1 / (dimension + 1))
+    steps = root ** -np.arange(1.0, dimension + 1)
+    begin = np.random.default_rng(seed).uniform(size=dimension) if seed else 0.5
+    return (begin + np.outer(np.arange(1, count + 1), steps)) % 1.0
+
+
+def _feasible(place: Place) -> bool:
+    return bool(place.slacks.min(initial=0.0) >= -KEPT)
