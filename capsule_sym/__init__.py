@@ -9,6 +9,7 @@ _NAMES = {
     "_design.measured": "read_measured",
     "_design.optimise": "optimise",
     "_design.optimum": "Constraint Optimum OptimumStatus Tightest",
+    "_design.pareto": "Front pareto",
     "_design.sensitivities": "Sensitivities sensitivities",
     "_enclosures.certificates": "certify_bifurcation certify_orbit certify_run",
     "_enclosures.checker": "Rejected check_certificate",

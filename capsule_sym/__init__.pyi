@@ -9,6 +9,8 @@ from capsule_sym._design.optimum import Constraint as Constraint
 from capsule_sym._design.optimum import Optimum as Optimum
 from capsule_sym._design.optimum import OptimumStatus as OptimumStatus
 from capsule_sym._design.optimum import Tightest as Tightest
+from capsule_sym._design.pareto import Front as Front
+from capsule_sym._design.pareto import pareto as pareto
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.sensitivities import sensitivities as sensitivities
 from capsule_sym._enclosures.certificates import certify_bifurcation as certify_bifurcation

@@ -19,6 +19,7 @@ from capsule_sym._design.results import infeasible, no_motion, told
 from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
 
 _FOLLOWED = 3  # starts, at most, from which the optimum is sought
+_WORSE = 1e-5  # share of the objective: a search rests a little beyond its limits
 _APART = 0.15  # of the bounds, between two of them
 Vector = NDArray[np.float64]
 
@@ -103,7 +104,7 @@ class Optimiser:
             and bool(np.all((place.u >= 0.0) & (place.u <= 1.0)))
             and _feasible(place)
             and float(place.objective.max())
-            < near.objective.max() + KEPT * abs(near.objective.max())
+            < near.objective.max() + _WORSE * abs(near.objective.max())
             and all(motion.realised for motion in place.motions)
             and self.confirmed(place)
         )

@@ -25,6 +25,8 @@ _MOST = 12  # Newton's steps
 _AT_BOUND = 1e-6  # of a variable's range
 _ACTIVE = 1e-5  # of a slack, below which a limit may hold the optimum
 _ENOUGH = 1e-12
+_HOPELESS = 0.5  # a residual from which Newton's method is not tried
+_REACH = 0.1  # of the bounds, that a step moves a variable at most
 SOLVED = 1e-9
 """Largest residual of what counts as an optimum."""
 _ROUNDING = 1e-9  # below which a multiplier's sign is not looked at
@@ -137,22 +139,22 @@ class _Own:
             return None
         best: tuple[float, Place, Vector] | None = None
         unknowns = self.multipliers(place)
-        slopes = None
+        slopes, fresh = None, False
         for _ in range(_MOST):
             residual = self.residual(place, unknowns)
             worst = float(abs(residual).max(initial=0.0))
+            slow = best is not None and not worst < 0.1 * best[0]
             if best is None or worst < best[0]:
-                if best is not None and worst > 0.1 * best[0]:
-                    slopes = None
                 best = worst, place, unknowns
-            elif slopes is None:
-                break
+            elif fresh:
+                break  # a step by the slopes here makes it no better
             else:
                 _, place, unknowns = best
-                slopes, residual = None, self.residual(place, unknowns)
-            if worst < _ENOUGH:
+                residual = self.residual(place, unknowns)
+            if worst < _ENOUGH or worst > _HOPELESS:
                 break
-            if slopes is None:
+            fresh = slopes is None or slow
+            if fresh:
                 slopes = self.slopes(place, unknowns)
             if slopes is None:
                 break
@@ -161,10 +163,9 @@ class _Own:
             except np.linalg.LinAlgError:
                 break
             count = len(self.free)
+            longest = max(abs(step[:count]).max(initial=0.0), 1e-300)
             moved = place.u.copy()
-            moved[self.free] += step[:count] * min(
-                1.0, 0.1 / max(abs(step[:count]).max(initial=0.0), 1e-300)
-            )
+            moved[self.free] += step[:count] * min(1.0, _REACH / longest)
             after = self.at(np.clip(moved, 0.0, 1.0))
             if after is None:
                 break
@@ -202,13 +203,26 @@ class _Own:
         """Derivatives of the equations: by the variables as differences, by the others exactly."""
         columns = []
         for i in self.free:
+            # Beside a bound both steps are away from it.
+            first, last = (
+                (-1, 1)
+                if _STEP <= place.u[i] <= 1 - _STEP
+                else (1, 2)
+                if place.u[i] < 0.5
+                else (-1, -2)
+            )
             step = np.zeros(len(place.u))
             step[i] = _STEP
-            up, down = self.at(place.u + step), self.at(place.u - step)
-            if up is None or down is None:
+            ends = [self.at(place.u + many * step) for many in (first, last)]
+            if any(end is None for end in ends):
                 return None
-            change = self.residual(up, unknowns) - self.residual(down, unknowns)
-            columns.append(change / (2 * _STEP))
+            one, two = (self.residual(end, unknowns) for end in ends if end is not None)
+            here = self.residual(place, unknowns)
+            # The parabola through three points, differentiated at the first.
+            columns.append(
+                (last**2 * (one - here) - first**2 * (two - here))
+                / (first * last * (last - first) * _STEP)
+            )
         for k in range(len(unknowns)):
             moved = unknowns.copy()
             moved[k] += 1.0

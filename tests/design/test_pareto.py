@@ -1,0 +1,76 @@
+"""Pareto fronts: no cell of a survey beats them, and their slopes are what their points say."""
+
+import json
+
+import numpy as np
+import pytest
+
+from capsule_sym import Front, InvalidInput, Parameters, pareto
+from capsule_sym._design import evaluation
+
+BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
+
+
+@pytest.fixture(scope="module")
+def front() -> Front:
+    return pareto("speed", "cost_of_transport", BOUNDS, points=8, samples=64)
+
+
+def test_every_point_is_an_optimum_and_none_beats_another(front: Front) -> None:
+    assert front.success
+    assert len(front.points) >= 7
+    assert all(point.success and point.residual < 1e-9 for point in front.points)
+    assert np.all(np.diff(front.costs) > 0)
+    assert np.all(np.diff(front.values) > 0)
+
+
+def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: Front) -> None:
+    draw = np.random.default_rng(4)
+    low, high = np.array(list(BOUNDS.values())).T
+    cells = [Parameters(*(low + draw.uniform(size=2) * (high - low)).tolist()) for _ in range(600)]
+    near = 0
+    for one in evaluation.survey(cells, (0.0, 0.0, 0.0)):
+        if one and one["progression"].value:
+            speed = abs(one["velocity"].value)
+            cost = one["work"].value / abs(one["progression"].value)
+            above = int(np.searchsorted(front.costs, cost))
+            if above < len(front.costs):
+                assert speed < front.values[above]  # at the bound next above this cost
+                near += speed > 0.8 * front.values[above]
+    assert near > 5
+
+
+def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: Front) -> None:
+    slopes = front.columns["slope"][1:-1]
+    assert np.all(slopes > 0)
+    chords = np.diff(front.values) / np.diff(front.costs)
+    # A concave front has at each point a slope between those of the chords beside it.
+    smooth = slice(2, len(chords) - 1)
+    assert np.all(np.diff(slopes)[:2] < 0)
+    assert slopes[smooth.start - 1] == pytest.approx(
+        chords[smooth.start - 1 : smooth.start + 1].mean(), rel=0.2
+    )
+
+
+def test_a_front_is_a_table_and_a_record(front: Front) -> None:
+    frame = front.to_dataframe()
+    assert list(frame.columns)[:4] == ["speed", "cost_of_transport", "alpha", "omega"]
+    assert len(frame) == len(front.points)
+    assert json.loads(json.dumps(front.to_dict()))["status"] == "optimal"
+    assert repr(front).startswith("<Front of speed against cost_of_transport")
+
+
+def test_one_point_may_be_best_in_both() -> None:
+    found = pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
+    assert len(found.points) == 1
+
+
+@pytest.mark.parametrize(
+    ("changed", "field"),
+    [({"points": 1}, "points"), ({"samples": 0}, "samples"), ({"against": "joy"}, "against")],
+)
+def test_what_is_not_allowed_is_refused(changed, field) -> None:
+    given = {"metric": "speed", "against": "work", "over": BOUNDS} | changed
+    with pytest.raises(InvalidInput) as caught:
+        pareto(**given)
+    assert caught.value.field == field
