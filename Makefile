@@ -46,7 +46,7 @@ fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
 
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
-	$(BIN)/capsule-sym adversarial --count $(N)
+	$(BIN)/capsule-sym adversarial --count $(N) --out results/adversarial
 
 battery: $(READY)  ## judge 60 branches by brute force and look for 1,000 random periodic motions
 	@mkdir -p results
@@ -98,7 +98,7 @@ check-generated: $(READY)  ## check that generated/ is what the derivation gives
 
 # The documentation shows what `verify` finds: results/verify.md, made anew where the theory is newer.
 results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* capsule_sym/_symbolic/*/*.*) | $(READY)
-	$(BIN)/capsule-sym verify --write > /dev/null
+	$(BIN)/capsule-sym verify --write $@ > /dev/null
 
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going docs
 docs: results/verify.md  ## build the documentation in docs/_build/html, and run its examples

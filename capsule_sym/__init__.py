@@ -64,8 +64,11 @@ _NAMES = {
     "_sweeps.sweep": "Sweep",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
-
-__all__ = ["__version__", *sorted(_HOME)]
+# What an extra brings and a module cannot do without; the others ask for it when they are called.
+_NEEDS = {
+    "flint": ("_enclosures.certificates", "_enclosures.checker"),
+    "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
+}
 
 
 def __getattr__(name: str) -> object:
@@ -77,6 +80,13 @@ def __getattr__(name: str) -> object:
         from importlib.metadata import version
 
         found = version("capsule-sym")
+    elif name == "__all__":
+        # What `from capsule_sym import *` can give here: a name that needs what is absent would
+        # take all the others away.
+        from importlib.util import find_spec
+
+        absent = {one for need, some in _NEEDS.items() if find_spec(need) is None for one in some}
+        found = ["__version__", *sorted(n for n, module in _HOME.items() if module not in absent)]
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = found
@@ -84,4 +94,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return ["__version__", *sorted(_HOME)]

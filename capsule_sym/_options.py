@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -26,6 +27,16 @@ _Item = TypeVar("_Item")
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
 )
+
+
+def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
+    """Say on stderr which files were written, or with --json on stdout: each path and its size."""
+    if as_json:
+        files = [{"path": str(path), "bytes": path.stat().st_size} for path in paths]
+        click.echo(json.dumps({**more, "files": files}))
+        return
+    for path in paths:
+        click.echo(f"wrote {path}", err=True)
 
 
 def state_option(text: str) -> Callable[[_Command], _Command]:
@@ -247,16 +258,17 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
         yield from tracked(items, text, total)
 
 
-class _Directory(click.Path):
-    """A directory to write to; what is in the way is told before anything is computed."""
+class WritablePath(click.Path):
+    """A directory, or a file, to write; what is in the way is told before anything is computed."""
 
-    def __init__(self) -> None:
-        super().__init__(file_okay=False)
+    def __init__(self, file: bool = False) -> None:
+        super().__init__(file_okay=file, dir_okay=not file)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """The path of a text."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        there = next(one for one in (path, *path.parents) if os.path.exists(one))
+        folder = path.parent if self.file_okay else path
+        there = next(one for one in (folder, *folder.parents) if os.path.exists(one))
         if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
             self.fail(
                 f"{str(path)!r} cannot be written: {there} is no writable directory", param, ctx
@@ -266,7 +278,7 @@ class _Directory(click.Path):
 
 def out_option(what: str) -> Callable[[_Command], _Command]:
     """The option --out DIRECTORY, which says `what` it does."""
-    return click.option("--out", type=_Directory(), metavar="DIRECTORY", help=what)
+    return click.option("--out", type=WritablePath(), metavar="DIRECTORY", help=what)
 
 
 def certify_option(what: str) -> Callable[[_Command], _Command]:

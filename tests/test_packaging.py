@@ -83,6 +83,17 @@ def test_every_public_name_resolves_and_no_other_does() -> None:
         _ = capsule_sym.nonsense
 
 
+@pytest.mark.parametrize("absent", ["flint", "zarr"])
+def test_a_star_gives_what_is_installed(absent: str) -> None:
+    code = (
+        f"import sys; sys.modules[{absent!r}] = None; from capsule_sym import *; "
+        "import capsule_sym; print(simulate, len(dir(capsule_sym)) - len(capsule_sym.__all__))"
+    )
+    done = python("-c", code)
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[-1]) == {"flint": 5, "zarr": 5}[absent]
+
+
 def built(
     kind: str, directory: Path, source: Path = ROOT, **environment: str
 ) -> subprocess.CompletedProcess[str]:

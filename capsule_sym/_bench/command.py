@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -61,15 +61,16 @@ def bench(
 
     --face measures by the clock, the best of its repeats: a run with its segments, states at a
     million times, a fit's inner loop, and whole processes; beside SciPy's dense output and
-    heyoka.py's over the same segments. It writes no file.
+    heyoka.py's over the same segments. --out writes face.json.
 
     --design measures, by processor time and the best of its repeats, what an optimiser of drives is
-    built on: cells with all metrics and multipliers, and a run's derivatives. It writes no file.
+    built on: cells with all metrics and multipliers, and a run's derivatives. --out writes
+    design.json.
     """
     if face:
-        return _face(quick, repeats, as_json)
+        return _face(quick, repeats, out, as_json)
     if design:
-        return _design(quick, repeats, as_json)
+        return _design(quick, repeats, out, as_json)
     from capsule_sym._bench.whole import Study
     from capsule_sym._records import dumps
 
@@ -91,17 +92,27 @@ def bench(
         click.echo(f"wrote {file}", err=True)
 
 
-def _face(quick: bool, repeats: int, as_json: bool) -> None:
-    from capsule_sym._bench.face import figures, lacking
+def _keep(name: str, rows: list[dict[str, Any]], out: Path | None, as_json: bool) -> None:
+    """Writes a record to a directory, if there is one, and prints it, if that is asked for."""
     from capsule_sym._bench.machine import machine, versions
-    from capsule_sym._records import dumps
+    from capsule_sym._records import dumps, write
+
+    text = dumps({"machine": machine(), "versions": versions(), name: rows})
+    if out is not None:
+        (file,) = write({f"{name}.json": text + "\n"}, out)
+        click.echo(f"wrote {file}", err=True)
+    if as_json:
+        click.echo(text)
+
+
+def _face(quick: bool, repeats: int, out: Path | None, as_json: bool) -> None:
+    from capsule_sym._bench.face import figures, lacking
 
     for line in lacking():
         click.echo(line, err=True)
     found = list(figures(quick, repeats))
+    _keep("face", [figure._asdict() for figure in found], out, as_json)
     if as_json:
-        rows = [figure._asdict() for figure in found]
-        click.echo(dumps({"machine": machine(), "versions": versions(), "face": rows}))
         return
     table = _table("what", "tool", "", "unit", "at most", "difference")
     for figure in found:
@@ -111,16 +122,12 @@ def _face(quick: bool, repeats: int, as_json: bool) -> None:
     make_console(width=200).print(table)
 
 
-def _design(quick: bool, repeats: int, as_json: bool) -> None:
+def _design(quick: bool, repeats: int, out: Path | None, as_json: bool) -> None:
     from capsule_sym._bench.design import goals
-    from capsule_sym._bench.machine import machine, versions
-    from capsule_sym._records import dumps
 
     found = list(goals(quick, repeats))
-    if as_json:
-        rows = [goal._asdict() | {"met": goal.met} for goal in found]
-        click.echo(dumps({"machine": machine(), "versions": versions(), "design": rows}))
-    else:
+    _keep("design", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
+    if not as_json:
         make_console(width=200).print(_goals(found))
 
 

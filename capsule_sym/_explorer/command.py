@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import webbrowser
 from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -12,6 +13,7 @@ import click
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._explorer import page
+from capsule_sym._options import json_option, tell_written
 
 _NAME = "capsule-sym-explorer.html"
 
@@ -32,7 +34,8 @@ _NAME = "capsule-sym-explorer.html"
     "no workers in a page from a file.",
 )
 @click.option("--open/--no-open", "opens", default=True, help="Open it in a browser.")
-def explore(out: Path | None, port: int | None, opens: bool) -> None:
+@json_option
+def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> None:
     """The exact map in a browser: motions, diagrams and charts on one page, without a network.
 
     The page is written to the directory of temporary files and opened, unless told otherwise.
@@ -40,7 +43,7 @@ def explore(out: Path | None, port: int | None, opens: bool) -> None:
     if out is not None and port is not None:
         raise InvalidInput("--serve", port, "absent where --out is given")
     if port is not None:
-        _serve(port, opens)
+        _serve(port, opens, as_json)
         return
     path = out or Path(gettempdir()) / _NAME
     try:
@@ -48,7 +51,10 @@ def explore(out: Path | None, port: int | None, opens: bool) -> None:
         path.write_text(page(), encoding="utf-8")
     except OSError as error:
         raise InvalidInput("--out", str(path), f"writable ({error.strerror})") from error
-    click.echo(path)
+    if as_json:
+        tell_written(path, as_json=True)
+    else:
+        click.echo(path)
     if out is None and opens:
         webbrowser.open(path.resolve().as_uri())
 
@@ -74,14 +80,14 @@ class _Handler(BaseHTTPRequestHandler):
         """Say nothing of requests."""
 
 
-def _serve(port: int, opens: bool) -> None:
+def _serve(port: int, opens: bool, as_json: bool) -> None:
     try:
         server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Handler, page().encode()))
     except OSError as error:
         raise InvalidInput("--serve", port, f"a free port ({error.strerror})") from error
     with server:
         address = f"http://127.0.0.1:{server.server_address[1]}/"
-        click.echo(address)
+        click.echo(json.dumps({"address": address}) if as_json else address)
         if opens:
             webbrowser.open(address)
         server.serve_forever()

@@ -12,7 +12,13 @@ import click
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, PAGE, WIDEST
-from capsule_sym._options import chosen_parameters, parameter_options, tracking
+from capsule_sym._options import (
+    chosen_parameters,
+    json_option,
+    parameter_options,
+    tell_written,
+    tracking,
+)
 
 _REPORT = Path("results/report.html")
 _colours_option = click.option(
@@ -67,6 +73,7 @@ def _check_picture(out: Path, width: float | None, least: float, dpi: float | No
 @_width_option
 @_dpi_option
 @_colours_option
+@json_option
 def figure(
     name: str,
     out: Path,
@@ -74,6 +81,7 @@ def figure(
     width: float | None,
     dpi: float | None,
     colours: Any,
+    as_json: bool,
     **dimensionless: float | None,
 ) -> None:
     """Draw a figure of the case study, or the same of another system.
@@ -100,7 +108,7 @@ def figure(
             animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0)
         else:
             save_figure(describe(FIGURES[name].make(study), FIGURES[name].title), out, dpi=dpi)
-    click.echo(f"wrote {out}", err=True)
+    tell_written(out, as_json=as_json, figure=name)
 
 
 @click.command("diagram")
@@ -122,8 +130,14 @@ def figure(
 )
 @_width_option
 @_dpi_option
+@json_option
 def diagram(
-    paths: tuple[Path, ...], out: Path, quantity: str, width: float | None, dpi: float | None
+    paths: tuple[Path, ...],
+    out: Path,
+    quantity: str,
+    width: float | None,
+    dpi: float | None,
+    as_json: bool,
 ) -> None:
     """Draw files that `branch --out` or `curve --out` wrote.
 
@@ -150,7 +164,7 @@ def diagram(
             whole = "a whole branch.json or curves.json, which this is not"
             raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
         save_figure(drawn, out, dpi=dpi)
-    click.echo(f"wrote {out}", err=True)
+    tell_written(out, as_json=as_json, of=quantity)
 
 
 @click.command("sweep-figure")
@@ -173,6 +187,7 @@ def diagram(
 )
 @_width_option
 @_dpi_option
+@json_option
 def sweep_figure(
     store: Path,
     out: Path,
@@ -180,6 +195,7 @@ def sweep_figure(
     curves: tuple[Path, ...],
     width: float | None,
     dpi: float | None,
+    as_json: bool,
 ) -> None:
     """Draw the results of `sweep` or `plot_basin`.
 
@@ -205,7 +221,7 @@ def sweep_figure(
                     results, width=wide
                 )
             save_figure(drawn, out, dpi=dpi)
-    click.echo(f"wrote {out}", err=True)
+    tell_written(out, as_json=as_json, figure=kind)
 
 
 def _curve(path: Path) -> Any:
@@ -233,7 +249,8 @@ def _curve(path: Path) -> Any:
     help="HTML file to write.",
 )
 @_colours_option
-def report(out: Path, colours: Any) -> None:
+@json_option
+def report(out: Path, colours: Any, as_json: bool) -> None:
     """Write the whole case study as one page of HTML that opens without a network.
 
     The explorer, to which it links, is written beside it as explorer.html.
@@ -241,12 +258,13 @@ def report(out: Path, colours: Any) -> None:
     Figures are drawn for it; tables come from the files that `paper`, `verify`, `hardcases` and
     `bench` leave in results, and a section whose file is missing says how to make it.
     """
-    from capsule_sym._figures.report import write
+    from capsule_sym._figures.report import EXPLORER, write
     from capsule_sym._processes import processors
 
     with _needs_plotting(), tracking(lines=True) as track:
         write(out, colours, track, processors())
-    click.echo(f"wrote {out}", err=True)
+    files = (out, out.parent / EXPLORER) if as_json else (out,)
+    tell_written(*files, as_json=as_json)
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from hashlib import sha256
@@ -86,7 +87,7 @@ class Tally:
         self.inaccurate += other.inaccurate
 
 
-def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
+def run(count: int, seed: int, log: Path | None) -> Iterator[Tally]:
     """Tallies of chunks, `count` starts in all (rounded up to whole chunks), as they are done.
 
     Chunks already in the log come first and are not run again. A line belongs to one seed and one
@@ -94,12 +95,13 @@ def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
     """
     wanted = range(-(-count // CHUNK))
     key = {"seed": seed, "code": code()}
-    done = _logged(log, key)
+    done = _logged(log, key) if log else {}
     yield from (done[number] for number in wanted if number in done)
-    log.parent.mkdir(parents=True, exist_ok=True)
+    if log:
+        log.parent.mkdir(parents=True, exist_ok=True)
     with (
         ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool,
-        log.open("a", encoding="utf-8") as file,
+        log.open("a", encoding="utf-8") if log else nullcontext() as file,
     ):
         missing = [number for number in wanted if number not in done]
         running = {pool.submit(chunk, seed, number): number for number in missing}
@@ -108,9 +110,10 @@ def run(count: int, seed: int, log: Path) -> Iterator[Tally]:
                 tally = future.result()
                 line = {**key, "chunk": running[future], **asdict(tally)}
                 # One write of one line: a run that is killed leaves at most a torn last line.
-                file.write(json.dumps(line) + "\n")
-                file.flush()
-                os.fsync(file.fileno())
+                if file is not None:
+                    file.write(json.dumps(line) + "\n")
+                    file.flush()
+                    os.fsync(file.fileno())
                 yield tally
         finally:
             pool.shutdown(wait=False, cancel_futures=True)

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._options import json_option, make_console, make_table, track
+from capsule_sym._options import json_option, make_console, make_table, out_option, track
 
 if TYPE_CHECKING:
     from capsule_sym._hardcases.adversarial import Tally
     from capsule_sym._hardcases.table import Row
 
-_RESULTS = Path("results/adversarial")
 _WIDTH = 200  # columns of a table that is piped
 _FAR = 1e-13  # from here on, double precision is expected to decide
 
@@ -81,21 +80,21 @@ def _all(rows: list[Row], way: str) -> int:
 @click.command("adversarial")
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
+@out_option("Keep here, in seed-SEED.jsonl, what is done, and go on from there.")
 @json_option
-def adversarial(count: int, seed: int, as_json: bool) -> None:
+def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
-    The log results/adversarial/seed-SEED.jsonl grows by a line for every 200 starts; a run that
-    was interrupted goes on where it stopped, unless the code has changed. Exits with 1 if at a
-    single start another field takes over, another guard fires, or the time is not as accurate as
-    promised.
+    The log in --out grows by a line for every 200 starts; a run that was interrupted goes on where
+    it stopped, unless the code has changed. Exits with 1 if at a single start another field takes
+    over, another guard fires, or the time is not as accurate as promised.
     """
     from dataclasses import asdict
 
     from capsule_sym._hardcases.adversarial import CHUNK, Tally, run
     from capsule_sym._records import dumps
 
-    total, log = Tally(), _RESULTS / f"seed-{seed}.jsonl"
+    total, log = Tally(), out / f"seed-{seed}.jsonl" if out else None
     for tally in track(run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)):
         total.add(tally)
     if as_json:

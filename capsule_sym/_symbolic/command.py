@@ -4,31 +4,34 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
 from capsule_sym._errors import NotInstalled
-from capsule_sym._options import json_option, make_console, make_progress, make_table
+from capsule_sym._options import WritablePath, json_option, make_console, make_progress, make_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from capsule_sym._symbolic.proofs.items import Result
-
-_REPORT = Path("results/verify.md")
 
 
 @click.command()
 @click.option(
     "--only", metavar="NAME", help="Prove this statement alone; --json gives the names as id."
 )
-@click.option("--write", is_flag=True, help=f"Write the report with formulas to {_REPORT}.")
+@click.option(
+    "--write",
+    type=WritablePath(file=True),
+    metavar="FILE.md",
+    help="Write the report with formulas here.",
+)
 @click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
 @json_option
-def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
+def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) -> None:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
@@ -37,7 +40,7 @@ def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
-    if only is not None and write:
+    if only is not None and write is not None:
         raise click.UsageError("--write writes all statements: leave out --only")
     if only is not None and freeze:
         raise click.UsageError("--freeze takes all statements: leave out --only")
@@ -66,10 +69,10 @@ def verify(only: str | None, write: bool, freeze: bool, as_json: bool) -> None:
     results = [result for section in report.values() for result in section]
     if as_json:
         click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
-    if write:
-        _REPORT.parent.mkdir(parents=True, exist_ok=True)
-        _REPORT.write_text(markdown(report), encoding="utf-8")
-        click.echo(f"wrote {_REPORT}", err=True)
+    if write is not None:
+        write.parent.mkdir(parents=True, exist_ok=True)
+        write.write_text(markdown(report), encoding="utf-8")
+        click.echo(f"wrote {write}", err=True)
     unproved = [result.item.id for result in results if not result.settled]
     seconds = perf_counter() - start
     click.echo(f"{len(results)} statements, {len(unproved)} unproved, {seconds:.0f} s", err=True)

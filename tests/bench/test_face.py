@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ def test_a_fit_takes_other_parameters_each_time() -> None:
     assert 0 < np.abs(one - other).max() < 1e-3
 
 
-def test_the_command_prints_every_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_prints_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     found = [face.Figure("runs", "this map", 2.5, "us", 4.0, None)]
     found += [face.Figure("states", "SciPy", 300.0, "ms", None, 1e-12)]
     monkeypatch.setattr(face, "figures", lambda quick, repeats: iter(found))
@@ -41,7 +42,9 @@ def test_the_command_prints_every_figure(monkeypatch: pytest.MonkeyPatch) -> Non
     assert printed.exit_code == 0
     for word in ("runs", "2.5", "us", "states", "300", "1e-12", "SciPy"):
         assert word in printed.stdout
-    record = json.loads(CliRunner().invoke(bench, ["--face", "--json"]).stdout)
+    kept = CliRunner().invoke(bench, ["--face", "--json", "--out", str(tmp_path / "kept")])
+    record = json.loads(kept.stdout)
+    assert (tmp_path / "kept/face.json").read_text(encoding="utf-8") == kept.stdout
     assert record["face"] == [figure._asdict() for figure in found]
 
 

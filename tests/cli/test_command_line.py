@@ -113,9 +113,29 @@ def test_help_imports_nothing_that_computes() -> None:
     assert done.stdout.count("Usage: capsule-sym") == 1 + len(group.commands)
 
 
-def test_every_command_that_prints_results_takes_json(inside) -> None:
-    writing = {name for name in group.commands if "--json" not in inside(name, "--help").stdout}
-    assert writing == {"diagram", "explore", "figure", "report"}
+def test_every_command_takes_json(inside) -> None:
+    assert not [name for name in group.commands if "--json" not in inside(name, "--help").stdout]
+
+
+def test_json_says_what_was_written(inside, tmp_path: Path, monkeypatch) -> None:
+    def drawn(path: Path, *_: object) -> None:
+        path.write_text("a page")
+        (path.parent / "explorer.html").write_text("another")
+
+    monkeypatch.setattr("capsule_sym._figures.report.write", drawn)
+    lines = (
+        ("figure fig3 --out a.svg", {"figure": "fig3"}, ["a.svg"]),
+        ("explore --out b.html", {}, ["b.html"]),
+        ("report --out c.html", {}, ["c.html", "explorer.html"]),
+    )
+    for line, told, names in lines:
+        done = inside(*line.split(), "--json", cwd=tmp_path)
+        assert done.returncode == 0
+        record = json.loads(done.stdout)
+        files = record.pop("files")
+        assert record == told
+        assert files == [{"path": n, "bytes": (tmp_path / n).stat().st_size} for n in names]
+        assert not [line for line in done.stderr.splitlines() if line.startswith("wrote")]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Several branches in one diagram: what is solid, dashed, labelled, and where the points are."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -42,13 +44,15 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     file, out = tmp_path / "branch.json", tmp_path / "branch.svg"
     file.write_text(dumps(record))
     with pytest.raises(SystemExit) as stopped:
-        main(["diagram", str(file), "--of", "velocity", "--out", str(out)])
+        main(["diagram", str(file), "--of", "velocity", "--out", str(out), "--json"])
     assert stopped.value.code == 0
+    told = {"of": "velocity", "files": [{"path": str(out), "bytes": out.stat().st_size}]}
+    assert capsys.readouterr() == (json.dumps(told) + "\n", "")
     assert out.read_text().startswith("<?xml")
     file.write_text("{}")
     with pytest.raises(SystemExit) as stopped:
         main(["diagram", str(file), "--out", str(out)])
     assert stopped.value.code == 2
-    assert capsys.readouterr().err.count("\n") == 2
+    assert capsys.readouterr().err.count("\n") == 1
     with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity"):
         plot_diagram(record, "x")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,14 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, run, sto
     done = run("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
+    line = ["sweep-figure", str(stores / "basin"), "--out", "x.png", "--json"]
+    done = run_here(*line, cwd=tmp_path)
+    size = (tmp_path / "x.png").stat().st_size
+    told = {"figure": "basin", "files": [{"path": "x.png", "bytes": size}]}
+    assert (json.loads(done.stdout), done.stderr) == (told, "")
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,10 @@ from random import Random
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from capsule_sym import Parameters, Segment, Trajectory
-from capsule_sym._hardcases import adversarial
+from capsule_sym._hardcases import adversarial, command
 from capsule_sym._hardcases.adversarial import CHUNK, Tally, chunk, compare, run
 from capsule_sym._hardcases.judge import Start
 from capsule_sym._hardcases.lanes import LaneSwitch
@@ -163,6 +164,14 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path: Path, quick: list
     assert sum(tally.settled for tally in tallies) == 0 + 1 + 2 + 3
     assert sorted(quick) == sorted({3, json.loads(lines[-1])["chunk"]})
     assert [json.loads(line)["seed"] for line in log.read_text().splitlines()] == [3] * 4
+
+
+def test_nothing_is_written_unasked(tmp_path: Path, quick: list[int], monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for more, written in ([], []), (["--out", "kept"], ["kept", "kept/seed-1.jsonl"]):
+        done = CliRunner().invoke(command.adversarial, ["--count", "1", "--json", *more])
+        assert done.exit_code == 0, done.output
+        assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")) == written
 
 
 def test_another_seed_or_other_code_is_not_counted(tmp_path: Path, quick: list[int]) -> None:
