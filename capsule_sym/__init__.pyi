@@ -72,7 +72,9 @@ from capsule_sym._orbits.continuation.saved import orbit_from_record as orbit_fr
 from capsule_sym._orbits.continuation.saved import read_branch as read_branch
 from capsule_sym._orbits.continuation.states import Ending as Ending
 from capsule_sym._orbits.continuation.switching import continue_from as continue_from
-from capsule_sym._orbits.continuation.switching import period_doubling_cascade as period_doubling_cascade
+from capsule_sym._orbits.continuation.switching import (
+    period_doubling_cascade as period_doubling_cascade,
+)
 from capsule_sym._orbits.metrics.performance import Metric as Metric
 from capsule_sym._orbits.metrics.performance import Performance as Performance
 from capsule_sym._orbits.metrics.performance import performance as performance
@@ -84,10 +86,10 @@ from capsule_sym._orbits.shooting.itinerary import ItinerarySegment as Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit as Orbit
 from capsule_sym._orbits.shooting.orbit import OrbitStatus as OrbitStatus
 from capsule_sym._orbits.shooting.orbit import solve_itinerary as solve_itinerary
+from capsule_sym._orbits.shooting.search import orbit_at as orbit_at
+from capsule_sym._orbits.shooting.search import search_orbits as search_orbits
 from capsule_sym._orbits.shooting.search import solve_admissible as solve_admissible
 from capsule_sym._orbits.shooting.search import solve_orbit as solve_orbit
-from capsule_sym._orbits.shooting.search import search_orbits as search_orbits
-from capsule_sym._orbits.shooting.search import orbit_at as orbit_at
 from capsule_sym._orbits.shooting.stability import floquet_multipliers as floquet_multipliers
 from capsule_sym._orbits.shooting.stability import jacobian as jacobian
 from capsule_sym._orbits.shooting.stability import lyapunov_exponents as lyapunov_exponents

@@ -181,7 +181,7 @@ class Shooting:
                 z[s] = self._claimed(s, value)
         return z
 
-    def check_certificate(self) -> None:
+    def check(self) -> None:
         """Existence, uniqueness, then the itinerary, then Jury's conditions."""
         box, n, turn = self.follow() if self.run else self.enclose(), self.n, arb_mat(3, 3, 1)
         p = self.parameters(box)

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate
+from capsule_sym import InvalidInput, Parameters, PhysicalParameters, fit, read_measured, simulate
 from capsule_sym._design.fit import Problem
-from capsule_sym import fit
 from capsule_sym._design.measured import measured
-from capsule_sym import read_measured
 from capsule_sym._design.units import DEVICE, slopes_of
 from tests.sampling import many, sampled
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import InvalidInput, Parameters, simulate
+from capsule_sym import InvalidInput, Parameters, Sensitivities, sensitivities, simulate
 from capsule_sym import sensitivities as module
 from capsule_sym._design.sensitivities import SLOPES
-from capsule_sym import Sensitivities, sensitivities
 from capsule_sym._native import core
 from tests.judges import taylor_events
 from tests.sampling import sampled, some

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from capsule_sym import Bifurcation, Parameters, continue_from, solve_itinerary
+from capsule_sym import (
+    Bifurcation,
+    ParameterPath,
+    Parameters,
+    continue_from,
+    floquet_multipliers,
+    solve_itinerary,
+)
 from capsule_sym._enclosures.balls import precision
 from capsule_sym._enclosures.events import prove_event
 from capsule_sym._map.backend import backend
@@ -18,10 +25,8 @@ from capsule_sym._orbits.continuation.normal_forms import (
     PERSISTENCE,
     SUPERCRITICAL,
 )
-from capsule_sym import ParameterPath
 from capsule_sym._orbits.shooting.changes import around, exchanged
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
-from capsule_sym import floquet_multipliers
 from capsule_sym._orbits.shooting.taylor import residual_series
 from tests.judges import CONTACT, DRIFT
 from tests.judges.taylor import system
