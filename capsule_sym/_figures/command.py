@@ -197,7 +197,7 @@ def sweep_figure(
     dpi: float | None,
     as_json: bool,
 ) -> None:
-    """Draw the results of `sweep` or `plot_basin`.
+    """Draw the results of `sweep` or `basin`.
 
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """

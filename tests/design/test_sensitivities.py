@@ -8,7 +8,7 @@ import pytest
 from mpmath import mp, mpf
 
 from capsule_sym import InvalidInput, Parameters, Sensitivities, sensitivities, simulate
-from capsule_sym import sensitivities as module
+from capsule_sym._design import sensitivities as module
 from capsule_sym._design.sensitivities import SLOPES
 from capsule_sym._native import core
 from tests.judges import taylor_events
