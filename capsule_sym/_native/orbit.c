@@ -73,6 +73,7 @@ static void return_matrix(double slopes[4][COLUMNS_AT], double a[3][3])
 /* Whether the run comes back to its start after a part of its periods. */
 static int repeats_sooner(const capsule_closed_run *run, const double x[3], double scale)
 {
+    int repeats = 0;
     for (int part = 1; part < run->periods; part++) {
         const double time = part * (run->end / run->periods);
         double there[4], most = 0.0;
@@ -81,10 +82,9 @@ static int repeats_sooner(const capsule_closed_run *run, const double x[3], doub
         capsule_evaluate(run->map, run->segments, run->count, 0, &time, 1, &there, NULL);
         for (int i = 0; i < 3; i++)
             most = fmax(most, fabs(there[i] - x[i]));
-        if (most <= SAME_STATE * scale)
-            return 1;
+        repeats |= most <= SAME_STATE * scale;
     }
-    return 0;
+    return repeats;
 }
 
 /* One run over the periods, and its derivatives at the end. */

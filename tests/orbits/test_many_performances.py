@@ -1,0 +1,284 @@
+"""Orbits that the C core closes: metrics, gradients and multipliers, judged by 50 digits."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+from capsule_sym import (
+    InvalidInput,
+    Orbit,
+    Parameters,
+    Performance,
+    floquet_multipliers,
+    performance,
+    simulate,
+    solve_itinerary,
+    solve_orbit,
+)
+from capsule_sym._native import Watch, core
+from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
+
+pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
+
+MOTIONS: dict[str, dict[str, float]] = {
+    "rest for ever": {"alpha": 0.005},
+    "sliding and touching": {"alpha": 0.45},
+    "forward alone": {"alpha": 0.7},
+    "of the paper": {"alpha": 1.2},
+    "without contact": dict(
+        alpha=2.1531, omega=1.7811, delta=1.1068, zeta=0.4784, beta=8.526, gamma=6.5909
+    ),
+    "never sticking": {"alpha": 1.9},
+    "never sticking, hardly a gap": dict(
+        alpha=3.4811, omega=0.9135, delta=0.0022, zeta=0.4869, beta=8.952, gamma=3.3457
+    ),
+    "a peak at a switch": dict(
+        alpha=2.951, omega=2.075, delta=0.018, zeta=0.979, beta=3.501, gamma=0.129
+    ),
+    "slow": dict(alpha=2.762, omega=0.055, delta=0.046, zeta=0.049, beta=7.005, gamma=2.015),
+    "two periods": dict(
+        alpha=1.0693, omega=2.583, delta=0.1901, zeta=0.1519, beta=14.7854, gamma=8.5398
+    ),
+    "three periods": dict(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0),
+    "undamped": {"alpha": 1.3, "zeta": 0.0, "delta": 0.3},
+    "undamped, backward": {"alpha": 2.0, "zeta": 0.0, "gamma": 1.0},
+    "another friction": {"alpha": 1.6, "f_b": 0.6},
+}
+QUICK = ("never sticking",)
+"""What 50 digits judge in the quick suite; double precision judges all of them."""
+BIFURCATIONS = {
+    "grazing": 0.007375635565834309,
+    "adding-sliding": 0.3687797241855779,
+    "boundary-intersection crossing": 0.5245932427623312,
+    "adding-sliding backward": 0.9409980034460779,
+    "switching-sliding": 1.5218348031410691,
+    "grazing-sliding": 1.5513978202818315,
+    "crossing-sliding": 1.5886210774813494,
+}
+"""Amplitudes of the paper's case study, from its branch: what lies beside them is looked at."""
+
+
+@lru_cache
+def known(name: str) -> tuple[Orbit, Performances]:
+    """The orbit that Python solves for, and what the core makes of the end of the same run."""
+    p = Parameters(**MOTIONS[name])
+    run = simulate(p, periods=400)
+    motion = run.steady()
+    assert motion is not None
+    orbit = solve_orbit(p, run.final[1], 0.0, 2 * motion.period_number + 1)
+    assert orbit.success, orbit.message
+    found = closed(p, run.final[1], motion.period_number)
+    assert found.itinerary(0) == motion.itinerary
+    return orbit, found
+
+
+def closed(p: Parameters, state: Any, period_number: int = 1) -> Performances:
+    """What the core makes of a motion near a state, all of it."""
+    found = performance_many(row(p), state, period_number, gradients=True)
+    assert found.status.tolist() == ["closed"]
+    return found
+
+
+def row(p: Parameters) -> list[float]:
+    return [*p.to_dict().values()]
+
+
+def off(found: Performances, expected: Performance) -> tuple[float, float]:
+    """Relative differences of the values, and of the gradients beside their largest number."""
+    values, gradients = 0.0, 0.0
+    for value, gradient, name in zip(found.values[0], found.gradients[0], METRICS, strict=True):
+        metric = getattr(expected, name)
+        slopes = np.array([float(slope) for slope in metric.gradient.values()])
+        values = max(values, abs(value - float(metric.value)) / (1e-3 + abs(value)))
+        gradients = max(gradients, abs(gradient - slopes).max() / (1 + abs(slopes).max()))
+    return values, gradients
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_metrics_gradients_and_multipliers_are_those_of_the_orbit(name: str) -> None:
+    orbit, found = known(name)
+    values, gradients = off(found, performance(orbit))
+    assert values < 1e-12
+    assert gradients < 1e-10
+    multipliers = floquet_multipliers(orbit)
+    # Those of a pair may stand in either order, and moduli that agree to rounding too.
+    np.testing.assert_allclose(
+        np.sort_complex(found.multipliers[0]), np.sort_complex(multipliers), rtol=0, atol=1e-12
+    )
+
+
+def test_a_multiplier_is_exactly_zero_where_the_capsule_sticks_and_nowhere_else() -> None:
+    for name in MOTIONS:
+        orbit, found = known(name)
+        sticks = bool({2, 5} & set(orbit.itinerary.fields))
+        assert (found.multipliers[0, 2] == 0) == sticks, name
+        assert abs(found.multipliers[0, 0]) < 1
+
+
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.long) for n in MOTIONS]
+)
+def test_they_are_those_of_the_orbit_in_50_digits(name: str) -> None:
+    orbit, found = known(name)
+    exact = orbit.refined()
+    assert exact.success, exact.message
+    values, gradients = off(found, performance(exact))
+    assert values < 2e-13
+    assert gradients < 2e-12
+
+
+def beside(kind: str, distance: float) -> tuple[Orbit, Performances]:
+    """Python's orbit and the core's, at a distance in amplitude from a bifurcation."""
+    p = Parameters(alpha=BIFURCATIONS[kind] + distance)
+    state = simulate(p, periods=1500, keep="final").final[1]
+    orbit = solve_orbit(p, state, 0.0, 3)
+    assert orbit.success, orbit.message
+    return orbit, closed(p, state)
+
+
+@pytest.mark.parametrize("distance", [-1e-6, -1e-9, 1e-9, 1e-6])
+@pytest.mark.parametrize("kind", BIFURCATIONS)
+def test_they_hold_beside_bifurcations(kind: str, distance: float) -> None:
+    orbit, found = beside(kind, distance)
+    values, gradients = off(found, performance(orbit))
+    assert values < 1e-12
+    # A duration that vanishes like the root of the distance is divided by.
+    assert gradients < 1e-13 / abs(distance) ** 0.5
+
+
+def difference(orbit: Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
+    """Central differences of the metrics along a direction of the parameters."""
+    ends = []
+    for side in (1, -1):
+        values = [v + side * step * d for v, d in zip(orbit.values, along, strict=True)]
+        moved = solve_itinerary(values, orbit.itinerary, list(orbit.z), backend=digits)
+        assert moved.success, moved.message
+        found = performance(moved)
+        ends.append(np.array([getattr(found, name).value for name in METRICS]))
+    return (ends[0] - ends[1]) / (2 * step)
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_gradients_are_differences_of_the_metrics(name: str) -> None:
+    """In double precision, by Richardson's extrapolation."""
+    orbit, found = known(name)
+    along = np.array([1.0, -0.7, 0.3, 0.6, 1.1, -0.9, 0.5]) * np.array(orbit.values)
+    coarse, fine = (difference(orbit, along, step, "numpy") for step in (2e-5, 1e-5))
+    expected = (4 * fine - coarse) / 3
+    np.testing.assert_allclose(found.gradients[0] @ along, expected, rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("place", ["two periods", "of the paper", "grazing", "grazing-sliding"])
+def test_gradients_are_differences_in_50_digits(place: str) -> None:
+    """At regular points, and beside bifurcations within the itinerary that is new there."""
+    new = {"grazing": 1e-6, "grazing-sliding": -1e-6}
+    orbit, found = beside(place, new[place]) if place in new else known(place)
+    with mp.workdps(60):
+        along = np.array([mpf(i) / 5 - 1 for i in (1, 2, 3, 4, 6, 7, 8)])
+        expected = difference(orbit, along, mpf("1e-18"), "mpmath").astype(float)
+        slopes = found.gradients[0] @ along.astype(float)
+    np.testing.assert_allclose(slopes, expected, rtol=1e-10, atol=1e-10)
+
+
+def test_the_state_moves_as_its_derivatives_say() -> None:
+    """From the core's own states at parameters to both sides."""
+    for name in ("of the paper", "never sticking", "two periods"):
+        orbit, found = known(name)
+        values, periods = np.array(orbit.values), orbit.itinerary.period_number
+        for k in range(7):
+            step = 1e-5 * np.eye(7)[k]
+            ends = performance_many([values + step, values - step], found.states[0], periods)
+            slope = (ends.states[0] - ends.states[1]) / 2e-5
+            np.testing.assert_allclose(slope, found.by_parameter[0, :, k], rtol=1e-6, atol=1e-6)
+
+
+def test_what_was_not_asked_for_is_not_computed() -> None:
+    p = MOTIONS["of the paper"]
+    state = known("of the paper")[1].states[0]
+    rows = row(Parameters(**p))
+    bare = performance_many(rows, state, energies=False, forces=False)
+    assert np.isfinite([bare["velocity"], bare["progression"]]).all()
+    assert np.isnan(bare.values[0, 2:]).all()
+    assert np.isnan(bare.gradients).all()
+    forces = performance_many(rows, state, energies=False, gradients=True)
+    assert np.isnan(forces.gradients[0, 2:5]).all()
+    assert np.isfinite(forces.gradients[0, [0, 1, 5, 6]]).all()
+
+
+def test_many_rows_are_as_one_by_one() -> None:
+    names = [name for name in MOTIONS if name != "three periods"]
+    parts = [known(name) for name in names]
+    found = performance_many(
+        [orbit.values for orbit, _ in parts],
+        np.concatenate([one.states for _, one in parts]),
+        [orbit.itinerary.period_number for orbit, _ in parts],
+        gradients=True,
+    )
+    assert found.closed.all()
+    assert len(found.of(found["progression"] > 0)) < len(found) == len(names)
+    for i, (_, one) in enumerate(parts):
+        np.testing.assert_allclose(found.values[i], one.values[0], rtol=1e-13, atol=1e-15)
+        assert found.itinerary(i) == one.itinerary(0)
+
+
+def test_a_state_far_away_is_closed_and_said_to_switch_otherwise() -> None:
+    orbit, found = known("of the paper")
+    far = performance_many(orbit.values, (1.3358, 0.3703, -0.0298))
+    assert far.status.tolist() == ["changed"]
+    np.testing.assert_allclose(far.values, found.values, rtol=1e-13)
+    assert not far.closed.any()
+
+
+def test_a_period_number_too_large_is_noticed_and_one_too_small_leads_elsewhere() -> None:
+    orbit, found = known("two periods")
+    assert performance_many(orbit.values, found.states, 4).status.tolist() == ["changed"]
+    assert performance_many(orbit.values, found.states, 6).status.tolist() == ["changed"]
+    # The unstable orbit that the motion of two periods left.
+    assert performance_many(orbit.values, found.states, 1).status.tolist() == ["changed"]
+
+
+def test_a_motion_that_is_not_periodic_is_not_closed() -> None:
+    # Undamped rest: x_r = 0.1 cos h beside a period of 2 pi/0.77 is closed by no state but 0.
+    p = Parameters(alpha=0.0, omega=0.77, delta=0.5, zeta=0.0)
+    found = performance_many(row(p), (0.1, 0.0, 0.0))
+    assert found.closed.tolist() == [True]
+    np.testing.assert_allclose(found.states, 0, atol=1e-15)
+    # At resonance with the excitation nothing brings a deviation back: a fold.
+    p = Parameters(alpha=0.0, omega=1.0, delta=0.5, zeta=0.0)
+    found = performance_many(row(p), (0.1, 0.0, 0.0), gradients=True)
+    assert not found.closed.any()
+
+
+def test_a_watch_stops_it() -> None:
+    watch = Watch()
+    watch.stop()
+    orbit, found = known("of the paper")
+    rows = np.tile(orbit.values, (2000, 1))
+    stopped = performance_many(rows, found.states[0], watch=watch)
+    assert stopped.status[-1] == "stopped"
+    assert np.isnan(stopped["work"][-1]) or stopped["work"][-1] == 0
+    assert not stopped.closed[-1]
+
+
+@pytest.mark.parametrize(
+    ("given", "field"),
+    [
+        ({"parameters": [1.0, 2.0]}, "parameters"),
+        ({"parameters": [1.2, -0.8, 0.02, 0.05, 1.5, 3.3, 1.0]}, "omega"),
+        ({"states": [[1.0, 2.0]]}, "states"),
+        ({"period_numbers": 0}, "period_numbers"),
+        ({"period_numbers": 1.5}, "period_numbers"),
+    ],
+)
+def test_bad_input_names_the_field(given: dict[str, Any], field: str) -> None:
+    fine = {"parameters": row(Parameters()), "states": (0.0, 0.0, 0.0)}
+    with pytest.raises(InvalidInput, match=field):
+        performance_many(**{**fine, **given})
+    with pytest.raises(InvalidInput, match="metric"):
+        performance_many(**fine)["speed"]
