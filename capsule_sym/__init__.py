@@ -37,9 +37,11 @@ _NAMES = {
     "_map.steady": "SteadyMotion",
     "_map.trajectory": "Trajectory",
     "_orbits.continuation.bifurcations": "Bifurcation",
+    "_orbits.continuation.boxes": "BoxSearch search_box",
     "_orbits.continuation.continuation": "Branch BranchPoint continue_orbit",
     "_orbits.continuation.curves": "CodimensionTwoPoint Curve CurvePoint continue_bifurcation "
     "curves_from",
+    "_orbits.continuation.isolas": "continue_both_ways",
     "_orbits.continuation.normal_forms": "NormalForm",
     "_orbits.continuation.parameter_paths": "ParameterPath device_path parameter_path",
     "_orbits.continuation.saved": "labelled_point orbit_from_record read_branch",

@@ -55,6 +55,8 @@ from capsule_sym._map.simulate import simulate as simulate
 from capsule_sym._map.steady import SteadyMotion as SteadyMotion
 from capsule_sym._map.trajectory import Trajectory as Trajectory
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation as Bifurcation
+from capsule_sym._orbits.continuation.boxes import BoxSearch as BoxSearch
+from capsule_sym._orbits.continuation.boxes import search_box as search_box
 from capsule_sym._orbits.continuation.continuation import Branch as Branch
 from capsule_sym._orbits.continuation.continuation import BranchPoint as BranchPoint
 from capsule_sym._orbits.continuation.continuation import continue_orbit as continue_orbit
@@ -63,6 +65,7 @@ from capsule_sym._orbits.continuation.curves import Curve as Curve
 from capsule_sym._orbits.continuation.curves import CurvePoint as CurvePoint
 from capsule_sym._orbits.continuation.curves import continue_bifurcation as continue_bifurcation
 from capsule_sym._orbits.continuation.curves import curves_from as curves_from
+from capsule_sym._orbits.continuation.isolas import continue_both_ways as continue_both_ways
 from capsule_sym._orbits.continuation.normal_forms import NormalForm as NormalForm
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath as ParameterPath
 from capsule_sym._orbits.continuation.parameter_paths import device_path as device_path

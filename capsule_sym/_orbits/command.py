@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     certify_option,
     chosen_parameters,
@@ -40,6 +41,20 @@ tables_option = out_option("Write the JSON and its tables as CSV here.")
     help="Search from so many random states too: finds unstable and coexisting orbits.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Decides the random states.")
+@click.option(
+    "--box",
+    nargs=3,
+    type=float,
+    metavar="X_R V_R V_C",
+    help="Search from a grid of states up to these |x_r|, |v_r|, |v_c|: attractors, others.",
+)
+@click.option(
+    "--along",
+    nargs=3,
+    type=(str, float, float),
+    metavar="NAME LOW HIGH",
+    help="With --box: follow each orbit in a parameter too, to others and to isolas.",
+)
 @certify_option("the orbit")
 @json_option
 def orbit(
@@ -47,6 +62,8 @@ def orbit(
     state: tuple[float, float, float],
     starts: int,
     seed: int,
+    box: tuple[float, float, float] | None,
+    along: tuple[str, float, float] | None,
     certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -54,9 +71,11 @@ def orbit(
     """Close the periodic orbit on which the motion settles, exactly.
 
     Shows its itinerary and section point, multipliers, velocities, energies per excitation period,
-    and the tightest inequality of its itinerary. With --starts, all orbits that are found. The JSON
-    of one orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient" of a
-    figure are the figure and its derivative along the branch by each parameter.
+    and the tightest inequality of its itinerary. With --starts or --box, all orbits that are found.
+    The JSON of one orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient"
+    of a figure are the figure and its derivative along the branch by each parameter. With --box the
+    JSON says what was "searched", how many starts have "settled" on each orbit, how many are
+    "open", settled on none, and has the closed branches as "isolas".
 
     Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
     Exits with 4 where --certify does not prove all.
@@ -66,6 +85,13 @@ def orbit(
     from capsule_sym._records import dumps
 
     parameters, _ = chosen_parameters(file, dimensionless)
+    if along is not None and box is None:
+        raise InvalidInput("along", along, "given with --box only")
+    if box is not None:
+        found = _search_box(parameters, box, along, as_json)
+        if certify is not None:
+            certify_found(certify, found)
+        return
     if starts:
         found = _search(parameters, starts, seed)
         if as_json:
@@ -111,6 +137,38 @@ def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
     else:
         claims += f"; {sum(bool(one['stable']) for one in proved)} stable"
     click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
+
+
+def _search_box(
+    parameters: Parameters,
+    box: tuple[float, float, float],
+    along: tuple[str, float, float] | None,
+    as_json: bool,
+) -> Sequence[Orbit]:
+    from capsule_sym._orbits.continuation.boxes import search_box
+    from capsule_sym._orbits.continuation.records import branch_record, orbit_record
+    from capsule_sym._records import dumps
+
+    name, ends = (None, None) if along is None else (along[0].replace("-", "_"), along[1:])
+    found = search_box(parameters, box, along=name, ends=ends)
+    if as_json:
+        record = {
+            "orbits": [orbit_record(one) for one in found.orbits],
+            "settled": list(found.settled),
+            "open": found.open,
+            "searched": found.message,
+            "isolas": [branch_record(one) for one in found.isolas],
+        }
+        click.echo(dumps(record))
+    else:
+        for one, count in zip(found.orbits, found.settled, strict=True):
+            _print_orbit(one)
+            click.echo(f"{count} of {found.starts} starts settle on it\n")
+        for branch in found.isolas:
+            values = [point.value for point in branch.points]
+            click.echo(f"isola in {branch.parameter} from {min(values):.6g} to {max(values):.6g}")
+        click.echo(found.message)
+    return found.orbits
 
 
 def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
