@@ -33,14 +33,14 @@ def best(call: Callable[[], object], repeats: int) -> float:
 
 
 def cells(quick: bool, repeats: int) -> Iterator[Goal]:
-    """A chart of amplitude and frequency with all that is computed of a periodic motion."""
-    side = 8 if quick else 32
-    alpha, omega = np.linspace(0.3, 1.9, side), np.linspace(0.6, 1.1, side)
+    """A chart of the case study with all that is computed of a periodic motion."""
+    rows, columns = (32, 2) if quick else (128, 8)
+    alpha, gamma = np.linspace(0.02, 2.0, rows), np.geomspace(1.0, 5.0, columns)
     chart = Sweep(
-        (Axis.of("alpha", alpha), Axis.of("omega", omega)),
+        (Axis.of("alpha", alpha), Axis.of("gamma", gamma)),
         periods=_PERIODS,
         compute=("itinerary", "progression", "multipliers", "energies", "forces"),
-        chunk=(side, side),
+        chunk=(rows, columns),
     )
     rate = chart.size * _PERIODS / best(lambda: compute(chart), repeats)
     what = "sweep cell with all metrics and multipliers"
