@@ -172,6 +172,14 @@ class PhysicalParameters:
         """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""
         return a * (self.length_scale * self.natural_frequency**2)
 
+    def force(self, p: _Quantity) -> _Quantity:
+        """Force in N, from a dimensionless one: a float or an array of any shape."""
+        return p * self.friction_force
+
+    def energy(self, e: _Quantity) -> _Quantity:
+        """Energy in J, from a dimensionless one: a float or an array of any shape."""
+        return e * (self.friction_force * self.length_scale)
+
 
 def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameters:
     """The parameters in a TOML file: dimensionless or physical, never a mix.

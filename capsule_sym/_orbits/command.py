@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from capsule_sym._enclosures.certificates import Certified
     from capsule_sym._orbits.shooting.orbit import Orbit
-    from capsule_sym._parameters import Parameters
+    from capsule_sym._parameters import Parameters, PhysicalParameters
 
 settling_option = state_option("State at phase 0 from which the motion settles.")
 tables_option = out_option("Write the JSON and its tables as CSV here.")
@@ -75,7 +75,8 @@ def orbit(
     The JSON of one orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient"
     of a figure are the figure and its derivative along the branch by each parameter. With --box the
     JSON says what was "searched", how many starts have "settled" on each orbit, how many are
-    "open", settled on none, and has the closed branches as "isolas".
+    "open", settled on none, and has the closed branches as "isolas". Of a device in SI units,
+    "physical" has its figures in m/s, m, J, W and N, energies per excitation period.
 
     Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
     Exits with 4 where --certify does not prove all.
@@ -84,7 +85,7 @@ def orbit(
     from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
 
-    parameters, _ = chosen_parameters(file, dimensionless)
+    parameters, device = chosen_parameters(file, dimensionless)
     if along is not None and box is None:
         raise InvalidInput("along", along, "given with --box only")
     if box is not None:
@@ -95,10 +96,10 @@ def orbit(
     if starts:
         found = _search(parameters, starts, seed)
         if as_json:
-            click.echo(dumps({"orbits": [orbit_record(one) for one in found]}))
+            click.echo(dumps({"orbits": [orbit_record(one, device) for one in found]}))
         else:
             for one in found:
-                _print_orbit(one)
+                _print_orbit(one, device)
             click.echo(f"{len(found)} orbits from {starts} random states")
         if certify is not None:
             certify_found(certify, found)
@@ -109,9 +110,9 @@ def orbit(
             click.echo(dumps(failure_record(settled)))
         _give_up(settled)
     if as_json:
-        click.echo(dumps(orbit_record(settled)))
+        click.echo(dumps(orbit_record(settled, device)))
     else:
-        _print_orbit(settled)
+        _print_orbit(settled, device)
     if certify is not None:
         certify_found(certify, [settled])
 
@@ -199,12 +200,14 @@ def _give_up(found: Orbit) -> NoReturn:
     raise click.exceptions.Exit(3)
 
 
-def _print_orbit(one: Orbit) -> None:
+def _print_orbit(one: Orbit, device: PhysicalParameters | None) -> None:
     from rich.table import Table
 
     from capsule_sym._orbits.continuation.records import orbit_record
+    from capsule_sym._orbits.metrics.performance import METRICS
+    from capsule_sym._orbits.metrics.physical import UNITS
 
-    record = orbit_record(one)
+    record = orbit_record(one, device)
     console = make_console()
     table = Table.grid(padding=(0, 2))
     table.add_row("itinerary", " ".join(record["itinerary"]))
@@ -217,10 +220,12 @@ def _print_orbit(one: Orbit) -> None:
     table.add_row("multipliers", f"{'  '.join(multipliers)}  ({stable})")
     tightest = record["admissibility"]
     table.add_row("tightest", f"{tightest['inequality']}: {tightest['value']:.6g}")
-    for name in ("progression", "velocity", "work", "damper_loss", "friction_loss"):
-        table.add_row(name.replace("_", " "), f"{record[name]['value']:.12g}")
-    for name in ("peak_force", "peak_contact"):
-        table.add_row(name.replace("_", " "), f"{record[name]['value']:.12g}")
+    physical = record.get("physical", {})
+    for name in METRICS:
+        si = f"{physical[name]:.6g} {UNITS[name]}" if physical else ""
+        table.add_row(name.replace("_", " "), f"{record[name]['value']:<16.12g}{si}".rstrip())
+    if physical:
+        table.add_row("power", f"{'':16}{physical['power']:.6g} W")
     console.print(table)
     console.print()
 

@@ -3,10 +3,13 @@
 import csv
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from capsule_sym import PhysicalParameters, simulate
 from capsule_sym._cli import main
 
 
@@ -332,3 +335,39 @@ def test_a_search_from_a_box_says_what_was_searched(capsys) -> None:
     status, _, error = call(capsys, "orbit", "--along", "alpha", "1", "2")
     assert status == 2
     assert "--box" in error
+
+
+def test_an_orbit_of_a_device_in_si_units(capsys, tmp_path: Path) -> None:
+    """Forces and energies from the device's own constants and its states in m and m/s."""
+    d = PhysicalParameters(M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2)
+    file = tmp_path / "device.toml"
+    file.write_text("".join(f"{name} = {value}\n" for name, value in asdict(d).items()))
+    status, out, _ = call(capsys, "orbit", "--params", str(file), "--json")
+    assert status == 0
+    physical = json.loads(out)["physical"]
+
+    p, periods, steps = d.dimensionless(), 200, 4000
+    run = simulate(p, periods=periods)
+    period = 2 * np.pi / d.Omega
+    t = (periods - 1 + np.arange(steps) / steps) * p.period
+    x, v, v_c = d.displacement(run(t)[:, 0]), d.velocity(run(t)[:, 1]), d.velocity(run(t)[:, 2])
+    spring = d.k2 * np.maximum(x - d.G, 0)
+    drive = d.P_d * np.cos(d.Omega * d.time(t))
+    friction = d.mu * (d.M_m + d.M_c) * d.g
+    # Sums over a whole period, whose integrands have kinks: off by the steps squared.
+    expected = {
+        "velocity": v_c.mean(),
+        "progression": v_c.mean() * period,
+        "work": (drive * (v + v_c)).mean() * period,
+        "damper_loss": d.c * (v**2).mean() * period,
+        "friction_loss": friction * abs(v_c).mean() * period,
+        "power": (drive * (v + v_c)).mean(),
+        "peak_force": abs(d.k1 * x + d.c * v + spring).max(),
+        "peak_contact": spring.max(),
+    }
+    assert physical == pytest.approx(expected, rel=1e-4)
+
+    _, printed, _ = call(capsys, "orbit", "--params", str(file))
+    for name, unit in {"peak_force": "N", "work": "J", "velocity": "m/s", "power": "W"}.items():
+        assert f"{physical[name]:.6g} {unit}" in printed
+    assert "physical" not in json.loads(call(capsys, "orbit", "--alpha", "0.7", "--json")[1])

@@ -19,18 +19,9 @@ from capsule_sym._map.batch import checked_rows, spread
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch
+from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym.generated.interface import CLOSINGS, ORBIT, STOPS, Closing, Stop
 
-METRICS = (
-    "velocity",
-    "progression",
-    "work",
-    "damper_loss",
-    "friction_loss",
-    "peak_force",
-    "peak_contact",
-)
-"""The metrics in their order, as `Performance` has them."""
 MOST_SEGMENTS = 256
 """In one period of a motion, from forcing angle 0 on; of a longer one nothing is found."""
 

@@ -33,6 +33,16 @@ _OMEGA = PARAMETERS.index("omega")
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
 _NODES, _REACH = 16, 12
 _MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # of this degree mpmath's rule has 48 nodes
+METRICS = (
+    "velocity",
+    "progression",
+    "work",
+    "damper_loss",
+    "friction_loss",
+    "peak_force",
+    "peak_contact",
+)
+"""The metrics in their order, as the C core has them too."""
 _Energy = tuple[Number, Vector]  # of a segment, and its derivatives (12,) within the segment
 
 
