@@ -47,6 +47,7 @@ _NAMES = {
     "_orbits.continuation.saved": "labelled_point orbit_from_record read_branch",
     "_orbits.continuation.states": "Ending",
     "_orbits.continuation.switching": "continue_from period_doubling_cascade",
+    "_orbits.metrics.many": "Performances performance_many",
     "_orbits.metrics.performance": "Metric Performance performance",
     "_orbits.shooting.admissibility": "Inequality is_admissible tightest",
     "_orbits.shooting.itinerary": "Itinerary ItinerarySegment",

@@ -78,6 +78,8 @@ from capsule_sym._orbits.continuation.switching import continue_from as continue
 from capsule_sym._orbits.continuation.switching import (
     period_doubling_cascade as period_doubling_cascade,
 )
+from capsule_sym._orbits.metrics.many import Performances as Performances
+from capsule_sym._orbits.metrics.many import performance_many as performance_many
 from capsule_sym._orbits.metrics.performance import Metric as Metric
 from capsule_sym._orbits.metrics.performance import Performance as Performance
 from capsule_sym._orbits.metrics.performance import performance as performance
