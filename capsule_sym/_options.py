@@ -75,33 +75,61 @@ class Range(click.ParamType):  # type: ignore[type-arg]
 
 
 class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
-    """A value, or a range LOW:HIGH, which `ranges` gives; the option is then None."""
+    """A value, or a range LOW:HIGH, which `ranges` gives; the option is then None.
 
-    name = "float | LOW:HIGH"
+    Where a count is needed the range is LOW:HIGH:COUNT. An option of a device takes no value, which
+    is in the file.
+    """
+
+    def __init__(self, counted: bool = False, device: bool = False) -> None:
+        self.range, self.device = Range(counted), device
+        self.name = self.range.name if device else f"float | {self.range.name}"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> float | None:
         """The value of a text; of a range it is None."""
-        if not isinstance(value, str) or ":" not in value:
+        if not self.device and (not isinstance(value, str) or ":" not in value):
             return float(click.FLOAT(value, param, ctx))
         assert param is not None
         assert ctx is not None
-        ctx.meta.setdefault(_RANGES, {})[param.name] = Range().convert(value, param, ctx)
+        ctx.meta.setdefault(_RANGES, {})[param.name] = self.range.convert(value, param, ctx)
         return None
 
 
 _RANGES = f"{__name__}.ranges"
 
 
-def ranges() -> dict[str, tuple[float, float]]:
+def ranges() -> dict[str, tuple[float, ...]]:
     """The ranges that the running command's parameters were given, in that order."""
     return dict(click.get_current_context().meta.get(_RANGES, {}))
 
 
-def ranged_parameter_options(command: _Command) -> _Command:
-    """`parameter_options` of which each takes a range too; `ranges` gives them."""
-    return parameter_options(command, _ValueOrRange())
+def ranged_parameter_options(counted: bool = False) -> Callable[[_Command], _Command]:
+    """`parameter_options` of which each takes a range too, and ranges of a device's parameters.
+
+    `ranges` gives them.
+    """
+    device = {
+        "P_d": "Amplitude of the excitation (N)",
+        "Omega": "Frequency of the excitation (rad/s)",
+        "G": "Gap (m)",
+        "c": "Damping coefficient (N s/m)",
+        "k2": "Stiffness of the second spring (N/m)",
+    }
+
+    def decorate(command: _Command) -> _Command:
+        for name, text in reversed(device.items()):
+            command = click.option(
+                f"--{name.replace('_', '-')}",
+                name,
+                type=_ValueOrRange(counted, device=True),
+                expose_value=False,
+                help=f"{text}, of the device in --params.",
+            )(command)
+        return parameter_options(command, _ValueOrRange(counted))
+
+    return decorate
 
 
 def parameter_options(command: _Command, kind: Any = float) -> _Command:

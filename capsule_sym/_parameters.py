@@ -10,7 +10,7 @@ import math
 from collections.abc import Container
 from dataclasses import dataclass, fields, replace
 from os import PathLike
-from typing import Any, Self, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,40 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 
 _Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
+
+
+class Unit(NamedTuple):
+    """A quantity's unit: powers of a device's units of force, length and rate, and its SI name."""
+
+    force: int
+    length: int
+    rate: int
+    name: str
+
+
+_TIME, _LENGTH, _VELOCITY = Unit(0, 0, -1, "s"), Unit(0, 1, 0, "m"), Unit(0, 1, 1, "m/s")
+_FORCE, _ENERGY = Unit(1, 0, 0, "N"), Unit(1, 1, 0, "J")
+METRICS = {
+    **dict.fromkeys(("velocity", "speed"), _VELOCITY),
+    "progression": _LENGTH,
+    **dict.fromkeys(("work", "damper_loss", "friction_loss"), _ENERGY),
+    "power": Unit(1, 1, 1, "W"),
+    **dict.fromkeys(("peak_force", "peak_contact"), _FORCE),
+    "speed_per_work": Unit(-1, 0, 0, "m/J"),
+    "cost_of_transport": Unit(0, 0, 0, ""),
+}
+"""The metrics of a steady motion by name. Energies and progression are per excitation period; speed
+is `|velocity|`, power is work over the period, speed_per_work is `|progression|` over work, which
+is average speed over average power; cost_of_transport is work over friction bound and
+`|progression|`."""
+UNITS = {
+    **METRICS,
+    **dict.fromkeys(("phase", "duration"), _TIME),
+    **dict.fromkeys(("x_r", "x_c", "advance"), _LENGTH),
+    **dict.fromkeys(("v_r", "v_c", "average_velocity"), _VELOCITY),
+    "lyapunov": Unit(0, 0, 1, "1/s"),
+}
+"""The units of all results that have one."""
 
 
 def _number(name: str, value: object, *, positive: bool) -> float:
@@ -34,6 +68,15 @@ def _number(name: str, value: object, *, positive: bool) -> float:
         raise InvalidInput(name, number, allowed)
     return number
 
+
+DRIVEN = {
+    "P_d": ("alpha", "N"),
+    "Omega": ("omega", "rad/s"),
+    "G": ("delta", "m"),
+    "c": ("zeta", "N s/m"),
+    "k2": ("beta", "N/m"),
+}
+"""What of a device one dimensionless parameter alone is in proportion to, and its unit."""
 
 POSITIVE = frozenset(("omega", "gamma", "f_b", "M_m", "M_c", "k1", "Omega", "mu", "g"))
 """Parameters, dimensionless and of a device, that are above 0; the others may be 0."""
@@ -156,6 +199,34 @@ class PhysicalParameters:
             f_b=1.0,
         )
 
+    def scale(self, name: str) -> float:
+        """The SI unit of a result: what its dimensionless value is multiplied with.
+
+        The name is one of trajectories, orbits, sweeps or metrics, such as `velocity` (m/s),
+        `work` (J) or `peak_force` (N). Raises `InvalidInput` for another.
+        """
+        if name not in UNITS:
+            raise InvalidInput("quantity", name, f"one of {', '.join(UNITS)}")
+        force, length, rate, _ = UNITS[name]
+        return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
+
+    def tie(self, name: str) -> tuple[str, float]:
+        """The parameter that is in proportion to P_d, Omega, G, c or k2, and the factor (1/SI).
+
+        None of the five changes the units of force, length and time. Raises `InvalidInput` for
+        another name.
+        """
+        if name not in DRIVEN:
+            raise InvalidInput("parameter", name, f"one of {', '.join(DRIVEN)}, of the device")
+        scales = {
+            "P_d": 1 / self.friction_force,
+            "Omega": 1 / self.natural_frequency,
+            "G": self.k1 / self.friction_force,
+            "c": 1 / (2 * self.M_m * self.natural_frequency),
+            "k2": 1 / self.k1,
+        }
+        return DRIVEN[name][0], scales[name]
+
     def time(self, tau: _Quantity) -> _Quantity:
         """Time in s, from dimensionless time: a float or an array of any shape."""
         return tau / self.natural_frequency
@@ -166,7 +237,7 @@ class PhysicalParameters:
 
     def velocity(self, v: _Quantity) -> _Quantity:
         """Velocity in m/s, from a dimensionless one: a float or an array of any shape."""
-        return v * (self.length_scale * self.natural_frequency)
+        return v * self.scale("velocity")
 
     def acceleration(self, a: _Quantity) -> _Quantity:
         """Acceleration in m/s^2, from a dimensionless one: a float or an array of any shape."""

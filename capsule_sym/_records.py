@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._parameters import DRIVEN, UNITS
 
 if TYPE_CHECKING:
     from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
@@ -85,6 +87,27 @@ def physical_record(
         "progression": advance,
         "average_velocity": None if advance is None else advance / period,
     }
+
+
+def in_si(device: PhysicalParameters | None, row: Mapping[str, Any]) -> dict[str, float]:
+    """What of a row has an SI unit, such as "velocity [m/s]"; nothing where no device is given.
+
+    A number counts, or a metric's record, and a parameter that P_d, Omega, G, c or k2 alone is in
+    proportion to. With the work of a period stands the mean power.
+    """
+    if device is None:
+        return {}
+    found = {}
+    for name, value in row.items():
+        number = value["value"] if isinstance(value, dict) and "value" in value else value
+        if name in UNITS and isinstance(number, float):
+            found[f"{name} [{UNITS[name].name}]"] = number * device.scale(name)
+    if "work [J]" in found:
+        found["power [W]"] = found["work [J]"] * device.Omega / math.tau
+    for name, (tied, unit) in DRIVEN.items():
+        if tied in row:
+            found[f"{name} [{unit}]"] = row[tied] / device.tie(name)[1]
+    return found
 
 
 def dumps(record: dict[str, Any]) -> str:

@@ -16,37 +16,12 @@ from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import METRICS, Parameters, PhysicalParameters
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
-
-
-class Unit(NamedTuple):
-    """A metric's unit: powers of a device's units of force, length and rate, and its SI name."""
-
-    force: int
-    length: int
-    rate: int
-    name: str
-
-
-UNITS = {
-    "velocity": Unit(0, 1, 1, "m/s"),
-    "speed": Unit(0, 1, 1, "m/s"),
-    "progression": Unit(0, 1, 0, "m"),
-    "work": Unit(1, 1, 0, "J"),
-    "damper_loss": Unit(1, 1, 0, "J"),
-    "friction_loss": Unit(1, 1, 0, "J"),
-    "power": Unit(1, 1, 1, "W"),
-    "peak_force": Unit(1, 0, 0, "N"),
-    "peak_contact": Unit(1, 0, 0, "N"),
-    "speed_per_work": Unit(-1, 0, 0, "m/J"),
-    "cost_of_transport": Unit(0, 0, 0, ""),
-}
-"""The metrics by name. Energies and progression are per excitation period; speed is `|velocity|`,
-power is work over the period, speed_per_work is `|progression|` over work, which is average speed
-over average power; cost_of_transport is work over friction bound and `|progression|`."""
+UNITS = METRICS
+"""The metrics by name, with their units."""
 
 
 def names_of(system: System) -> tuple[str, ...]:

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._parameters import UNITS
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
     from capsule_sym._map.trajectory import Trajectory
+    from capsule_sym._parameters import PhysicalParameters
 
 _NAMES = {
     "period": "whole excitation periods before the start",
@@ -84,36 +86,50 @@ class Labelled:
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
         return f"{said}{table}{more}"
 
-    def to_dataframe(self) -> DataFrame:
-        """The columns as a pandas DataFrame, texts as categories; dimensionless.
+    def to_dataframe(self, device: PhysicalParameters | None = None) -> DataFrame:
+        """The columns as a pandas DataFrame, texts as categories.
 
+        Dimensionless, or in SI units (s, m, m/s) where a device is given, parameters excepted.
         Raises ImportError without pandas.
         """
         pandas = package("pandas", "sweep")
         made: DataFrame = pandas.DataFrame(
             {
                 name: pandas.Categorical(column) if column.dtype.kind == "U" else column
-                for name, column in self.columns.items()
+                for name, column in in_units(self.columns, device).items()
             }
         )
         return made
 
-    def to_xarray(self) -> Dataset:
-        """The columns as an xarray Dataset, each with its `units` and `long_name`; dimensionless.
+    def to_xarray(self, device: PhysicalParameters | None = None) -> Dataset:
+        """The columns as an xarray Dataset, each with its `units` and `long_name`.
 
+        Dimensionless, or in SI units (s, m, m/s) where a device is given, parameters excepted.
         Raises ImportError without xarray.
         """
         xarray = package("xarray", "sweep")
         variables, count = {}, 0
-        for name, column in self.columns.items():
+        for name, column in in_units(self.columns, device).items():
             about, count = {"long_name": _NAMES.get(name, name)}, len(column)
             if column.dtype.kind != "U" and name in _NAMES:
                 about["units"] = "1" if name in _COUNTED else "dimensionless"
+            if device is not None and name in UNITS:
+                about["units"] = UNITS[name].name
             variables[name] = (self.dimension, column, about)
         made: Dataset = xarray.Dataset(
-            variables, {self.dimension: np.arange(count)}, self.attributes()
+            variables, {self.dimension: np.arange(count)}, in_units(self.attributes(), device)
         )
         return made
+
+
+def in_units(values: dict[str, Any], device: PhysicalParameters | None) -> dict[str, Any]:
+    """Values by name in SI units where a device is given; those that have none stay as they are."""
+    if device is None:
+        return values
+    return {
+        name: value * device.scale(name) if name in UNITS else value
+        for name, value in values.items()
+    }
 
 
 def _cell(value: Any) -> str:

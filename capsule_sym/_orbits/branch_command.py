@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 
 @click.command("branch")
-@ranged_parameter_options
+@ranged_parameter_options()
 @click.option(
     "--parameter",
     callback=lambda context, option, name: name and name.replace("-", "_"),
-    help="What varies with --from and --to where it has no option: P_d, or a name of --with.",
+    help="What varies with --from and --to where it has no option: a name of --with.",
 )
 @click.option("--from", "begin", type=float, help="Its value at the begin.")
 @click.option("--to", "end", type=float, help="Its value at the end.")
@@ -93,16 +93,18 @@ def branch(
     In the JSON, "points" are the orbits in order, "bifurcations" those located exactly, each with
     "label", "type", "line", "parameter", "value", "uncertainty", "itinerary_before",
     "itinerary_after" and "normal_form"; "status" and "message" say why the branch ends; "switched"
-    are the branches beside it, each with its "origin". --out writes branch.json, points.csv and
+    are the branches beside it, each with its "origin". Where --params is a device, "si" of a point
+    has it in SI units, as have columns of points.csv. --out writes branch.json, points.csv and
     bifurcations.csv.
 
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
     from capsule_sym._orbits.continuation.continuation import check_points
     from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
-    from capsule_sym._records import dumps, table, write
+    from capsule_sym._records import dumps, in_si, table, write
 
-    for name, (low, high) in ranges().items():
+    device = None
+    for name, (low, high, *_) in ranges().items():
         if parameter is not None or begin is not None or end is not None:
             raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
         parameter, begin, end = name, low, high
@@ -132,9 +134,15 @@ def branch(
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
     found += _cascade(found, depth, points)
     first, *others = found
+    record = branch_record(first, others)
+    if device is not None:
+        for one in (record, *record["switched"]):
+            for point in one["points"]:
+                point["si"] = in_si(device, point)
     if out is not None:
-        texts = {"branch.json": dumps(branch_record(first, others)) + "\n"}
-        texts["points.csv"] = table([row for one in found for row in point_rows(one)])
+        texts = {"branch.json": dumps(record) + "\n"}
+        points_of = [row for one in found for row in point_rows(one)]
+        texts["points.csv"] = table([row | in_si(device, row) for row in points_of])
         columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
         rows = [
             {"origin": one.origin, **row}
@@ -144,7 +152,7 @@ def branch(
         texts["bifurcations.csv"] = table(rows, columns)
         click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
     if as_json:
-        click.echo(dumps(branch_record(first, others)))
+        click.echo(dumps(record))
     else:
         for one in found:
             _print_branch(one)

@@ -75,31 +75,32 @@ def orbit(
     The JSON of one orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient"
     of a figure are the figure and its derivative along the branch by each parameter. With --box the
     JSON says what was "searched", how many starts have "settled" on each orbit, how many are
-    "open", settled on none, and has the closed branches as "isolas". Of a device in SI units,
-    "physical" has its figures in m/s, m, J, W and N, energies per excitation period.
+    "open", settled on none, and has the closed branches as "isolas". Where --params is a device,
+    "si" has the figures in SI units, energies per excitation period.
 
     Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
     Exits with 4 where --certify does not prove all.
     """
-    from capsule_sym._orbits.continuation.records import failure_record, orbit_record
+    from capsule_sym._orbits.continuation.records import failure_record
     from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
 
     parameters, device = chosen_parameters(file, dimensionless)
+
     if along is not None and box is None:
         raise InvalidInput("along", along, "given with --box only")
     if box is not None:
-        found = _search_box(parameters, box, along, as_json)
+        found = _search_box(parameters, device, box, along, as_json)
         if certify is not None:
             certify_found(certify, found)
         return
     if starts:
         found = _search(parameters, starts, seed)
         if as_json:
-            click.echo(dumps({"orbits": [orbit_record(one, device) for one in found]}))
+            click.echo(dumps({"orbits": [_record(one, device) for one in found]}))
         else:
             for one in found:
-                _print_orbit(one, device)
+                _print_orbit(one, _record(one, device))
             click.echo(f"{len(found)} orbits from {starts} random states")
         if certify is not None:
             certify_found(certify, found)
@@ -110,9 +111,9 @@ def orbit(
             click.echo(dumps(failure_record(settled)))
         _give_up(settled)
     if as_json:
-        click.echo(dumps(orbit_record(settled, device)))
+        click.echo(dumps(_record(settled, device)))
     else:
-        _print_orbit(settled, device)
+        _print_orbit(settled, _record(settled, device))
     if certify is not None:
         certify_found(certify, [settled])
 
@@ -140,21 +141,30 @@ def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
     click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
 
 
+def _record(one: Orbit, device: PhysicalParameters | None) -> dict[str, Any]:
+    from capsule_sym._orbits.continuation.records import orbit_record
+    from capsule_sym._records import in_si
+
+    record = orbit_record(one)
+    return record if device is None else record | {"si": in_si(device, record)}
+
+
 def _search_box(
     parameters: Parameters,
+    device: PhysicalParameters | None,
     box: tuple[float, float, float],
     along: tuple[str, float, float] | None,
     as_json: bool,
 ) -> Sequence[Orbit]:
     from capsule_sym._orbits.continuation.boxes import search_box
-    from capsule_sym._orbits.continuation.records import branch_record, orbit_record
+    from capsule_sym._orbits.continuation.records import branch_record
     from capsule_sym._records import dumps
 
     name, ends = (None, None) if along is None else (along[0].replace("-", "_"), along[1:])
     found = search_box(parameters, box, along=name, ends=ends)
     if as_json:
         record = {
-            "orbits": [orbit_record(one) for one in found.orbits],
+            "orbits": [_record(one, device) for one in found.orbits],
             "settled": list(found.settled),
             "open": found.open,
             "searched": found.message,
@@ -163,7 +173,7 @@ def _search_box(
         click.echo(dumps(record))
     else:
         for one, count in zip(found.orbits, found.settled, strict=True):
-            _print_orbit(one)
+            _print_orbit(one, _record(one, device))
             click.echo(f"{count} of {found.starts} starts settle on it\n")
         for branch in found.isolas:
             values = [point.value for point in branch.points]
@@ -200,14 +210,12 @@ def _give_up(found: Orbit) -> NoReturn:
     raise click.exceptions.Exit(3)
 
 
-def _print_orbit(one: Orbit, device: PhysicalParameters | None) -> None:
+def _print_orbit(one: Orbit, record: dict[str, Any]) -> None:
+    from rich.markup import escape
     from rich.table import Table
 
-    from capsule_sym._orbits.continuation.records import orbit_record
     from capsule_sym._orbits.metrics.performance import METRICS
-    from capsule_sym._orbits.metrics.physical import UNITS
 
-    record = orbit_record(one, device)
     console = make_console()
     table = Table.grid(padding=(0, 2))
     table.add_row("itinerary", " ".join(record["itinerary"]))
@@ -220,12 +228,10 @@ def _print_orbit(one: Orbit, device: PhysicalParameters | None) -> None:
     table.add_row("multipliers", f"{'  '.join(multipliers)}  ({stable})")
     tightest = record["admissibility"]
     table.add_row("tightest", f"{tightest['inequality']}: {tightest['value']:.6g}")
-    physical = record.get("physical", {})
     for name in METRICS:
-        si = f"{physical[name]:.6g} {UNITS[name]}" if physical else ""
-        table.add_row(name.replace("_", " "), f"{record[name]['value']:<16.12g}{si}".rstrip())
-    if physical:
-        table.add_row("power", f"{'':16}{physical['power']:.6g} W")
+        table.add_row(name.replace("_", " "), f"{record[name]['value']:.12g}")
+    for name, value in record.get("si", {}).items():
+        table.add_row(escape(name.replace("_", " ")), f"{value:.12g}")
     console.print(table)
     console.print()
 

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from capsule_sym._orbits.continuation.curves import Curve
-    from capsule_sym._parameters import Parameters
+    from capsule_sym._parameters import Parameters, PhysicalParameters
 
 
 @click.command("curve")
-@ranged_parameter_options
+@ranged_parameter_options()
 @click.option(
     "--bifurcation",
     "kind",
@@ -62,7 +62,8 @@ def curve(
 ) -> None:
     """Follow bifurcations in two parameters, with the points where two conditions meet.
 
-    The two are those that are given a range, such as --alpha 1.5:1.65 --gamma 3:3.3. The
+    The two are those that are given a range, such as --alpha 1.5:1.65 --gamma 3:3.3, or of a device
+    in SI units --P-d 0.8:1.1 --Omega 5:8; points then have "si", and the tables its columns. The
     bifurcations are those on the branch in the first of them, with the second as --at or the file
     has it, or by default, or in the middle of its range where the default lies outside; each is
     followed both ways until a parameter leaves its range.
@@ -82,14 +83,16 @@ def curve(
         curve_record,
         curve_rows,
     )
-    from capsule_sym._records import dumps, table, write
+    from capsule_sym._records import dumps, in_si, table, write
 
     over = ranges()
     if len(over) != 2:
         raise InvalidInput("ranges", [*over], "two parameters, such as --alpha 1.5:2 --gamma 3:3.3")
-    (name, first), (other, second) = over.items()
+    parameters, device = chosen_parameters(file, dimensionless)
+    (name, first, _), (other, second, scale) = (_scaled(device, *one) for one in over.items())
     names = name, other
-    parameters, _ = chosen_parameters(file, {**dimensionless, names[1]: at})
+    if at is not None:
+        parameters = parameters.replace(**{other: at * scale})
     check(parameters, names, (first, second))
     check_points(points)
     given = file is not None or at is not None
@@ -111,17 +114,23 @@ def curve(
     if leaving:
         for first_curve in tuple(curves):
             curves += curves_from(first_curve, (first, second), points=points, known=curves)
-    record = {"branch": found.status.value, "curves": [curve_record(one) for one in curves]}
+    kept = [curve_record(one) for one in curves]
+    record = {"branch": found.status.value, "curves": kept}
+    if device is not None:
+        for written in kept:
+            for point in (*written["points"], *written["codimension_two"]):
+                point["si"] = in_si(device, point)
     if out is not None:
         texts = {"curves.json": dumps(record) + "\n"}
-        texts["points.csv"] = table(curve_rows(curves), ("curve", "type", "line"))
-        rows = codimension_two_rows(curves)
+        rows = [row | in_si(device, row) for row in curve_rows(curves)]
+        texts["points.csv"] = table(rows, ("curve", "type", "line"))
+        rows = [row | in_si(device, row) for row in codimension_two_rows(curves)]
         texts["codimension_two.csv"] = table(rows, ("curve", "first", "second"))
         click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
     if as_json:
         click.echo(dumps(record))
     else:
-        _print_curves(curves)
+        _print_curves(curves, device)
     lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]
@@ -131,6 +140,21 @@ def curve(
         certify_found(certify, [point for one in curves for point in one.points])
     if lost:
         raise click.exceptions.Exit(3)
+
+
+def _scaled(
+    device: PhysicalParameters | None, name: str, ends: tuple[float, ...]
+) -> tuple[str, tuple[float, float], float]:
+    """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
+    from capsule_sym._parameters import Parameters
+
+    low, high, *_ = ends
+    if name in Parameters.__slots__:
+        return name, (low, high), 1.0
+    if device is None:
+        raise InvalidInput(name, f"{low:g}:{high:g}", "absent unless --params is a device")
+    tied, factor = device.tie(name)
+    return tied, (low * factor, high * factor), factor
 
 
 def _within(
@@ -145,7 +169,11 @@ def _within(
     return parameters.replace(**{name: (low + high) / 2})
 
 
-def _print_curves(curves: Sequence[Curve]) -> None:
+def _print_curves(curves: Sequence[Curve], device: PhysicalParameters | None) -> None:
+    from rich.markup import escape
+
+    from capsule_sym._records import in_si
+
     console = make_console()
     for number, one in enumerate(curves, 1):
         if not one.points:
@@ -155,9 +183,10 @@ def _print_curves(curves: Sequence[Curve]) -> None:
         origin = f", from {one.origin}" if one.origin else ""
         console.print(f"{number}  {one.type}: {len(one.points)} points{origin}")
         for itinerary, point in (("from", begin), ("to", end)):
-            named = zip(one.parameters, point.values, strict=True)
+            named = [*zip(one.parameters, point.values, strict=True)]
+            named = [*named, *in_si(device, dict(named)).items()]
             place = ", ".join(f"{name} = {value:.12g}" for name, value in named)
-            console.print(f"   {itinerary} {place}")
+            console.print(f"   {itinerary} {escape(place)}")
         for ending, detail in one.endings:
             console.print(f"   {ending.value}: {detail}")
         for meeting in one.codimension_two:

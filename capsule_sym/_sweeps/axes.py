@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import RANGES
+from capsule_sym._parameters import DRIVEN, PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
 
 PARAMETERS = tuple(RANGES)
@@ -32,6 +33,8 @@ class Axis:
     name: str
     quantities: tuple[str, ...]
     values: NDArray[np.float64]
+    device: tuple[NDArray[np.float64], str] | None = None
+    """Of a device's axis the values (n,) in SI units, and their unit."""
 
     def __post_init__(self) -> None:
         if not isinstance(self.quantities, list | tuple):
@@ -65,6 +68,18 @@ class Axis:
         if column.ndim != 1:
             raise InvalidInput(name, column.shape, "of shape (n,)")
         return cls(name, (name,), column[:, None])
+
+    @classmethod
+    def of_device(cls, device: PhysicalParameters, name: str, values: ArrayLike) -> Self:
+        """The axis of P_d, Omega, G, c or k2 of a device with given values, shape (n,), SI units.
+
+        Runs have the dimensionless parameter that is in proportion to it; results have both.
+        Raises InvalidInput for another name, or values that are not allowed.
+        """
+        tied, factor = device.tie(name)
+        column = np.atleast_1d(_doubles(name, values))
+        whole = cls.of(tied, column * factor).values
+        return cls(name, (tied,), whole, (column, DRIVEN[name][1]))
 
     @classmethod
     def linear(cls, name: str, low: float, high: float, count: int) -> Self:

@@ -10,19 +10,26 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from traceback import clear_frames
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     Range,
     chosen_parameters,
     json_option,
     make_progress,
     parameter_options,
+    ranged_parameter_options,
+    ranges,
     state_option,
 )
 from capsule_sym._sweeps.info import damaged_parts, info_record, show
+
+if TYPE_CHECKING:
+    from capsule_sym._parameters import Parameters, PhysicalParameters
+    from capsule_sym._sweeps.sweep import Sweep
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
@@ -58,7 +65,10 @@ def _running(command: _Command) -> _Command:
 
 
 @click.command("sweep")
-@click.argument("file", metavar="FILE.toml")
+@click.argument("plan", metavar="[FILE.toml]", required=False)
+@ranged_parameter_options(counted=True)
+@click.option("--periods", type=int, help="Excitation periods to run.  [default: 300]")
+@click.option("--compute", metavar="NAMES", help="What is computed, such as itinerary,energies.")
 @click.option(
     "--refine",
     "stride",
@@ -68,10 +78,25 @@ def _running(command: _Command) -> _Command:
     "neighbours differ.",
 )
 @_running
-def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) -> None:
-    """Run every cell of the sweep in FILE.toml and keep the results in DIR.
+def sweep(
+    plan: str | None,
+    file: str | None,
+    periods: int | None,
+    compute: str | None,
+    store: str,
+    stride: int | None,
+    as_json: bool,
+    executor: str,
+    workers: int | None,
+    dask: str | None,
+    resume: bool,
+    any_core: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Run every cell of the sweep in FILE.toml, or over ranges, and keep the results in DIR.
 
-    A file for a chart of motion types:
+    Ranges are such as --alpha 0.1:2:41 --gamma 1:5:9, or of a device in --params --P-d 0.5:2:16. A
+    file for a chart of motion types:
 
     \b
         periods = 300
@@ -84,7 +109,8 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
 
     An axis is also a list of values, or a random design: sample = { sobol = { alpha = [0, 2],
     gamma = [1, 5] }, count = 1024, seed = 1 }. Axes are parameters, x_r, v_r, v_c or phase;
-    `[start]` holds what no axis changes of the start. `compute` names any of itinerary,
+    `[start]` holds what no axis changes of the start. `[device]`, in SI units, takes the place of
+    `[parameters]`; P_d, Omega, G, c and k2 may then be axes. `compute` names any of itinerary,
     progression, final, multipliers, energies, forces, lyapunov. Every chunk is written when it is
     finished: an interrupted sweep goes on with --resume. DIR/results.zarr opens with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
@@ -93,8 +119,17 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
     from capsule_sym._sweeps.plan import load_sweep
     from capsule_sym._sweeps.refinement import refine_sweep
 
-    loaded = load_sweep(file)
-    with _executor(**how) as given:
+    over = ranges()
+    given_values = {name: value for name, value in dimensionless.items() if value is not None}
+    settings = {"periods": periods, "compute": compute and compute.split(",")}
+    settings = {name: value for name, value in settings.items() if value is not None}
+    if plan is not None:
+        if more := [*over, *given_values, *settings, *(["params"] if file else [])]:
+            raise InvalidInput(more[0], "given", "left out beside FILE.toml, which has it")
+        loaded = load_sweep(plan)
+    else:
+        loaded = _over(over, *chosen_parameters(file, dimensionless), settings)
+    with _executor(executor, workers, dask, resume, any_core) as given:
         if stride is None:
             summary = run_sweep(loaded, store, **given)
             record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
@@ -108,6 +143,26 @@ def sweep(file: str, store: str, stride: int | None, as_json: bool, **how: Any) 
                 "fraction_computed": chart.fraction,
             }
     show(record, as_json)
+
+
+def _over(
+    over: dict[str, tuple[float, ...]],
+    parameters: Parameters,
+    device: PhysicalParameters | None,
+    settings: dict[str, Any],
+) -> Sweep:
+    """The sweep over ranges."""
+    from dataclasses import asdict
+
+    from capsule_sym._sweeps.plan import read_plan
+
+    if not over:
+        raise InvalidInput("axes", None, "a range such as --alpha 0.1:2:41, or FILE.toml")
+    axes = {
+        name: {"from": low, "to": high, "count": count} for name, (low, high, count) in over.items()
+    }
+    base = {"device": asdict(device)} if device else {"parameters": parameters.to_dict()}
+    return read_plan({**base, "axes": axes, **settings})
 
 
 _WINDOW = Range(counted=True)

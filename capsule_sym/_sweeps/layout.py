@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from zarr.errors import ZarrUserWarning
 
 import capsule_sym
+from capsule_sym._parameters import UNITS
 from capsule_sym._sweeps.cells import CORE, KERNELS
 from capsule_sym._sweeps.quantities import CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
@@ -80,7 +81,12 @@ def consolidate(place: Path) -> None:
 
 def coordinates(sweep: Sweep) -> dict[str, tuple[str, NDArray[np.float64], dict[str, str]]]:
     """The axes of a sweep as coordinates: by name an axis, values along it, and attributes."""
-    return {
+    device = {
+        axis.name: (axis.name, axis.device[0], {"units": axis.device[1]})
+        for axis in sweep.axes
+        if axis.device
+    }
+    return device | {
         quantity: (axis.name, np.ascontiguousarray(axis.values[:, i]), {"units": "1"})
         for axis in sweep.axes
         for i, quantity in enumerate(axis.quantities)
@@ -110,6 +116,8 @@ def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
     arrays = {}
     for name, v in variables(sweep.compute).items():
         attributes: dict[str, Any] = {"units": v.unit, "long_name": v.meaning}
+        if sweep.device is not None and name in UNITS:
+            attributes |= {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
         if name == "outcome":
             attributes |= outcome_flags()
         arrays[name] = _array(group, name, sweep, np.dtype(v.dtype), attributes, v.dimension)

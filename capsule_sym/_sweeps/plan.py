@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import Any
 
+import numpy as np
+
 from capsule_sym._errors import InvalidInput
-from capsule_sym._parameters import Parameters, read_toml
-from capsule_sym._sweeps.axes import PARAMETERS, START, Axis, check_name
+from capsule_sym._parameters import DRIVEN, Parameters, PhysicalParameters, read_toml
+from capsule_sym._sweeps.axes import PARAMETERS, START, Axis, check_name, is_real
 from capsule_sym._sweeps.sweep import Sweep
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
@@ -27,28 +29,41 @@ def read_plan(plan: Mapping[str, Any]) -> Sweep:
     """The sweep that a table describes.
 
     Tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase); keys `periods`, `tolerance`,
-    `compute` and `chunk`. An axis is a list of values, a table with `from`, `to`, `count` and
-    perhaps `spacing = "log"`, or a table with `sobol` (ranges by name), `count` and `seed`.
-    Raises InvalidInput for what is not allowed.
+    `compute` and `chunk`. A table `device` in SI units takes the place of `parameters`; P_d, Omega,
+    G, c and k2 may then be axes, in SI units. An axis is a list of values, a table with `from`,
+    `to`, `count` and perhaps `spacing = "log"`, or a table with `sobol` (ranges by name), `count`
+    and `seed`. Raises InvalidInput for what is not allowed.
     """
     if not isinstance(plan, Mapping):
         raise InvalidInput("plan", plan, "a table")
-    _check_table("key", plan, ("axes", "parameters", "start", *_SETTINGS))
+    _check_table("key", plan, ("axes", "parameters", "device", "start", *_SETTINGS))
     axes, parameters, start = (plan.get(name, {}) for name in ("axes", "parameters", "start"))
+    device = _device(plan["device"]) if "device" in plan else None
+    if device is not None and parameters:
+        raise InvalidInput("parameters", [*parameters], "absent where a device is given")
     _check_table("parameters", parameters, PARAMETERS)
     _check_table("start", start, START)
     _check_table("axes", axes)
     return Sweep(
-        tuple(_axis(name, given) for name, given in axes.items()),
+        tuple(_axis(name, given, device) for name, given in axes.items()),
         Parameters(**parameters),
         tuple(start.get(name, 0.0) for name in START[:3]),
         start.get("phase", 0.0),
+        device=device,
         **{name: plan[name] for name in _SETTINGS if name in plan},
     )
 
 
-def _axis(name: str, given: Any) -> Axis:
+def _device(given: Any) -> PhysicalParameters:
+    names = PhysicalParameters.__slots__
+    _check_table("device", given, names, needed=[name for name in names if name != "g"])
+    return PhysicalParameters(**given)
+
+
+def _axis(name: str, given: Any, device: PhysicalParameters | None) -> Axis:
     check_name(name)
+    if device is not None and name in DRIVEN:
+        return _in_units(device, name, given)
     if isinstance(given, list | tuple):
         return Axis.of(name, given)
     if not isinstance(given, Mapping):
@@ -62,6 +77,18 @@ def _axis(name: str, given: Any) -> Axis:
     if not isinstance(spacing, str) or spacing not in _SPACINGS:
         raise InvalidInput("spacing", spacing, f"one of {', '.join(_SPACINGS)}")
     return _SPACINGS[spacing](name, given["from"], given["to"], given["count"])
+
+
+def _in_units(device: PhysicalParameters, name: str, given: Any) -> Axis:
+    """An axis in SI units, which has the same spacing as the parameter in proportion to it."""
+    if isinstance(given, list | tuple):
+        return Axis.of_device(device, name, given)
+    _check_table(name, given, ("from", "to", "count", "spacing"))
+    tied, factor = device.tie(name)
+    ends = {end: given[end] * factor for end in ("from", "to") if is_real(given.get(end))}
+    count = len(_axis(tied, {**given, **ends}, None))  # which checks them all
+    spaced = np.geomspace if given.get("spacing") == "log" else np.linspace
+    return Axis.of_device(device, name, spaced(given["from"], given["to"], count))
 
 
 def _check_table(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, PhysicalParameters
 from capsule_sym._sweeps.axes import PARAMETERS, START, Axis, is_real
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
@@ -31,8 +31,10 @@ class Sweep:
 
     A motion is periodic if the stroboscopic states repeat within `tolerance` after `periods`
     excitation periods. Results are written in chunks of `chunk` cells along each axis, chosen so
-    that a chunk takes a second or two if not given. All quantities are dimensionless. Raises
-    InvalidInput for any value that is not allowed.
+    that a chunk takes a second or two if not given. All quantities are dimensionless; where a
+    `device` is given its parameters are the runs', its axes may be `Axis.of_device`, and results
+    say in `si_scale` and `si_units` what they are multiplied with for SI units. Raises InvalidInput
+    for any value that is not allowed.
     """
 
     axes: tuple[Axis, ...]
@@ -43,6 +45,7 @@ class Sweep:
     tolerance: float = 1e-9
     compute: tuple[str, ...] = ("itinerary",)
     chunk: tuple[int, ...] = ()
+    device: PhysicalParameters | None = None
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
@@ -51,7 +54,13 @@ class Sweep:
         for axis in self.axes:
             if not isinstance(axis, Axis):
                 raise InvalidInput("axes", axis, "an Axis")
+            if axis.device and self.device is None:
+                raise InvalidInput("device", None, f"given for the axis {axis.name} in SI units")
         set_(self, "axes", tuple(self.axes))
+        if self.device is not None:
+            if self.parameters not in (Parameters(), self.device.dimensionless()):
+                raise InvalidInput("parameters", self.parameters, "absent where a device is given")
+            set_(self, "parameters", self.device.dimensionless())
         set_(self, "state", check_start(self.parameters, self.state, 0.0, self.periods))
         names = [axis.name for axis in self.axes]
         changed = [quantity for axis in self.axes for quantity in axis.quantities]
@@ -132,7 +141,7 @@ class Sweep:
     def part(self, index: int) -> Sweep:
         """One chunk as a sweep of its own."""
         axes = tuple(
-            Axis(axis.name, axis.quantities, axis.values[where])
+            replace(axis, values=axis.values[where])
             for axis, where in zip(self.axes, self.region(index), strict=True)
         )
         return replace(self, axes=axes, chunk=tuple(map(len, axes)))
@@ -162,4 +171,5 @@ class Sweep:
             "tolerance": self.tolerance,
             "compute": list(self.compute),
             "chunk": list(self.chunk),
+            **({} if self.device is None else {"device": asdict(self.device)}),
         }

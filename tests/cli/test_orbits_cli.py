@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -337,14 +336,80 @@ def test_a_search_from_a_box_says_what_was_searched(capsys) -> None:
     assert "--box" in error
 
 
-def test_an_orbit_of_a_device_in_si_units(capsys, tmp_path: Path) -> None:
+DEVICE = {
+    **{"M_m": 0.5, "M_c": 1.65, "k1": 50.0, "k2": 75.0, "c": 0.5, "G": 0.0017},
+    **{"P_d": 3.0, "Omega": 8.0, "mu": 0.2},
+}
+FORCE = 0.2 * 2.15 * 9.81  # the friction that carries the device, in N
+RATE = 10.0  # sqrt(50 / 0.5), in 1/s
+
+
+@pytest.fixture
+def device(tmp_path: Path) -> str:
+    path = tmp_path / "device.toml"
+    path.write_text("".join(f"{name} = {value}\n" for name, value in DEVICE.items()))
+    return str(path)
+
+
+def test_an_orbit_of_a_device_is_told_in_si_units(capsys, device: str) -> None:
+    record = json.loads(call(capsys, "orbit", "--params", device, "--json")[1])
+    si = record["si"]
+    for name, unit in (("work", "J"), ("damper_loss", "J"), ("friction_loss", "J")):
+        expected = record[name]["value"] * FORCE * FORCE / 50.0
+        assert si[f"{name} [{unit}]"] == pytest.approx(expected, rel=1e-13)
+    assert si["peak_force [N]"] == pytest.approx(record["peak_force"]["value"] * FORCE, rel=1e-13)
+    speed = record["velocity"]["value"] * FORCE / 50.0 * RATE
+    assert si["velocity [m/s]"] == pytest.approx(speed, rel=1e-13)
+    # A period is 2 pi / 8 s.
+    period = 2 * 3.141592653589793 / 8.0
+    assert si["progression [m]"] == pytest.approx(speed * period, rel=1e-12)
+    text = call(capsys, "orbit", "--params", device)[1]
+    assert "velocity [m/s]" in text
+    assert "si" not in json.loads(call(capsys, "orbit", "--json")[1])
+
+
+def test_a_branch_of_a_device_is_given_by_a_range(capsys, device: str, tmp_path: Path) -> None:
+    folder = tmp_path / "kept"
+    line = ("branch", "--params", device, "--P-d", "3:3.05", "--points", "2", "--json")
+    record = json.loads(call(capsys, *line, "--out", str(folder))[1])
+    assert record["parameter"] == "P_d"
+    rows = list(csv.DictReader((folder / "points.csv").read_text().splitlines()))
+    assert len(rows) == len(record["points"])
+    for point, row in zip(record["points"], rows, strict=True):
+        assert point["parameters"]["alpha"] == pytest.approx(point["value"] / FORCE, rel=1e-13)
+        speed = point["average_velocity"] * FORCE / 50.0 * RATE
+        assert point["si"]["average_velocity [m/s]"] == pytest.approx(speed, rel=1e-13)
+        assert float(row["average_velocity [m/s]"]) == pytest.approx(speed, rel=1e-12)
+
+
+def test_a_curve_of_a_device_is_that_of_its_parameters(capsys, device: str) -> None:
+    line = ("curve", "--bifurcation", "all", "--points", "2", "--json")
+    ranges = ("--P-d", "3:4", "--Omega", "7.9:8.1")
+    found = json.loads(call(capsys, *line, "--params", device, *ranges)[1])["curves"]
+    assert found
+    assert found[0]["parameters"] == ["alpha", "omega"]
+    for point in found[0]["points"]:
+        assert point["si"]["P_d [N]"] == pytest.approx(point["alpha"] * FORCE, rel=1e-13)
+        assert point["si"]["Omega [rad/s]"] == pytest.approx(point["omega"] * RATE, rel=1e-13)
+        assert 3 * (1 - 1e-9) <= point["si"]["P_d [N]"] <= 4 * (1 + 1e-9)
+
+
+def test_a_range_of_a_device_needs_one(capsys) -> None:
+    for command in ("branch", "curve", "sweep"):
+        count = ":3" if command == "sweep" else ""
+        line = [command, "--P-d", f"3:4{count}", "--Omega", f"7.9:8.1{count}"]
+        line += ["--bifurcation", "all"] if command == "curve" else []
+        line += ["--store", "none"] if command == "sweep" else []
+        if command == "branch":
+            line = line[:3]
+        status, _, err = call(capsys, *line)
+        assert (status, err.count("\n")) == (2, 1)
+
+
+def test_figures_in_si_units_are_those_of_the_motion(capsys, device: str) -> None:
     """Forces and energies from the device's own constants and its states in m and m/s."""
-    d = PhysicalParameters(M_m=0.5, M_c=1.65, k1=50, k2=75, c=0.5, G=0.0017, P_d=3, Omega=8, mu=0.2)
-    file = tmp_path / "device.toml"
-    file.write_text("".join(f"{name} = {value}\n" for name, value in asdict(d).items()))
-    status, out, _ = call(capsys, "orbit", "--params", str(file), "--json")
-    assert status == 0
-    physical = json.loads(out)["physical"]
+    d = PhysicalParameters(**DEVICE)
+    si = json.loads(call(capsys, "orbit", "--params", device, "--json")[1])["si"]
 
     p, periods, steps = d.dimensionless(), 200, 4000
     run = simulate(p, periods=periods)
@@ -356,18 +421,13 @@ def test_an_orbit_of_a_device_in_si_units(capsys, tmp_path: Path) -> None:
     friction = d.mu * (d.M_m + d.M_c) * d.g
     # Sums over a whole period, whose integrands have kinks: off by the steps squared.
     expected = {
-        "velocity": v_c.mean(),
-        "progression": v_c.mean() * period,
-        "work": (drive * (v + v_c)).mean() * period,
-        "damper_loss": d.c * (v**2).mean() * period,
-        "friction_loss": friction * abs(v_c).mean() * period,
-        "power": (drive * (v + v_c)).mean(),
-        "peak_force": abs(d.k1 * x + d.c * v + spring).max(),
-        "peak_contact": spring.max(),
+        "velocity [m/s]": v_c.mean(),
+        "progression [m]": v_c.mean() * period,
+        "work [J]": (drive * (v + v_c)).mean() * period,
+        "damper_loss [J]": d.c * (v**2).mean() * period,
+        "friction_loss [J]": friction * abs(v_c).mean() * period,
+        "power [W]": (drive * (v + v_c)).mean(),
+        "peak_force [N]": abs(d.k1 * x + d.c * v + spring).max(),
+        "peak_contact [N]": spring.max(),
     }
-    assert physical == pytest.approx(expected, rel=1e-4)
-
-    _, printed, _ = call(capsys, "orbit", "--params", str(file))
-    for name, unit in {"peak_force": "N", "work": "J", "velocity": "m/s", "power": "W"}.items():
-        assert f"{physical[name]:.6g} {unit}" in printed
-    assert "physical" not in json.loads(call(capsys, "orbit", "--alpha", "0.7", "--json")[1])
+    assert {name: si[name] for name in expected} == pytest.approx(expected, rel=1e-4)

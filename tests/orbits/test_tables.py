@@ -13,6 +13,7 @@ from capsule_sym import (
     Curve,
     Orbit,
     Parameters,
+    PhysicalParameters,
     continue_bifurcation,
     continue_orbit,
     floquet_multipliers,
@@ -97,3 +98,27 @@ def test_a_notebook_says_why_there_is_no_orbit() -> None:
 def test_a_branch_without_points_is_an_empty_table(branch: Branch) -> None:
     empty = Branch(branch.axis, (), (), branch.status, "")
     assert len(empty.to_dataframe()) == empty.to_xarray().sizes["point"] == 0
+
+
+def test_tables_of_a_device_are_in_si_units(branch) -> None:
+    names = ("M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu")
+    values = (0.5, 1.65, 50.0, 75.0, 0.5, 0.0017, 3.0, 8.0, 0.2)
+    device = PhysicalParameters(**dict(zip(names, values, strict=True)))
+    length = 0.2 * 2.15 * 9.81 / 50.0  # m; times are in units of 1/10 s
+    plain, si = branch.to_xarray(), branch.to_xarray(device)
+    for name, unit, scale in (
+        ("progression", "m", length),
+        ("average_velocity", "m/s", 10 * length),
+        ("x_r", "m", length),
+        ("phase", "s", 0.1),
+    ):
+        if name in plain:
+            assert si[name].attrs["units"] == unit
+            assert si[name].values == pytest.approx(plain[name].values * scale, rel=1e-14)
+            assert branch.to_dataframe(device)[name].tolist() == si[name].values.tolist()
+    assert {"progression", "average_velocity"} <= set(plain)
+    one = branch.points[0].orbit
+    assert one.to_xarray(device).attrs["progression"] == pytest.approx(
+        float(one.progression) * length, rel=1e-14
+    )
+    assert (si["alpha"].values == plain["alpha"].values).all()

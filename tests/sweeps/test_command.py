@@ -175,3 +175,58 @@ def test_a_run_that_cannot_write_ends_with_1(
     monkeypatch.setattr(os, "replace", full)
     text = said(capsys, ["sweep", file, "--store", str(tmp_path / "store")], status=1)
     assert "No space left on device" in text
+
+
+DEVICE = """M_m = 0.5
+M_c = 1.65
+k1 = 50.0
+k2 = 75.0
+c = 0.5
+G = 0.0017
+P_d = 3.0
+Omega = 8.0
+mu = 0.2
+"""
+FORCE = 0.2 * 2.15 * 9.81  # the friction that carries the device, in N
+
+
+def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, one, other = (tmp_path / name for name in ("device.toml", "one", "other"))
+    path.write_text(DEVICE)
+    ask = ["--periods", "120", "--compute", "itinerary,energies"]
+    newtons = ["--params", str(path), "--P-d", "2:4:3", "--Omega", "7.5:8.5:2"]
+    said(capsys, ["sweep", *newtons, *ask, "--store", str(one)])
+    plain = [f"--delta={50 * 0.0017 / FORCE!r}", "--gamma=3.3", "--zeta=0.05", "--beta=1.5"]
+    ranges = ["--alpha", f"{2 / FORCE!r}:{4 / FORCE!r}:3", "--omega", "0.75:0.85:2"]
+    said(capsys, ["sweep", *plain, *ranges, *ask, "--store", str(other)])
+    with open_results(one) as si, open_results(other) as scaled:
+        assert si["P_d"].values.tolist() == [2.0, 3.0, 4.0]
+        assert si["P_d"].attrs["units"] == "N"
+        assert si["alpha"].dims == ("P_d",)
+        assert si["alpha"].values == pytest.approx(scaled["alpha"].values, rel=1e-14)
+        assert (si["itinerary"].values == scaled["itinerary"].values).all()
+        assert si["work"].values == pytest.approx(scaled["work"].values, rel=1e-9)
+        about = si["work"].attrs
+        assert (about["si_units"], about["si_scale"]) == ("J", pytest.approx(FORCE * FORCE / 50))
+        assert "si_scale" not in scaled["work"].attrs
+    # The same as a file, the device a table of it.
+    text = f"periods = 120\ncompute = ['itinerary', 'energies']\n[device]\n{DEVICE}[axes]\n"
+    text += "P_d = {from = 2.0, to = 4.0, count = 3}\nOmega = [7.5, 8.5]\n"
+    (tmp_path / "plan.toml").write_text(text)
+    line = ["sweep", str(tmp_path / "plan.toml"), "--store", str(one), "--resume", "--json"]
+    assert json.loads(said(capsys, line))["computed"] == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "part"),
+    [
+        ([], "axes"),
+        (["--alpha", "0.1:2"], "is not LOW:HIGH:COUNT"),
+        (["--alpha", "0.1:2:3", "--compute", "words"], "compute = 'words'"),
+        (["FILE", "--periods", "3"], "periods = 'given': must be left out beside FILE.toml"),
+        (["FILE", "--alpha", "0.1:2:3"], "alpha = 'given'"),
+    ],
+)
+def test_what_is_no_sweep_ends_with_2(more, part, file: str, tmp_path, capsys) -> None:
+    given = [file if one == "FILE" else one for one in more]
+    assert part in said(capsys, ["sweep", *given, "--store", str(tmp_path / "new")], 2)

@@ -181,17 +181,8 @@ def device_path(device: PhysicalParameters, name: str) -> dict[str, str]:
 
     Raises InvalidInput for another name.
     """
-    tied = {"P_d": "alpha", "Omega": "omega", "G": "delta", "c": "zeta", "k2": "beta"}
-    if name not in tied:
-        raise InvalidInput("parameter", name, f"one of {', '.join(tied)}, of the device")
-    scales = {
-        "P_d": 1 / device.friction_force,
-        "Omega": 1 / device.natural_frequency,
-        "G": device.k1 / device.friction_force,
-        "c": 1 / (2 * device.M_m * device.natural_frequency),
-        "k2": 1 / device.k1,
-    }
-    return {tied[name]: f"{scales[name]!r}*{name}"}
+    tied, factor = device.tie(name)
+    return {tied: f"{factor!r}*{name}"}
 
 
 def _number(function: Function, value: Any) -> Any:

@@ -12,24 +12,21 @@ from capsule_sym._orbits.continuation.continuation import Branch, BranchPoint
 from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint, Curve, CurvePoint
 from capsule_sym._orbits.continuation.normal_forms import NormalForm
 from capsule_sym._orbits.metrics.performance import METRICS, Metric, performance
-from capsule_sym._orbits.metrics.physical import physical_metrics
 from capsule_sym._orbits.shooting.admissibility import Inequality, tightest
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
-from capsule_sym._parameters import PhysicalParameters
 
 #: Of what `branch_record` gives; another number is another version of it.
 FORMAT = 3
 
 
-def orbit_record(orbit: Orbit, device: PhysicalParameters | None = None) -> dict[str, Any]:
+def orbit_record(orbit: Orbit) -> dict[str, Any]:
     """An orbit: itinerary, section point, multipliers, admissibility, figures of merit.
 
-    Complex numbers are [real, imaginary]; a gradient is by the name of the parameter. Of the orbit
-    of a device "physical" has its metrics in SI units.
+    Complex numbers are [real, imaginary]; a gradient is by the name of the parameter.
     """
     values = performance(orbit)
-    record = {
+    return {
         "parameters": _parameters(orbit),
         **_place(orbit),
         **_convergence(orbit),
@@ -39,10 +36,6 @@ def orbit_record(orbit: Orbit, device: PhysicalParameters | None = None) -> dict
         **{name: _metric(getattr(values, name)) for name in METRICS},
         "imbalance": float(values.imbalance),
     }
-    if device is not None:
-        dimensionless = {name: record[name]["value"] for name in METRICS}
-        record["physical"] = physical_metrics(dimensionless, device)
-    return record
 
 
 def branch_record(branch: Branch, switched: Iterable[Branch] = ()) -> dict[str, Any]:
