@@ -206,7 +206,8 @@ typedef struct {
 
 /* Closes the periodic motion of so many excitation periods near a state (x_r, v_r, v_c) at forcing
    angle 0 by Newton's method, and computes its metrics. Returns CAPSULE_DONE with what became of it in
-   `orbit->closing`, or why its run came back. */
+   `orbit->closing`, or why its run came back; CAPSULE_OPEN also at a segment that is very slow beside
+   its flow, so that its integrals or peaks would take too long. */
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);
 

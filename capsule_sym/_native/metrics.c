@@ -39,9 +39,9 @@ enum { VELOCITY, PROGRESSION, WORK, DAMPER, FRICTION, PEAK_FORCE };
 
 /* Adds the damper's loss in a segment, and the integral of its derivatives at times that stay: those
    by its ends cancel from segment to segment. */
-static int add_loss(const capsule_closed_run *run, const capsule_segment *s, double start,
-                    const capsule_orbit_request *request, capsule_slopes *at, double *loss,
-                    double slopes[SLOPES])
+static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segment *s, double start,
+                             const capsule_orbit_request *request, capsule_slopes *at, double *loss,
+                             double slopes[SLOPES])
 {
     const capsule_constants *c = &run->map->field[s->field - 1];
     const double type = 2.0 * c->rate * s->duration, zeta = c->zeta;
@@ -51,6 +51,8 @@ static int add_loss(const capsule_closed_run *run, const capsule_segment *s, dou
     const double panels = fmax(1.0, ceil(type / RULE[rule].reach));
     const double width = 0.5 * s->duration / panels;
     const int half = RULE[rule].half, nodes = 2 * half;
+    if (!(panels <= MOST_STRETCHES))
+        return CAPSULE_OPEN;
     for (double panel = 0.0; panel < panels; panel++) {
         double times[MOST_NODES], states[MOST_NODES][4], by[MOST_NODES][4][COLUMNS_AT];
         const double centre = start + (2.0 * panel + 1.0) * width;
@@ -60,10 +62,10 @@ static int add_loss(const capsule_closed_run *run, const capsule_segment *s, dou
         }
         if (capsule_evaluate(run->map, s, 1, 0, times, (size_t)nodes, states, request->watch) <
             (size_t)nodes)
-            return 1;
+            return CAPSULE_STOPPED;
         if (request->gradients && !capsule_differentiate(run->map, s, 1, at, NULL, times,
                                                          (size_t)nodes, by, request->watch))
-            return 1;
+            return CAPSULE_STOPPED;
         for (int n = 0; n < nodes; n++) {
             const double v_r = states[n][1];
             const double weight = width * RULE[rule].pair[n < half ? half - 1 - n : n - half][1];
@@ -75,7 +77,7 @@ static int add_loss(const capsule_closed_run *run, const capsule_segment *s, dou
             slopes[PARAMETER + ZETA_AT] += weight * 2.0 * v_r * v_r;
         }
     }
-    return 0;
+    return CAPSULE_DONE;
 }
 
 /* Derivatives of a peak in this segment, which follows its end where it lies there. */
@@ -110,17 +112,19 @@ static void pass_segment(const capsule_closed_run *run, size_t i, capsule_slopes
         advance_by[k] = by[3][k] + by[3][RATE] * at->time[k];
 }
 
-int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
-                    capsule_orbit *orbit, double slopes[METRICS][SLOPES])
+capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
+                             capsule_orbit *orbit, double slopes[METRICS][SLOPES])
 {
     const capsule_parameters *p = &run->map->parameters;
     const double per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
     double advance = 0.0, slip = 0.0, loss = 0.0, before[SLOPES] = {0.0};
     capsule_peak peak[2];
     capsule_slopes at;
-    if (request->forces)
-        for (int force = BETWEEN; force <= CONTACT; force++)
-            peak[force] = capsule_peak_of(run, (capsule_force)force);
+    capsule_stop stop = CAPSULE_DONE;
+    for (int force = BETWEEN; request->forces && force <= CONTACT && !stop; force++)
+        stop = capsule_find_peak(run, (capsule_force)force, request->watch, &peak[force]);
+    if (stop != CAPSULE_DONE)
+        return stop;
     memset(slopes, 0, METRICS * sizeof *slopes);
     capsule_slopes_of_run(run, &at);
     for (size_t i = 0; i < run->count; i++) {
@@ -129,9 +133,10 @@ int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *
         const double way = DRIFT_OF[s->field - 1];
         advance += s->advance;
         slip += way * s->advance;
-        if (request->energies &&
-            add_loss(run, s, start, request, &at, &loss, slopes[DAMPER]))
-            return 1;
+        if (request->energies)
+            stop = add_loss(run, s, start, request, &at, &loss, slopes[DAMPER]);
+        if (stop != CAPSULE_DONE)
+            return stop;
         if (!request->gradients)
             continue;
         capsule_slopes here = at;
@@ -157,7 +162,7 @@ int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *
         orbit->peak_contact = peak[CONTACT].size;
     }
     if (!request->gradients)
-        return 0;
+        return CAPSULE_DONE;
     const double v_r = run->segments[run->count - 1].end[1];
     slopes[DAMPER][PARAMETER + OMEGA_AT] += 2.0 * p->zeta * v_r * v_r * run->end_by_omega;
     for (int k = 0; k < SLOPES; k++) {
@@ -174,5 +179,5 @@ int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *
         if (m < PEAK_FORCE ? !request->energies : !request->forces)
             for (int k = 0; k < SLOPES; k++)
                 slopes[m][k] = NAN;
-    return 0;
+    return CAPSULE_DONE;
 }

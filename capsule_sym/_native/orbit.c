@@ -127,10 +127,11 @@ static capsule_stop complete(const capsule_orbit_request *request, const capsule
         orbit->sticks |= DRIFT_OF[run->segments[i].field - 1] == 0;
     if (!solved(a, orbit->by_parameter, PARAMETERS))
         orbit->closing = CAPSULE_TANGENTIAL;
-    if (capsule_metrics(run, request, orbit, metric))
-        return CAPSULE_STOPPED;
-    if (!request->gradients)
-        return CAPSULE_DONE;
+    const capsule_stop stop = capsule_metrics(run, request, orbit, metric);
+    if (stop != CAPSULE_DONE)
+        orbit->closing = CAPSULE_UNKNOWN;
+    if (stop != CAPSULE_DONE || !request->gradients)
+        return stop;
     for (int m = 0; m < METRICS; m++)
         for (int k = 0; k < PARAMETERS; k++) {
             double *gradient = &orbit->gradients[PARAMETERS * m + k];

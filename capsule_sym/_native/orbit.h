@@ -31,16 +31,20 @@ typedef struct {
     int at_end;
 } capsule_peak;
 
-/* The largest size of a force along the run, to rounding. */
-capsule_peak capsule_peak_of(const capsule_closed_run *run, capsule_force force);
+/* A segment that takes more panels or stretches stays open: it is very slow beside its flow. */
+#define MOST_STRETCHES (1 << 20)
+
+/* Finds the largest size of a force along the run, to rounding. The watch may be null. */
+capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_force force,
+                               capsule_watch *watch, capsule_peak *peak);
 
 /* Derivatives of its size there, of x_r and v_r with these derivatives. */
 void capsule_peak_slopes(const capsule_constants *c, capsule_force force, const capsule_peak *peak,
                          double by[2][SLOPES], double slopes[SLOPES]);
 
 /* Writes the metrics that are asked for. `slopes` receives, if so, their derivatives by the start
-   and the parameters, in the order of the record. Returns whether the watch stopped it. */
-int capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
-                    capsule_orbit *orbit, double slopes[METRICS][SLOPES]);
+   and the parameters, in the order of the record. */
+capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_request *request,
+                             capsule_orbit *orbit, double slopes[METRICS][SLOPES]);
 
 #endif

@@ -102,12 +102,17 @@ static void keep(capsule_peak *peak, const course *f, size_t segment, double h)
 }
 
 /* Looks through a segment for a force larger than the peak so far. */
-static void look(const course *f, size_t segment, double duration, capsule_peak *peak)
+static capsule_stop look(const course *f, size_t segment, double duration, capsule_watch *watch,
+                         capsule_peak *peak)
 {
     const double drive = f->c->alpha * pow(f->c->omega, 4.0);
     double now = 0.0, ahead = duration;
     jet at = jet_at(f, 0.0);
-    while (now < duration) {
+    for (int tried = 0; now < duration; tried++) {
+        if (capsule_asked(watch, 1))
+            return CAPSULE_STOPPED;
+        if (tried == MOST_STRETCHES)
+            return CAPSULE_OPEN;
         const double h = fmin(ahead, duration - now);
         const double fourth = f->remainder * (at.energy + drive * h), left = fourth * h * h;
         const double turns = at.second + at.third * h;
@@ -126,11 +131,13 @@ static void look(const course *f, size_t segment, double duration, capsule_peak 
             keep(peak, f, segment, turn_of(f, now, end, at.rate > 0.0));
         now = end, at = then, ahead = 2.0 * h;
     }
+    return CAPSULE_DONE;
 }
 
-capsule_peak capsule_peak_of(const capsule_closed_run *run, capsule_force force_)
+capsule_stop capsule_find_peak(const capsule_closed_run *run, capsule_force force_,
+                               capsule_watch *watch, capsule_peak *peak)
 {
-    capsule_peak peak = {0};
+    *peak = (capsule_peak){0};
     for (size_t i = 0; i < run->count; i++) {
         const capsule_segment *s = &run->segments[i];
         const capsule_constants *c = &run->map->field[s->field - 1];
@@ -138,8 +145,8 @@ capsule_peak capsule_peak_of(const capsule_closed_run *run, capsule_force force_
         /* Where the run ends nothing need happen: what turns there is found in a segment. */
         const double size = fabs(force_of(c, force_, s->end[0], gap, s->end[1])) *
                             (s->target ? 1.0 : 1.0 - 8.0 * UNIT);
-        if (size > peak.size)
-            peak = (capsule_peak){size, s->duration, s->end[0], gap, s->end[1], i, 1};
+        if (size > peak->size)
+            *peak = (capsule_peak){size, s->duration, s->end[0], gap, s->end[1], i, 1};
     }
     for (size_t i = 0; i < run->count; i++) {
         const capsule_segment *s = &run->segments[i];
@@ -147,9 +154,11 @@ capsule_peak capsule_peak_of(const capsule_closed_run *run, capsule_force force_
         if (force_ == CONTACT && c->contact == 0.0)
             continue;
         const course f = course_of(c, s, force_);
-        look(&f, i, s->duration, &peak);
+        const capsule_stop stop = look(&f, i, s->duration, watch, peak);
+        if (stop != CAPSULE_DONE)
+            return stop;
     }
-    return peak;
+    return CAPSULE_DONE;
 }
 
 void capsule_peak_slopes(const capsule_constants *c, capsule_force force_, const capsule_peak *peak,

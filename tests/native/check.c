@@ -173,6 +173,53 @@ static int evaluated(const capsule_map *map, const capsule_segment *segments, si
     return 1;
 }
 
+/* Orbits at the ends of runs: what is closed comes back, and is finite; little room is said. */
+static int orbits(void)
+{
+    enum { TRIED = 60, MOST = 64, GRADIENTS = 49 };
+    static capsule_map map;
+    static capsule_segment segments[MOST];
+    const capsule_request plain = {.position = 1};
+    int closed = 0;
+    for (int i = 0; i < TRIED; i++) {
+        capsule_parameters p = any_parameters(i);
+        p.zeta += 0.02, p.beta = fmin(p.beta, 20.0);
+        capsule_map_remake(&p, &map);
+        capsule_state state = capsule_state_at(&map, 0, 0, 0, 0);
+        capsule_outcome open;
+        size_t count;
+        if (capsule_run(&map, &state, 100, &plain, &count, &open) != CAPSULE_DONE)
+            continue;
+        const double end[3] = {state.x_r, state.v_r, state.v_c};
+        int asked = 0;
+        capsule_watch watch = {.ask = second_time, .about = &asked};
+        capsule_orbit_request request = {
+            segments, MOST, .energies = 1, .forces = 1, .gradients = 1, .watch = &watch};
+        capsule_orbit orbit;
+        const capsule_stop stop = capsule_solve_orbit(&map, end, 1 + i % 2, &request, &orbit);
+        if (stop == CAPSULE_DONE && orbit.closing == CAPSULE_CLOSED) {
+            closed++;
+            double sum = orbit.work + orbit.peak_force + orbit.peak_contact;
+            for (int k = 0; k < GRADIENTS; k++)
+                sum += orbit.gradients[k];
+            if (!isfinite(sum) || orbit.segments > MOST || orbit.damper_loss < 0.0)
+                return failed("an orbit is not finite", &p);
+            state = capsule_state_at(&map, orbit.state[0], orbit.state[1], orbit.state[2], 0);
+            capsule_run(&map, &state, 1 + i % 2, &plain, &count, &open);
+            if (!(fabs(state.x_r - orbit.state[0]) + fabs(state.v_c - orbit.state[2]) < 1e-9) ||
+                !(fabs(state.position / (1 + i % 2) - orbit.progression) < 1e-9))
+                return failed("an orbit does not come back", &p);
+        }
+        request.room = 1;
+        if (capsule_solve_orbit(&map, end, 1, &request, &orbit) == CAPSULE_DONE &&
+            orbit.segments > 1)
+            return failed("more segments than there is room for", &p);
+        if (capsule_solve_orbit(&map, end, 0, &request, &orbit) != CAPSULE_REFUSED)
+            return failed("an orbit of no period", &p);
+    }
+    return closed < TRIED / 4 ? failed("hardly an orbit", &map.parameters) : 0;
+}
+
 int main(void)
 {
     enum { RUNS = 3000, PERIODS = 10 };
@@ -236,7 +283,7 @@ int main(void)
     for (int i = 0; i < 4; i++)
         if (stopped_and_resumed(i))
             return 1;
-    if (refused())
+    if (refused() || orbits())
         return 1;
     printf("%d lanes: %d runs, %ld segments, %ld left open\n", CHECK_LANES ? CHECK_LANES : capsule_lanes(),
            RUNS, segments, open_runs);

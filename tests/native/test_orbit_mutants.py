@@ -43,7 +43,7 @@ MUTANTS = {
     "a switch's peak at a time that stays": ("by[row][RATE] * ends[k]", "0.0"),
     "the force at a stretch's start": ("bound_of(&at, h) +", "fabs(at.value) +"),
     "peaks at switches alone": ("(at.rate > 0.0) != (then.rate > 0.0)", "0"),
-    "peaks in segments alone": ("if (size > peak.size)", "if (0)"),
+    "peaks in segments alone": ("if (size > peak->size)", "if (0)"),
     "delta in the force": ("+= side * by_delta;", "+= 0.0;"),
     "zeta in the force": ("+= side * by_zeta;", "+= 0.0;"),
     "beta in the force": ("+= side * by_beta;", "+= 0.0;"),
@@ -148,7 +148,6 @@ class Library:
         built = place / "built.so"
         subprocess.run(command("-shared", *made, *others, "-lm", "-o", built), check=True)
         self.library = ctypes.CDLL(str(built))
-        self.library.capsule_peak_of.restype = Peak
 
     def orbit(self, parameters: Parameters, state: Any, periods: int) -> NDArray[np.void]:
         """The record of an orbit with all that can be asked for."""
@@ -173,7 +172,9 @@ class Library:
             ctypes.c_void_p(values.ctypes.data), ctypes.c_void_p(work.ctypes.data)
         )
         run = Run(work.ctypes.data, segment.ctypes.data, 1, 1, 0.0, 0.0)
-        return float(self.library.capsule_peak_of(ctypes.byref(run), 0).size)
+        peak = Peak()
+        self.library.capsule_find_peak(ctypes.byref(run), 0, None, ctypes.byref(peak))
+        return float(peak.size)
 
 
 Known = tuple[Parameters, Any, int, NDArray[np.float64]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -264,6 +265,24 @@ def test_a_watch_stops_it() -> None:
     assert stopped.status[-1] == "stopped"
     assert np.isnan(stopped["work"][-1]) or stopped["work"][-1] == 0
     assert not stopped.closed[-1]
+
+
+def test_a_watch_stops_one_orbit_of_many_panels() -> None:
+    p = Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=0.05)
+    began = perf_counter()
+    found = performance_many(row(p), (0.01, 0.0, 0.0), watch=Watch(0.05))
+    assert perf_counter() - began < 10
+    assert found.status.tolist() == ["stopped"]
+    assert not found.closed.any()
+
+
+@pytest.mark.parametrize("asked", ["energies", "forces"])
+def test_an_orbit_that_would_take_days_stays_open(asked: str) -> None:
+    p = Parameters(alpha=0.01, omega=1e-6, delta=1.0, zeta=1e4)
+    wish = {"energies": False, "forces": False, asked: True}
+    found = performance_many(row(p), (0.01, 0.0, 0.0), **wish)
+    assert found.status.tolist() == ["open"]
+    assert not found.closed.any()
 
 
 @pytest.mark.parametrize(
