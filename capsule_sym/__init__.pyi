@@ -13,6 +13,10 @@ from capsule_sym._design.pareto import Front as Front
 from capsule_sym._design.pareto import pareto as pareto
 from capsule_sym._design.sensitivities import Sensitivities as Sensitivities
 from capsule_sym._design.sensitivities import sensitivities as sensitivities
+from capsule_sym._design.steering import Break as Break
+from capsule_sym._design.steering import Steering as Steering
+from capsule_sym._design.steering import SteeringStatus as SteeringStatus
+from capsule_sym._design.steering import steer as steer
 from capsule_sym._enclosures.certificates import certify_bifurcation as certify_bifurcation
 from capsule_sym._enclosures.certificates import certify_orbit as certify_orbit
 from capsule_sym._enclosures.certificates import certify_run as certify_run
@@ -26,6 +30,9 @@ from capsule_sym._errors import Status as Status
 from capsule_sym._figures.animation import animate as animate
 from capsule_sym._figures.branches import plot_bifurcations as plot_bifurcations
 from capsule_sym._figures.charts import plot_chart as plot_chart
+from capsule_sym._figures.design import plot_front as plot_front
+from capsule_sym._figures.design import plot_residuals as plot_residuals
+from capsule_sym._figures.design import plot_steering as plot_steering
 from capsule_sym._figures.device import plot_fig1 as plot_fig1
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram
 from capsule_sym._figures.energy import plot_energies as plot_energies

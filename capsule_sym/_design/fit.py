@@ -85,6 +85,12 @@ class Fit:
     """Residuals and Jacobian at other values of what was unknown."""
     limits: tuple[Vector, Vector]
     """Lowest and highest values allowed for what was unknown, each of shape (k,)."""
+    loss: str
+    """How residuals counted."""
+    loss_scale: float
+    """The residual from which a robust loss lets them count less, in units of `residuals`."""
+    least: float
+    """Sum of the residuals' squares, as the loss counts them."""
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -114,12 +120,24 @@ class Fit:
             "border": self.border,
         }
 
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The measurements in the order of time: time, column, value, and residual over noise."""
+        data = self.problem.data
+        return {
+            "t": data.times,
+            "column": np.array([data.names[place] for place in data.column.tolist()], np.str_),
+            "value": data.values,
+            "residual": self.residuals / (self.noise or 1.0),
+        }
+
     def interval(self, name: str, deviations: float = 1.96) -> tuple[float, float]:
         """Profile interval of an unknown: where the others, fitted anew, still fit.
 
-        The sum of squares grows there by `deviations` squared times the noise's variance; where it
-        does not within the bounds of the fit, the bound is the end. Raises InvalidInput for another
-        name.
+        The sum of squares, as the loss counts them, grows there by `deviations` squared times the
+        noise's variance; of a robust loss that is the variance of its influence over its mean
+        slope, which outliers hardly change. Where it does not grow so far within the bounds of the
+        fit, the bound is the end. Raises InvalidInput for another name.
         """
         if name not in self.values:
             raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
@@ -162,7 +180,8 @@ def fit(
     if starts:
         guesses = sorted(guesses, key=problem.cost)[:_TRIES]
     found = [_least(problem, guess, low, high, loss) for guess in guesses]
-    return _told(problem, min(found, key=lambda one: float(one.cost)), low, high, loss)
+    best, scale = min(found, key=lambda one: float(one[0].cost))
+    return _told(problem, best, low, high, loss, scale)
 
 
 @dataclass
@@ -335,8 +354,10 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     return list(first + draws * (last - first))
 
 
-def _least(problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str) -> Any:
-    """SciPy's result; a robust loss takes its scale from the residuals that are left at last."""
+def _least(
+    problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str
+) -> tuple[Any, float]:
+    """SciPy's result, and the scale of a robust loss: from the residuals that are left at last."""
     from scipy.optimize import least_squares
 
     def solve(start: Vector, loss: Any, scale: float) -> Any:
@@ -358,9 +379,11 @@ def _least(problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str
     found = solve(
         inside, "linear" if loss == "linear" else "soft_l1", 1.0 if loss == "linear" else 0.1
     )
+    scale = 1.0
     for _ in range(0 if loss == "linear" else 2):
-        found = solve(found.x, loss, 2.0 * _spread(problem.at(found.x)[0], loss) + 1e-300)
-    return found
+        scale = 2.0 * _spread(problem.at(found.x)[0], loss) + 1e-300
+        found = solve(found.x, loss, scale)
+    return found, scale
 
 
 def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
@@ -370,7 +393,7 @@ def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
     return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
 
 
-def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str) -> Fit:
+def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str, scale: float) -> Fit:
     """What the least squares came to, and what that says."""
     values, k = found.x, len(found.x)
     residuals, _, itinerary = problem.at(values)
@@ -417,6 +440,9 @@ def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str) ->
         border=_border(problem, values, errors, itinerary, low, high),
         problem=problem,
         limits=(low, high),
+        loss=loss,
+        loss_scale=scale,
+        least=2.0 * float(found.cost),
     )
 
 
@@ -433,6 +459,42 @@ def _border(
     return ""
 
 
+def _shape(loss: str, z: Vector) -> tuple[Vector, Vector, Vector]:
+    """SciPy's loss of squared residuals z over its scale, and its first two derivatives."""
+    one = np.ones_like(z)
+    if loss == "soft_l1":
+        root = np.sqrt(1 + z)
+        return 2 * (root - 1), 1 / root, -0.5 / root**3
+    if loss == "huber":
+        root = np.sqrt(np.maximum(z, 1.0))
+        return np.where(z <= 1, z, 2 * root - 1), 1 / root, np.where(z <= 1, 0.0, -0.5 / root**3)
+    if loss == "cauchy":
+        return np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2
+    if loss == "arctan":
+        return np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2
+    return z, one, 0 * z
+
+
+def _counted(residuals: Vector, fitted: Fit) -> float:
+    """The sum of residuals' squares as the loss counts them."""
+    scale = fitted.loss_scale
+    return float(scale**2 * _shape(fitted.loss, (residuals / scale) ** 2)[0].sum())
+
+
+def _variance(fitted: Fit) -> float:
+    """By how much the sum grows where a value is a standard error off.
+
+    That of an M-estimator: the mean square of the influence over its mean slope (Huber, Robust
+    Statistics, 1981, section 6.3).
+    """
+    if fitted.loss == "linear":
+        return fitted.noise**2
+    z = (fitted.residuals / fitted.loss_scale) ** 2
+    _, first, second = _shape(fitted.loss, z)
+    influence, slope = fitted.residuals * first, first + 2 * z * second
+    return float(np.mean(influence**2) / np.mean(slope))
+
+
 def _edge(fitted: Fit, name: str, deviations: float) -> float:
     """Where the sum of squares has grown so far on one side of an unknown."""
     from scipy.optimize import brentq
@@ -440,14 +502,15 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
     problem, k = fitted.problem, list(fitted.values).index(name)
     values = np.array(list(fitted.values.values()))
     others = [i for i in range(len(values)) if i != k]
-    least = float(fitted.residuals @ fitted.residuals)
     low, high = fitted.limits
+    robust: Any = {"loss": fitted.loss, "f_scale": fitted.loss_scale}
+    variance = _variance(fitted)
     guess = values[others]
 
     def grown(at: float) -> float:
         nonlocal guess
         if not others:
-            total = 2 * problem.cost(np.array([at]))
+            total = _counted(problem.residuals(np.array([at])), fitted)
         else:
             from scipy.optimize import least_squares
 
@@ -465,10 +528,15 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
                 return found
 
             found = least_squares(
-                residuals, guess, jacobian, bounds=(low[others], high[others]), x_scale="jac"
+                residuals,
+                guess,
+                jacobian,
+                bounds=(low[others], high[others]),
+                x_scale="jac",
+                **robust,
             )
             guess, total = found.x, 2 * found.cost
-        return float((total - least) / fitted.noise**2 - deviations**2)
+        return float((total - fitted.least) / variance - deviations**2)
 
     step = deviations * fitted.standard_errors[name]
     if math.isinf(step):  # the measurements leave it open

@@ -58,8 +58,14 @@ def optimise(
     program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances or {})
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
         raise InvalidInput("samples", samples, "a whole number >= 1")
-    name = metric if isinstance(metric, str) else getattr(metric, "__name__", "function")
-    return Optimiser(program, name).run(samples, seed)
+    return Optimiser(program, named(metric)).run(samples, seed)
+
+
+def named(metric: str | Function) -> str:
+    """A metric in words."""
+    if isinstance(metric, str):
+        return metric.replace("-per-", "_per_")
+    return str(getattr(metric, "__name__", "function"))
 
 
 def program_of(

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.optimise import program_of
+from capsule_sym._design.optimise import named, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
@@ -127,11 +127,7 @@ def pareto(
         raise InvalidInput("samples", samples, "a whole number >= 1")
     program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances or {})
     cost = function_of("against", against, program.system)
-    return _Fronts(program, cost, (_named(metric), _named(against))).run(points, samples, seed)
-
-
-def _named(metric: str | Function) -> str:
-    return metric if isinstance(metric, str) else getattr(metric, "__name__", "function")
+    return _Fronts(program, cost, (named(metric), named(against))).run(points, samples, seed)
 
 
 class _Fronts:

@@ -23,6 +23,25 @@ Function = Callable[[Mapping[str, Slope]], Slope]
 UNITS = METRICS
 """The metrics by name, with their units."""
 
+OF_DEVICE = {
+    "M_m": "kg",
+    "M_c": "kg",
+    "k1": "N/m",
+    "k2": "N/m",
+    "c": "N s/m",
+    "G": "m",
+    "P_d": "N",
+    "Omega": "rad/s",
+    "mu": "",
+    "g": "m/s^2",
+    "x_r": "m",
+    "v_r": "m/s",
+    "v_c": "m/s",
+    "x_c": "m",
+    "phase": "s",
+}
+"""Units of a device's parameters, and of a start."""
+
 
 def names_of(system: System) -> tuple[str, ...]:
     """The parameters of a system by name."""

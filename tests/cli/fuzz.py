@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 import capsule_sym
 from capsule_sym._cli import _status, group
+from capsule_sym._design.command import NamedRange
 from capsule_sym._hardcases import adversarial, table
 from capsule_sym._options import Range
 
@@ -69,6 +70,10 @@ def _value(kind: click.ParamType) -> st.SearchStrategy[list[str]]:
     """The words of one value of a type."""
     if isinstance(kind, click.Tuple):
         return st.tuples(*map(_value, kind.types)).map(lambda parts: list(chain(*parts)))
+    if isinstance(kind, NamedRange):
+        ends = st.tuples(_numbers, _numbers).map(":".join)
+        name = st.sampled_from([*_NAMES, "P_d", "Omega"])
+        return st.tuples(name, ends).map("=".join).map(lambda one: [one])
     if isinstance(kind, Range):
         parts = [_numbers, _numbers, *[_integers] * kind.counted]
         return st.tuples(*parts).map(":".join).map(lambda one: [one])

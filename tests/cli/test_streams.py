@@ -36,6 +36,9 @@ SHORT = {
     "enclose": "",
     "orbit": "",
     "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
+    "optimise": "--maximise speed --over alpha=0.7:0.71 --samples 1",
+    "steer": "--over alpha=0.7:0.71 --samples 1",
+    "fit": "measured.csv --unknown alpha",
     "curve": "--alpha 0.36:0.37 --gamma 3.29:3.3 --bifurcation adding --points 1 --at 3.3",
 }
 needs_full = pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")
@@ -52,6 +55,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Makes every command short, in a folder with a sweep and the results of one."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "two.toml").write_text(SWEEP)
+    (tmp_path / "measured.csv").write_text("t,x_r\n0,0\n1,0.2\n2,0.4\n3,0.3\n")
     monkeypatch.setattr(casestudy, "PANELS", {"f": 0.7})
     monkeypatch.setattr(thresholds, "compute", lambda report: [])
     monkeypatch.setattr(thresholds, "record", lambda found: {})

@@ -1,0 +1,475 @@
+"""The commands `optimise`, `steer` and `fit`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._options import (
+    Range,
+    chosen_parameters,
+    json_option,
+    make_console,
+    make_table,
+    out_option,
+    parameter_options,
+    state_option,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from capsule_sym._design.fit import Fit
+    from capsule_sym._design.optimum import Optimum
+    from capsule_sym._design.pareto import Front
+    from capsule_sym._design.steering import Steering
+    from capsule_sym._parameters import Parameters, PhysicalParameters
+
+_NO_RESULT = 3
+
+
+class NamedRange(Range):
+    """NAME=LOW:HIGH as a name and a pair; where the range may be missing, NAME and None."""
+
+    def __init__(self, bare: bool = False) -> None:
+        super().__init__()
+        self.bare, self.name = bare, "NAME[=LOW:HIGH]" if bare else "NAME=LOW:HIGH"
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Name and range of a text."""
+        if isinstance(value, tuple):
+            return value
+        name, mark, ends = value.partition("=")
+        if not name or not (mark or self.bare):
+            self.fail(f"{value!r} is not {self.name}, such as alpha=0.1:2", param, ctx)
+        return name, (Range.convert(Range(), ends, param, ctx) if mark else None)
+
+
+_over_option = click.option(
+    "--over",
+    type=NamedRange(),
+    multiple=True,
+    help="A parameter that varies, and its bounds: of the seven, or of the device. Any number.",
+)
+_subject_option = click.option(
+    "--subject-to",
+    multiple=True,
+    metavar="LIMIT",
+    help="A constraint, such as 'peak_force <= 2'. Any number.",
+)
+_margin_option = click.option(
+    "--margin", type=float, help="Every Floquet multiplier is at most 1 less this."
+)
+_samples_option = click.option(
+    "--samples",
+    type=click.IntRange(1, 1_000_000),
+    default=256,
+    show_default=True,
+    help="Cells of the survey that chooses where to begin.",
+)
+_seed_option = click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Decides these cells."
+)
+
+
+def _bounds(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """The ranges by name; raises InvalidInput for a name that is there twice."""
+    found = dict(over)
+    if len(found) < len(over):
+        raise InvalidInput("--over", [name for name, _ in over], "different parameters")
+    return found
+
+
+@click.command("optimise")
+@parameter_options
+@click.option("--maximise", metavar="METRIC", help="What is to be greatest.")
+@click.option("--minimise", metavar="METRIC", help="What is to be least.")
+@_over_option
+@_subject_option
+@_margin_option
+@click.option("--pareto", "against", metavar="METRIC", help="The front against this being small.")
+@click.option(
+    "--points",
+    type=click.IntRange(2, 10_000),
+    default=50,
+    show_default=True,
+    help="Points of the front.",
+)
+@click.option(
+    "--tolerance",
+    "tolerances",
+    type=(str, float),
+    multiple=True,
+    metavar="NAME SHARE",
+    help="The worst counts of a parameter's values this share below and above. Any number.",
+)
+@state_option("State at phase 0 from which the motion settles.")
+@_samples_option
+@_seed_option
+@out_option("Write the JSON here, of a front with its table as CSV and its picture.")
+@json_option
+def optimise(
+    file: str | None,
+    maximise: str | None,
+    minimise: str | None,
+    over: tuple[Any, ...],
+    subject_to: tuple[str, ...],
+    margin: float | None,
+    against: str | None,
+    points: int,
+    tolerances: tuple[tuple[str, float], ...],
+    state: tuple[float, float, float],
+    samples: int,
+    seed: int,
+    out: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Find the parameters at which a metric of the steady motion is greatest or least.
+
+    A metric is velocity, speed, progression, work, damper_loss, friction_loss, power, peak_force,
+    peak_contact, speed_per_work or cost_of_transport, or arithmetic of these and of parameters.
+    Energies and progression are per excitation period, speed_per_work is the progression's size
+    over the work. With a device all is in SI units.
+
+    Exits with 2 where no place within the bounds satisfies the constraints, and with 3 where no
+    motion, or no optimum, is found.
+    """
+    from capsule_sym._design.optimise import optimise as find
+    from capsule_sym._design.optimum import OptimumStatus
+    from capsule_sym._design.pareto import pareto
+
+    metric = maximise if maximise is not None else minimise
+    if metric is None or (maximise is not None and minimise is not None):
+        raise InvalidInput("metric", None, "given by --maximise or by --minimise")
+    parameters, device = chosen_parameters(file, dimensionless)
+    asked: dict[str, Any] = {
+        "maximise": maximise is not None,
+        "subject_to": subject_to,
+        "margin": margin,
+        "starts": (state,),
+        "tolerances": dict(tolerances),
+        "samples": samples,
+        "seed": seed,
+    }
+    system = device or parameters
+    found: Optimum | Front
+    if against is None:
+        found = find(metric, _bounds(over), system, **asked)
+    else:
+        found = pareto(metric, against, _bounds(over), system, points=points, **asked)
+    if found.status is OptimumStatus.INFEASIBLE:
+        raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
+    if out is not None:
+        _write(out, "optimum" if against is None else "front", found)
+    if as_json:
+        _print_json(found)
+    elif against is None:
+        _print_optimum(found)  # type: ignore[arg-type]
+    else:
+        _print_front(found)  # type: ignore[arg-type]
+    _end(found)
+
+
+@click.command("steer")
+@parameter_options
+@_over_option
+@_subject_option
+@_margin_option
+@_samples_option
+@_seed_option
+@out_option("Write the JSON here, the path as CSV, and its picture.")
+@json_option
+def steer(
+    file: str | None,
+    over: tuple[Any, ...],
+    subject_to: tuple[str, ...],
+    margin: float | None,
+    samples: int,
+    seed: int,
+    out: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Find the best drives forward and backward, and a path of stable orbits between them.
+
+    The drive is alpha and omega, or P_d and Omega of a device. The straight path is tried first,
+    then those by a corner; where each is broken is told, and by which bifurcation.
+
+    Exits with 3 where one of the drives is not found. A broken path is a result.
+    """
+    from capsule_sym._design.steering import SteeringStatus
+    from capsule_sym._design.steering import steer as find
+
+    parameters, device = chosen_parameters(file, dimensionless)
+    found = find(
+        device or parameters,
+        _bounds(over) or None,
+        subject_to=subject_to,
+        margin=margin,
+        samples=samples,
+        seed=seed,
+    )
+    if out is not None:
+        _write(out, "steering", found)
+    if as_json:
+        _print_json(found)
+    else:
+        _print_steering(found)
+    if found.status is SteeringStatus.NO_OPTIMUM:
+        _end(found)
+
+
+@click.command("fit")
+@click.argument("data", type=click.Path(path_type=Path, dir_okay=False), metavar="DATA")
+@parameter_options
+@click.option(
+    "--unknown",
+    type=NamedRange(bare=True),
+    multiple=True,
+    help="What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
+    "Any number.",
+)
+@state_option("State at the first time, or the first guess of what is unknown of it.")
+@click.option("--phase", type=float, default=0.0, help="Phase of the forcing there.  [default: 0]")
+@click.option(
+    "--loss",
+    type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
+    default="linear",
+    show_default=True,
+    help="How residuals count; all but linear let outliers count less.",
+)
+@click.option(
+    "--starts",
+    type=click.IntRange(0, 100_000),
+    default=0,
+    show_default=True,
+    help="Try so many other guesses.",
+)
+@_seed_option
+@click.option("--intervals", is_flag=True, help="Profile intervals of 95 %, by fits anew.")
+@out_option("Write the JSON here, the residuals as CSV, and their picture.")
+@json_option
+def fit(
+    data: Path,
+    file: str | None,
+    unknown: tuple[Any, ...],
+    state: tuple[float, float, float],
+    phase: float,
+    loss: str,
+    starts: int,
+    seed: int,
+    intervals: bool,
+    out: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Find parameters, start and phase from measured series, by least squares.
+
+    DATA is a CSV or Parquet file with times t and one or more of the columns x_m, x_c, x_r, v_m,
+    v_c, v_r, an empty cell for a gap. With a device, columns and results are in SI units.
+
+    Exits with 3 where the fit does not come to rest, or the measurements leave something open.
+    """
+    from capsule_sym._design.fit import fit as find
+    from capsule_sym._design.measured import read_measured
+
+    parameters, device = chosen_parameters(file, dimensionless)
+    if not unknown:
+        raise InvalidInput("--unknown", None, "given, once for each that is fitted")
+    found = find(
+        read_measured(data),
+        device or parameters,
+        tuple(name for name, _ in unknown),
+        state=state,
+        phase=phase,
+        bounds={name: ends for name, ends in unknown if ends is not None},
+        loss=loss,
+        starts=starts,
+        seed=seed,
+    )
+    ranges = {name: found.interval(name) for name in found.values} if intervals else {}
+    extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
+    if out is not None:
+        _write(out, "fit", found, extra)
+    if as_json:
+        _print_json(found, extra)
+    else:
+        _print_fit(found, ranges)
+    _end(found)
+
+
+def finite(record: Any) -> Any:
+    """A record of numbers, texts, lists and dicts, None for what is not finite."""
+    if isinstance(record, Mapping):
+        return {name: finite(value) for name, value in record.items()}
+    if isinstance(record, list | tuple):
+        return [finite(value) for value in record]
+    if isinstance(record, float) and not math.isfinite(record):
+        return None
+    return record
+
+
+def _print_json(found: Any, extra: Mapping[str, Any] | None = None) -> None:
+    from capsule_sym._records import dumps
+
+    click.echo(dumps(finite(found.to_dict() | dict(extra or {}))))
+
+
+def _write(out: Path, name: str, found: Any, extra: Mapping[str, Any] | None = None) -> None:
+    """The record, the table and the picture of a result."""
+    from capsule_sym._records import dumps, table, write
+
+    texts = {f"{name}.json": dumps(finite(found.to_dict() | dict(extra or {}))) + "\n"}
+    columns = getattr(found, "columns", {})
+    if columns:
+        lists = {key: column.tolist() for key, column in columns.items()}
+        rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+        texts[f"{name}.csv"] = table(rows, list(lists))
+    paths = write(texts, out)
+    if columns and rows:
+        try:
+            _draw(name, found, out / f"{name}.svg")
+            paths.append(out / f"{name}.svg")
+        except NotInstalled as missing:
+            click.echo(f"no picture: {missing}", err=True)
+    click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+
+
+def _draw(name: str, found: Any, path: Path) -> None:
+    from capsule_sym._figures import design
+    from capsule_sym._figures.style import save_figure
+
+    draw: dict[str, Callable[[Any], Figure]] = {
+        "front": design.plot_front,
+        "steering": design.plot_steering,
+        "fit": design.plot_residuals,
+    }
+    save_figure(draw[name](found), path)
+
+
+def _end(found: Any) -> None:
+    """Exit with 3, and the reason, where there is no result."""
+    if not found.success:
+        click.echo(f"{found.status.value}: {found.message}", err=True)
+        raise click.exceptions.Exit(_NO_RESULT)
+
+
+_MILLI = {"m/s": "mm/s", "m": "mm"}
+
+
+def _said(value: float, unit: str) -> str:
+    """A value with its unit, speeds and lengths in mm."""
+    if unit in _MILLI:
+        value, unit = 1000 * value, _MILLI[unit]
+    return f"{value:.6g} {unit}".rstrip()
+
+
+def _units(system: Parameters | PhysicalParameters) -> dict[str, str]:
+    """Units of metrics and parameters; empty where all is dimensionless."""
+    from capsule_sym._design.quantities import OF_DEVICE, UNITS
+    from capsule_sym._parameters import PhysicalParameters
+
+    if not isinstance(system, PhysicalParameters):
+        return {}
+    return {name: unit.name for name, unit in UNITS.items()} | OF_DEVICE
+
+
+def _print_optimum(found: Optimum) -> None:
+    from rich.table import Table
+
+    units = _units(found.system)
+    console, grid = make_console(), Table.grid(padding=(0, 2))
+    if not found.over:
+        return
+    kind = "greatest" if found.maximised else "least"
+    grid.add_row(f"{kind} {found.metric}", _said(found.value, units.get(found.metric, "")))
+    for name, value in found.over.items():
+        held = f"  (bound: {found.bounds[name]:.4g} a unit)" if name in found.bounds else ""
+        grid.add_row(name, f"{value:.9g} {units.get(name, '')}".rstrip() + held)
+    grid.add_row("itinerary", " ".join(found.itinerary))
+    for name, value in found.metrics.items():
+        grid.add_row(name.replace("_", " "), _said(value, units.get(name, "")))
+    for one in found.constraints:
+        told = f"holds it, {one.multiplier:.4g} a unit" if one.active else f"{one.slack:.4g} left"
+        grid.add_row("constraint", f"{one.text}: {told}")
+    if found.border is not None:
+        grid.add_row("on a border", " | ".join(found.border))
+    tightest = found.tightest
+    grid.add_row("largest multiplier", f"{found.multiplier:.6g}")
+    grid.add_row(
+        "next change", f"{tightest.inequality}: {tightest.distance:.3g} of the bounds away"
+    )
+    for name, slope in found.slopes.items():
+        grid.add_row(f"by {name}", f"{slope:.6g}")
+    grid.add_row("residual", f"{found.residual:.1e}")
+    console.print(grid)
+
+
+def _print_front(found: Front) -> None:
+    if not found.points:
+        return
+    units = _units(found.points[0].system)
+    first, second = found.metrics
+    names = list(found.points[0].over)
+    heads = [
+        f"{name} ({unit})" if (unit := units.get(name, "")) else name
+        for name in (first, second, *names)
+    ]
+    shown = make_table(*heads, "itinerary", right=heads, gap=2)
+    for value, cost, point in zip(found.values, found.costs, found.points, strict=True):
+        numbers = [value, cost, *point.over.values()]
+        shown.add_row(*(f"{number:.6g}" for number in numbers), " ".join(point.itinerary))
+    make_console().print(shown)
+
+
+def _print_steering(found: Steering) -> None:
+    from rich.table import Table
+
+    units = _units(found.forward.system)
+    grid = Table.grid(padding=(0, 2))
+
+    def drive(at: Mapping[str, float]) -> str:
+        return ", ".join(
+            f"{name} = {value:.6g} {units.get(name, '')}".rstrip() for name, value in at.items()
+        )
+
+    for way, one in (("forward", found.forward), ("backward", found.backward)):
+        if one.over:
+            speed = _said(one.value, units.get("velocity", ""))
+            grid.add_row(way, speed, drive(one.over), " ".join(one.itinerary))
+    console = make_console()
+    console.print(grid)
+    console.print(f"{found.status.value}: {found.message}")
+    for at in found.path:
+        console.print(f"  {drive(at)}")
+    for broken in found.breaks:
+        way = f"by {drive(broken.by)}" if broken.by else "straight"
+        console.print(f"  broken {way}: at {drive(broken.at)}, {broken.why}")
+
+
+def _print_fit(found: Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
+    units = _units(found.system)
+    shown = make_table("unknown", "value", "error", *(["95 %"] if ranges else []), gap=2)
+    for name, value in found.values.items():
+        unit = units.get(name, "")
+        interval = [f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []
+        told = f"{value:.9g} {unit}".rstrip()
+        shown.add_row(name, told, f"{found.standard_errors[name]:.2g}", *interval)
+    console = make_console()
+    console.print(shown)
+    console.print(f"{found.status.value}: {found.message}")
+    console.print(f"noise {found.noise:.3g} of a column's spread, {found.evaluations} runs")
+    for one in found.open_combinations:
+        mixed = "  ".join(f"{name} {by:+.2f}" for name, by in one.items())
+        console.print(f"left open, by relative changes: {mixed}")
+    if found.border:
+        console.print(
+            f"within the error of {found.border} the itinerary changes: errors are not to be "
+            "trusted there"
+        )

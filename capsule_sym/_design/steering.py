@@ -1,0 +1,313 @@
+"""Forward and backward by the drive alone: the two best drives, and the way between them.
+
+A way is a path of parameters along which the orbit is continued, straight or by a corner. It can be
+driven where every orbit on it is stable: the capsule then stays on it if the drive changes slowly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.optimise import optimise
+from capsule_sym._design.optimum import Optimum
+from capsule_sym._design.quantities import System
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.labelled import Labelled
+from capsule_sym._orbits.continuation.continuation import Branch, BranchPoint, continue_orbit
+from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._parameters import Parameters, PhysicalParameters
+
+_STEPS = 20  # of the branch along a leg
+_WAYS = (0.5, 0.25, 0.75)  # shares of the bounds of the corners that are tried
+_SHARE = "share"  # what varies along a leg, from 0 to 1
+Vector = NDArray[np.float64]
+Drive = dict[str, float]
+
+
+class SteeringStatus(StrEnum):
+    """Whether one can steer between the best drives of both directions, or what prevents it."""
+
+    #: A path of stable orbits leads from one drive to the other.
+    CONNECTED = "connected"
+    #: On every path that was tried a stable orbit ends, or another one is reached.
+    BROKEN = "broken"
+    #: Within the bounds the capsule goes one way only.
+    ONE_WAY = "one-way"
+    #: One of the two optima was not found.
+    NO_OPTIMUM = "no-optimum"
+
+
+@dataclass(frozen=True)
+class Break:
+    """Where a path of stable orbits ends: the corner it goes by, the drive there, and why."""
+
+    by: Drive | None
+    at: Drive
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Steering(Labelled):
+    """The best drives forward and backward, and the path between them.
+
+    In SI units where the system is a device, else dimensionless.
+    """
+
+    forward: Optimum
+    backward: Optimum
+    path: tuple[Drive, ...]
+    """The drives that the path joins by straight lines; empty where there is none."""
+    breaks: tuple[Break, ...]
+    """Where the paths that were tried before, or all of them, are broken."""
+    branches: tuple[Branch, ...]
+    """The orbits along the legs of the path; without one, of the straight way."""
+    success: bool
+    """Whether both drives were found, and a path between them."""
+    status: SteeringStatus
+    """How it ended."""
+    message: str
+    """The same as a sentence."""
+    dimension = "point"
+
+    def __repr__(self) -> str:
+        ways = f"{self.forward.value:.6g} forward, {self.backward.value:.6g} backward"
+        return f"<Steering: velocity {ways}, {self.status}>"
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The orbits along the path: leg, drive, velocity, largest multiplier, itinerary."""
+        rows = [
+            (leg, self._drive(point.orbit), point)
+            for leg, branch in enumerate(self.branches, 1)
+            for point in branch.points
+        ]
+        system = self.forward.system
+        unit = 1.0 if isinstance(system, Parameters) else system.velocity(1.0)
+        velocities = [float(point.orbit.average_velocity) * unit for _, _, point in rows]
+        texts = [str(point.orbit.itinerary) for _, _, point in rows]
+        return {
+            "leg": np.array([leg for leg, _, _ in rows], dtype=int),
+            **{name: np.array([drive[name] for _, drive, _ in rows]) for name in self.names},
+            "velocity": np.array(velocities),
+            "largest_multiplier": np.array([_largest(point) for _, _, point in rows]),
+            "itinerary": np.array(texts, dtype=np.str_),
+        }
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the drive varies."""
+        return tuple(self.forward.over)
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """Points of the branches, and evaluations of the two optima."""
+        evaluations = sum(
+            one.statistics.get("evaluations", 0) for one in (self.forward, self.backward)
+        )
+        return {"points": len(self.columns["leg"]), "evaluations": evaluations}
+
+    def attributes(self) -> dict[str, Any]:
+        """How it ended."""
+        return {"status": str(self.status), "message": self.message}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The results by name, of numbers, texts and lists."""
+        return {
+            "success": self.success,
+            "status": str(self.status),
+            "message": self.message,
+            "forward": self.forward.to_dict(),
+            "backward": self.backward.to_dict(),
+            "path": list(self.path),
+            "breaks": [{"by": one.by, "at": one.at, "why": one.why} for one in self.breaks],
+            "points": {name: column.tolist() for name, column in self.columns.items()},
+            "statistics": self.statistics,
+        }
+
+    def _drive(self, orbit: Orbit) -> Drive:
+        return drive_at(self.forward.system, self.names, orbit.parameters)
+
+
+def steer(
+    base: System | None = None,
+    over: Mapping[str, Sequence[float]] | None = None,
+    *,
+    subject_to: Sequence[object] = (),
+    margin: float | None = None,
+    samples: int = 256,
+    seed: int = 0,
+) -> Steering:
+    """The drives of greatest velocity forward and backward, and a path of stable orbits between.
+
+    `over` has bounds of what the drive varies: alpha and omega, or P_d and Omega of a device in SI
+    units; without it they go from a tenth of the friction bound, and half the natural frequency,
+    to two and one and a half times these. The straight path is tried first, then those by a
+    corner. Where a path is broken it is told at which drive, and by which bifurcation.
+    `subject_to`, `margin`, `samples` and `seed` are as in `optimise`.
+
+    Raises InvalidInput as `optimise` does, and for a drive by anything else.
+    """
+    system = Parameters() if base is None else base
+    bounds = dict(_usual(system) if over is None else over)
+    allowed = _drives(system)
+    for name in bounds:
+        if name not in allowed:
+            raise InvalidInput("over", name, f"of {' and '.join(allowed)}")
+    forward, backward = (
+        optimise(
+            "velocity",
+            bounds,
+            system,
+            maximise=way,
+            subject_to=subject_to,
+            margin=margin,
+            samples=samples,
+            seed=seed,
+        )
+        for way in (True, False)
+    )
+    return _steered(forward, backward, bounds)
+
+
+def _drives(system: System) -> tuple[str, str]:
+    return ("alpha", "omega") if isinstance(system, Parameters) else ("P_d", "Omega")
+
+
+def _usual(system: System) -> dict[str, tuple[float, float]]:
+    force, rate = 1.0, 1.0
+    if isinstance(system, PhysicalParameters):
+        force, rate = system.friction_force, system.natural_frequency
+    names = _drives(system)
+    return {names[0]: (0.1 * force, 2.0 * force), names[1]: (0.5 * rate, 1.5 * rate)}
+
+
+def _steered(
+    forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
+) -> Steering:
+    """The path between two drives, if there is one."""
+
+    def ended(
+        status: SteeringStatus,
+        message: str,
+        path: Sequence[Drive] = (),
+        breaks: Sequence[Break] = (),
+        branches: Sequence[Branch] = (),
+    ) -> Steering:
+        success = status is SteeringStatus.CONNECTED
+        return Steering(
+            forward, backward, tuple(path), tuple(breaks), tuple(branches), success, status, message
+        )
+
+    for one in (forward, backward):
+        if not one.success:
+            return ended(SteeringStatus.NO_OPTIMUM, one.message)
+    if forward.value <= 0 or backward.value >= 0:
+        way = "forward" if forward.value > 0 else "backward"
+        return ended(SteeringStatus.ONE_WAY, f"within the bounds the capsule only goes {way}")
+    breaks: list[Break] = []
+    straight: Sequence[Branch] = ()
+    for corner in (None, *_corners(forward, backward, bounds)):
+        branches, broken = _along(forward, backward, corner)
+        if broken is None:
+            path = [forward.over, *([corner] if corner else []), backward.over]
+            message = "a path of stable orbits leads from one drive to the other"
+            return ended(SteeringStatus.CONNECTED, message, path, breaks, branches)
+        breaks.append(broken)
+        straight = straight or branches
+    message = f"every path that was tried is broken: {breaks[0].why}"
+    return ended(SteeringStatus.BROKEN, message, (), breaks, straight)
+
+
+def _corners(
+    forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
+) -> Iterator[Drive]:
+    """Drives that a path may go by: one value of either end, then some between the bounds."""
+    names = list(forward.over)
+    if len(names) < 2:
+        return
+    first, second = names
+    yield {first: forward.over[first], second: backward.over[second]}
+    yield {first: backward.over[first], second: forward.over[second]}
+    for a in _WAYS:
+        for b in _WAYS:
+            yield {
+                name: low + share * (high - low)
+                for name, share, (low, high) in zip(names, (a, b), bounds.values(), strict=True)
+            }
+
+
+def _along(
+    forward: Optimum, backward: Optimum, corner: Drive | None
+) -> tuple[list[Branch], Break | None]:
+    """The orbits along a path, and where it is broken."""
+    orbit, system, branches = forward.orbits[0], forward.system, list[Branch]()
+    for target in ([corner] if corner else []) + [backward.over]:
+        branch = _leg(orbit, _parameters(system, target))
+        if branch is None:  # the corner is where the leg begins
+            continue
+        branches.append(branch)
+        broken = _broken(branch)
+        if broken is not None:
+            at = drive_at(system, tuple(forward.over), broken[0])
+            return branches, Break(corner, at, broken[1])
+        orbit = branch.points[-1].orbit
+    if not same(orbit, backward.orbits[0]):
+        why = f"the path ends on another orbit than the best, {orbit.itinerary}"
+        return branches, Break(corner, dict(backward.over), why)
+    return branches, None
+
+
+def _parameters(system: System, drive: Drive) -> Parameters:
+    if isinstance(system, Parameters):
+        return system.replace(**drive)
+    return replace(system, **drive).dimensionless()
+
+
+def _leg(orbit: Orbit, target: Parameters) -> Branch | None:
+    """The branch along a straight line of parameters from an orbit's."""
+    begin = orbit.parameters.to_dict()
+    ends = {
+        name: (begin[name], value)
+        for name, value in target.to_dict().items()
+        if value != begin[name]
+    }
+    if not ends:
+        return None
+    ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
+    return continue_orbit(orbit, _SHARE, 1.0, points=_STEPS, ties=ties)
+
+
+def _broken(branch: Branch) -> tuple[Parameters, str] | None:
+    """Where a branch is not stable any more, or ends, and why; None if it is whole."""
+    lost = next((i for i, point in enumerate(branch.points) if not _largest(point) < 1), None)
+    if lost is None and branch.success:
+        return None
+    last = branch.points[-1 if lost is None else lost]
+    before = [one for one in branch.bifurcations if one.value <= last.value + 1e-12]
+    if before and (lost is not None or branch.bifurcations):
+        one = before[-1] if lost is not None else branch.bifurcations[-1]
+        line = f" on {one.line}" if one.line else ""
+        return one.orbit.parameters, f"{one.type}{line} of {one.itinerary_before}"
+    return last.orbit.parameters, f"the branch ends: {branch.message}"
+
+
+def _largest(point: BranchPoint) -> float:
+    return float(max(map(abs, point.multipliers), default=0.0))
+
+
+def drive_at(system: System, names: Sequence[str], parameters: Parameters) -> Drive:
+    """The drive of a system that has these dimensionless parameters."""
+    if isinstance(system, Parameters):
+        return {name: getattr(parameters, name) for name in names}
+    found = {
+        "P_d": parameters.alpha * system.friction_force,
+        "Omega": parameters.omega * system.natural_frequency,
+    }
+    return {name: found[name] for name in names}

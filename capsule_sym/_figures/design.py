@@ -1,0 +1,115 @@
+"""Results of design: Pareto fronts, paths between drives, and residuals of fits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.style import (
+    LABELS,
+    SERIES,
+    STABLE,
+    UNSTABLE,
+    describe,
+    figure_of,
+    figure_style,
+    new_figure,
+)
+from capsule_sym._parameters import PhysicalParameters
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from capsule_sym._design.fit import Fit
+    from capsule_sym._design.pareto import Front
+    from capsule_sym._design.steering import Steering
+
+
+def _label(name: str, system: Any) -> str:
+    """A quantity with its unit where the system is a device, else as elsewhere."""
+    from capsule_sym._design.quantities import OF_DEVICE, UNITS
+
+    if not isinstance(system, PhysicalParameters):
+        return LABELS.get(name, name.replace("_", " "))
+    unit = UNITS[name].name if name in UNITS else OF_DEVICE.get(name, "")
+    told = name.replace("_", " ") if name in UNITS else name
+    return f"{told} ({unit})" if unit else told
+
+
+def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
+    """A Pareto front: the first metric over the second, a dot for each optimum.
+
+    `front` is what `pareto` gives. Drawn into `axes` if they are given.
+    """
+    system = front.points[0].system if front.points else None
+    with figure_style():
+        figure = (
+            figure_of(axes)
+            if axes is not None
+            else new_figure(width, 0.6 * width, layout="constrained")
+        )
+        axes = figure.subplots() if axes is None else axes
+        axes.plot(front.costs, front.values, "-", color=STABLE)
+        kinds = {"optimal": ("o", STABLE), "optimal-at-border": ("s", UNSTABLE)}
+        for status in dict.fromkeys(str(point.status) for point in front.points):
+            chosen = [str(point.status) == status for point in front.points]
+            mark, colour = kinds.get(status, ("x", "0.4"))
+            axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=status)
+        axes.set_ylabel(_label(front.metrics[0], system))
+        axes.set_xlabel(_label(front.metrics[1], system))
+        axes.legend(loc="best")
+        return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
+
+
+def plot_steering(steering: Steering, *, width: float = PAGE) -> Figure:
+    """The velocity, and the largest multiplier, along the path between two drives.
+
+    `steering` is what `steer` gives; without a path it is the straight one, as far as it goes.
+    """
+    columns, system = steering.columns, steering.forward.system
+    count = len(columns["leg"])
+    drives = np.column_stack([columns[name] for name in steering.names])
+    # Along the path, in shares of each drive's change.
+    spans = np.ptp(drives, axis=0) if count else np.ones(len(steering.names))
+    steps = np.linalg.norm(np.diff(drives, axis=0) / np.where(spans > 0, spans, 1.0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)]) if count else np.zeros(0)
+    share = along / along[-1] if count > 1 and along[-1] > 0 else along
+    with figure_style():
+        figure = new_figure(width, 0.75 * width, layout="constrained")
+        upper, middle, lower = figure.subplots(3, sharex=True)
+        upper.plot(share, columns["velocity"], color=STABLE)
+        upper.axhline(0.0, color="0.6", linewidth=0.6)
+        upper.set_ylabel(_label("velocity", system))
+        for place, name in enumerate(steering.names):
+            row = middle if place == 0 else middle.twinx()
+            row.plot(share, columns[name], color=SERIES[place])
+            row.set_ylabel(_label(name, system), color=SERIES[place])
+        lower.plot(share, columns["largest_multiplier"], color=UNSTABLE)
+        lower.axhline(1.0, color="0.6", linewidth=0.6)
+        lower.set_ylabel("largest multiplier")
+        lower.set_xlabel("share of the path, from forward to backward")
+        return describe(figure, "From the best drive forward to the best backward")
+
+
+def plot_residuals(fit: Fit, *, width: float = PAGE) -> Figure:
+    """The residuals of a fit over time, a row for each measured column.
+
+    They are in units of the noise; bands show one and two of it.
+    """
+    data, system = fit.problem.data, fit.system
+    noise = fit.noise or 1.0
+    with figure_style():
+        figure = new_figure(width, (0.15 + 0.22 * len(data.names)) * width, layout="constrained")
+        rows = figure.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
+        for place, (row, name) in enumerate(zip(rows, data.names, strict=True)):
+            chosen = data.column == place
+            row.axhspan(-2, 2, color="0.93", linewidth=0)
+            row.axhspan(-1, 1, color="0.86", linewidth=0)
+            row.plot(data.times[chosen], fit.residuals[chosen] / noise, ".", color=SERIES[place])
+            row.set_ylabel(f"{name}, residual over noise")
+        unit = "s" if isinstance(system, PhysicalParameters) else "dimensionless"
+        rows[-1].set_xlabel(f"time ({unit})")
+        return describe(figure, "Residuals of a fit", status=str(fit.status))

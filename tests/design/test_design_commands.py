@@ -1,0 +1,164 @@
+"""The commands `optimise`, `steer` and `fit`: what they print, write, and refuse."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from capsule_sym import Parameters, PhysicalParameters, optimise, simulate
+from capsule_sym._cli import main
+
+DEVICE = """M_m = 0.5\nM_c = 1.65\nk1 = 50\nk2 = 75\nc = 0.5\nG = 0.0017\nP_d = 3.0
+Omega = 8.0\nmu = 0.2
+"""
+
+
+@pytest.fixture
+def call(capsys, tmp_path, monkeypatch):
+    """Runs a command in a folder; gives status, stdout and the lines of stderr."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "device.toml").write_text(DEVICE)
+
+    def run(*arguments: str):
+        with pytest.raises(SystemExit) as done:
+            main(list(arguments))
+        shown = capsys.readouterr()
+        return done.value.code, shown.out, shown.err.splitlines()
+
+    return run
+
+
+def test_optimise_prints_the_optimum_of_a_device_in_its_units(call) -> None:
+    status, out, err = call(
+        *("optimise", "--params", "device.toml", "--maximise", "speed-per-work"),
+        *("--over", "P_d=3:5", "--over", "Omega=7:9", "--samples", "4"),
+    )
+    assert (status, err) == (0, [])
+    lines = {line.split("  ")[0].strip(): line for line in out.splitlines()}
+    device = PhysicalParameters(0.5, 1.65, 50, 75, 0.5, 0.0017, 3.0, 8.0, 0.2)
+    found = optimise("speed_per_work", {"P_d": (3, 5), "Omega": (7, 9)}, device, samples=4)
+    assert lines["greatest speed_per_work"].rstrip().endswith(f"{found.value:.6g} m/J")
+    assert lines["velocity"].split()[1:] == [f"{1000 * found.metrics['velocity']:.6g}", "mm/s"]
+    assert lines["peak force"].rstrip().endswith(" N")
+    assert lines["work"].rstrip().endswith(" J")
+    assert lines["power"].rstrip().endswith(" W")
+
+
+def test_optimise_writes_its_record(call, tmp_path) -> None:
+    status, out, err = call(
+        *("optimise", "--minimise", "cost_of_transport", "--over", "alpha=0.8:1.1"),
+        *("--samples", "4", "--json", "--out", "found"),
+    )
+    assert status == 0
+    assert err == ["wrote found/optimum.json"]
+    record = json.loads(out)
+    assert record == json.loads((tmp_path / "found" / "optimum.json").read_text())
+    assert record["residual"] < 1e-9
+    assert record["metrics"]["cost_of_transport"] == record["value"]
+
+
+def test_a_front_is_written_with_its_table_and_its_picture(call, tmp_path) -> None:
+    status, out, err = call(
+        *("optimise", "--maximise", "speed", "--pareto", "cost_of_transport", "--points", "4"),
+        *("--over", "alpha=0.8:1.2", "--over", "omega=0.7:0.9", "--samples", "8", "--out", "found"),
+    )
+    assert status == 0
+    assert err == ["wrote found/front.json, found/front.csv, found/front.svg"]
+    rows = list(csv.DictReader((tmp_path / "found" / "front.csv").read_text().splitlines()))
+    assert len(rows) == 4
+    assert out.count("F5 F4 F1 F2") >= 4
+    assert (tmp_path / "found" / "front.svg").read_text().startswith("<?xml")
+
+
+def test_steer_shows_both_drives_and_the_way(call, tmp_path) -> None:
+    status, out, _ = call(
+        *("steer", "--params", "device.toml", "--over", "P_d=7:8", "--over", "Omega=6.5:8"),
+        *("--samples", "8", "--out", "found"),
+    )
+    assert status == 0
+    first, second, third, *_ = out.splitlines()
+    assert first.startswith("forward")
+    assert second.startswith("backward")
+    assert " -" in second
+    assert third.startswith("connected: ")
+    record = json.loads((tmp_path / "found" / "steering.json").read_text())
+    assert record["forward"]["value"] > 0 > record["backward"]["value"]
+    assert max(record["points"]["largest_multiplier"]) < 1
+    assert {one.name for one in (tmp_path / "found").iterdir()} == {
+        f"steering.{ending}" for ending in ("json", "csv", "svg")
+    }
+
+
+def series(path, **changed) -> None:
+    """A file of measurements of known parameters."""
+    run = simulate(Parameters(alpha=0.83, zeta=0.06), periods=6)
+    times = np.linspace(0.0, 45.0, 120)
+    x_r, _, _, x_c = run(times, position=True).T
+    table = {"t": times, "x_m": x_r + x_c, "x_c": x_c} | changed
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(table)
+        writer.writerows(zip(*table.values(), strict=True))
+
+
+def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
+    series(tmp_path / "data.csv")
+    status, out, err = call(
+        *("fit", "data.csv", "--alpha", "0.85", "--unknown", "alpha", "--unknown", "zeta=0.01:0.2"),
+        *("--intervals", "--json", "--out", "found"),
+    )
+    assert status == 0
+    assert err == ["wrote found/fit.json, found/fit.csv, found/fit.svg"]
+    record = json.loads(out)
+    assert record["values"]["alpha"] == pytest.approx(0.83, abs=1e-9)
+    assert record["values"]["zeta"] == pytest.approx(0.06, abs=1e-9)
+    assert set(record["intervals"]) == {"alpha", "zeta"}
+    assert (
+        len(list(csv.DictReader((tmp_path / "found" / "fit.csv").read_text().splitlines()))) == 240
+    )
+    status, out, _ = call("fit", "data.csv", "--alpha", "0.85", "--unknown", "alpha")
+    assert out.splitlines()[2].startswith("alpha")
+
+
+OPTIMISE = ("optimise", "--maximise", "speed", "--samples", "2")
+REFUSED = {
+    "no metric": (("optimise", "--over", "alpha=1:2"), "metric"),
+    "two metrics": (("optimise", "--maximise", "speed", "--minimise", "work"), "metric"),
+    "nothing varies": (OPTIMISE, "over"),
+    "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "metric"),
+    "empty bounds": ((*OPTIMISE, "--over", "alpha=2:1"), "bounds of alpha"),
+    "twice": ((*OPTIMISE, "--over", "alpha=1:2", "--over", "alpha=1:2"), "--over"),
+    "no range": ((*OPTIMISE, "--over", "alpha"), "NAME=LOW:HIGH"),
+    "a device's name": ((*OPTIMISE, "--over", "P_d=1:2"), "over"),
+    "infeasible": (
+        (*OPTIMISE, "--over", "alpha=0.5:0.9", "--subject-to", "peak_force <= 0.5"),
+        "peak_force <= 0.5 by ",
+    ),
+    "steering by the gap": (("steer", "--over", "delta=0:1"), "over"),
+    "no file": (("fit", "none.csv", "--unknown", "alpha"), "file"),
+    "nothing unknown": (("fit", "data.csv"), "--unknown"),
+    "missing column": (("fit", "missing.csv", "--unknown", "alpha"), "columns"),
+    "constant column": (("fit", "constant.csv", "--unknown", "alpha"), "x_c"),
+    "times that go back": (("fit", "back.csv", "--unknown", "alpha"), "t in row"),
+    "units of another kind": (
+        ("fit", "data.csv", "--params", "device.toml", "--unknown", "alpha"),
+        "unknown",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_bad_input_is_one_line_and_nothing_is_written(name, call, tmp_path) -> None:
+    times = np.linspace(0.0, 45.0, 120)
+    series(tmp_path / "data.csv")
+    series(tmp_path / "constant.csv", x_c=np.ones(120))
+    series(tmp_path / "back.csv", t=np.append(times[:-1], 1.0))
+    (tmp_path / "missing.csv").write_text("t\n0\n1\n")
+    before = sorted(one.name for one in tmp_path.iterdir())
+    arguments, said = REFUSED[name]
+    status, out, err = call(*arguments, "--out", "found")
+    assert (status, out, len(err)) == (2, "", 1)
+    assert err[0].startswith("error: ")
+    assert said in err[0]
+    assert sorted(one.name for one in tmp_path.iterdir()) == before
