@@ -27,9 +27,8 @@ from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
 
-_BLOCK = 64  # excitation periods after which it is looked whether a motion has settled
-_BLOCKS = 3  # how often, before the search that takes its time
-_PERIODS = 1024  # excitation periods of that search
+_BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
+_PERIODS = 1024  # excitation periods within which it is to settle
 _LONGEST = 16  # excitation periods of a motion
 _REPEATED = 1e-2  # change over a turn, in units of the motion's size, at which it is closed
 _NEAR = 1e-2  # distance of the closed motion from the run that led to it
@@ -117,18 +116,19 @@ def _closed(parameters: Parameters, state: Vector, period_number: int) -> Motion
 
 def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -> Motion | None:
     """The motion that is reached from a state; None where none is reached."""
-    if core is not None:
-        begin, at = tuple(state), phase
-        for _ in range(_BLOCKS):
-            run = simulate(parameters, begin, at, _BLOCK, keep="stroboscopic")
-            if not run.success:
-                break
-            marks = np.array(run.stroboscopic, dtype=float)
-            if (found := _arrived(parameters, marks)) is not None:
-                return found
-            begin, at = tuple(marks[-1].tolist()), 0.0
-    orbit = solve_orbit(parameters, state, phase, _PERIODS)
-    return Motion(parameters, None, orbit=orbit) if orbit.success else None
+    if core is None:
+        orbit = solve_orbit(parameters, state, phase, _PERIODS)
+        return Motion(parameters, None, orbit=orbit) if orbit.success else None
+    length, begin, at = _BLOCK, tuple(state), phase
+    while length <= _PERIODS:
+        run = simulate(parameters, begin, at, length, keep="stroboscopic")
+        if not run.success:
+            return None
+        marks = np.array(run.stroboscopic, dtype=float)
+        if (found := _arrived(parameters, marks)) is not None:
+            return found
+        length, begin, at = 2 * length, tuple(marks[-1].tolist()), 0.0
+    return None
 
 
 def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:

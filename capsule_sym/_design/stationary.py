@@ -59,8 +59,10 @@ def stationary(
     orbits: tuple[Motion, ...] | None = None,
 ) -> Stationary | None:
     """The stationary place next to a place, by Newton's method; None where an orbit is lost."""
-    own = _Own(program, place, border, orbits or place.motions)
-    return own.solve()
+    try:
+        return _Own(program, place, border, orbits or place.motions).solve()
+    except np.linalg.LinAlgError:  # at a fold, or where the border is left behind
+        return None
 
 
 def rough(program: Program, place: Place) -> Stationary:
@@ -98,6 +100,8 @@ class _Own:
         if self.border is not None:
             value, row = self.border(place)
             values, by = np.append(values, value), np.vstack([by, row])
+        if not (np.all(np.isfinite(values)) and np.all(np.isfinite(by))):
+            raise np.linalg.LinAlgError("what is held has no derivatives")
         return values, by[:, self.columns] * self.scale
 
     def solve(self) -> Stationary | None:

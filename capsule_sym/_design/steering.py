@@ -25,7 +25,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters, PhysicalParameters
 
 _STEPS = 20  # of the branch along a leg
-_WAYS = (0.5, 0.25, 0.75)  # shares of the bounds of the corners that are tried
+_WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
 _SHARE = "share"  # what varies along a leg, from 0 to 1
 Vector = NDArray[np.float64]
 Drive = dict[str, float]

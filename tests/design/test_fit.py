@@ -307,3 +307,18 @@ def test_bad_files_are_named(tmp_path, text, named) -> None:
         measured(read_measured(file))
     with pytest.raises(InvalidInput, match="file"):
         read_measured(tmp_path / "absent.csv")
+
+
+@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
+def test_a_robust_interval_fits_the_robust_errors(loss) -> None:
+    data = series(noise=0.01, seed=4, count=300)
+    plain = fit(data, TRUE, ("alpha", "zeta"), state=START, phase=PHASE)
+    spoilt = {name: column.copy() for name, column in data.items()}
+    spoilt["x_c"][::20] += 1.0  # every twentieth is far off
+    found = fit(spoilt, TRUE, ("alpha", "zeta"), state=START, phase=PHASE, loss=loss)
+    for name in ("alpha", "zeta"):
+        low, high = found.interval(name)
+        assert low < found.values[name] < high
+        assert low < getattr(TRUE, name) < high
+        # Five per cent of outliers cost little: the interval is about that without them.
+        assert (high - low) / np.ptp(plain.interval(name)) == pytest.approx(1.2, abs=0.35)
