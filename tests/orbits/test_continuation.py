@@ -26,6 +26,7 @@ from capsule_sym._orbits.continuation.events import (
     GRAZING_SLIDING,
     SWITCHING,
 )
+from capsule_sym._orbits.continuation.path import least_between, least_slope_between
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
@@ -322,3 +323,30 @@ def test_two_hundred_points_take_few_closed_forms(
     assert 0 < count < 5 * 4 * 250
     assert len(branch.points) >= 200
     assert len(branch.bifurcations) == 8
+
+
+@pytest.mark.parametrize(
+    ("away", "begin", "end", "points"),
+    [(1e-3, 0.06, 0.04, 40), (1e-5, 0.06, 0.04, 10), (1e-6, 0.049, 0.046, 1)],
+)
+def test_two_folds_within_one_step_are_both_found(
+    away: float, begin: float, end: float, points: int
+) -> None:
+    """Beside a cusp two folds are as near to each other as the power 3/2 of the distance."""
+    zeta = 0.194951952797834 - away
+    start = settled(alpha=begin, omega=1.1, delta=0.1, beta=10.0, gamma=3.0, zeta=zeta)
+    branch = continue_orbit(start, "alpha", end, points=points)
+    first, last = (one.value for one in branch.bifurcations if one.type == FOLD)
+    # By folds further away, 4e-3 from the cusp, which no step misses: 0.1215.
+    assert last - first == pytest.approx(0.1202 * away**1.5, rel=0.02)
+
+
+def test_the_least_value_of_a_cubic_between_two_points() -> None:
+    # (t - 0.4)(t - 0.5)(t + 1), of one sign at both ends, and its derivative.
+    cubic = np.poly([0.4, 0.5, -1.0])
+    derivative = np.polyder(cubic)
+    ends, slopes = (np.polyval(one, [0.0, 1.0]) for one in (cubic, derivative))
+    t = np.linspace(0, 1, 100_001)
+    assert least_between(ends, slopes) == pytest.approx(np.polyval(cubic, t).min(), abs=1e-9)
+    least = least_slope_between(ends[1] - ends[0], slopes)
+    assert least == pytest.approx(np.polyval(derivative, t).min(), abs=1e-9)

@@ -34,7 +34,15 @@ from capsule_sym._orbits.continuation.events import (
     solve_event,
 )
 from capsule_sym._orbits.continuation.normal_forms import cubic, degeneracy, quadratic
-from capsule_sym._orbits.continuation.path import Evaluation, Solution, Vector, corrected, tangent
+from capsule_sym._orbits.continuation.path import (
+    Evaluation,
+    Solution,
+    Vector,
+    corrected,
+    least_between,
+    least_slope_between,
+    tangent,
+)
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Step, Stop, where
 from capsule_sym._orbits.shooting.admissibility import (
     DURATION,
@@ -57,6 +65,9 @@ _TOGETHER = 1e-7  # shares of a step that are one event
 _AROUND = 1e-3  # distance from a point at which the curves that cross there are told apart
 _CROSSING = 1e-9  # least singular value over the largest where two curves of solutions cross
 _DIRECTIONS = 16
+_FINEST = 1e-5  # a step not longer than this is not looked through for two bifurcations
+_CLEAR = 0.1  # share of what is at a step's ends, above which a cubic stays clear of 0 between
+_SMALL = 0.3  # a test function below this may vanish twice within a step
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
 _DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
 _EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # functions of the monodromy matrix
@@ -110,6 +121,7 @@ class Follower:
         self.itinerary, self.born, self.critical = orbit.itinerary, born, critical
         self.values = [float(value) for value in orbit.values]
         self.unlocated: list[str] = []
+        self._falls = False  # whether the parameter grows ever more slowly along the path
 
     def unknowns(self, z: Vector, values: tuple[float, ...]) -> Vector:
         """The unknowns of an orbit."""
@@ -130,18 +142,22 @@ class Follower:
 
     def equations(self, u: Vector) -> Evaluation:
         """The equations at u, and the orbit."""
-        orbit, count = self.orbit(u), len(self.axes)
+        orbit = self.orbit(u)
         shot = orbit.shot
         by_z = shot.by_z if self.born is None else np.delete(shot.by_z, 4 + self.born, axis=1)
         by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
         by, residual = np.column_stack([by_z, *by_q]), shot.residual
         if self.critical is not None:
-            row = self._gradient(orbit, self.critical)
-            row[-count:] *= [axis.end - axis.begin for axis in self.axes]
-            row = row if self.born is None else np.delete(row, 4 + self.born)
+            row = self._row(orbit, self.critical)
             residual = np.append(residual, evaluate_test_functions(orbit)[self.critical])
             by = np.vstack([by, row])
         return Evaluation(residual, by, orbit)
+
+    def _row(self, orbit: Orbit, name: str) -> Vector:
+        """Gradient of a test function by the unknowns."""
+        row = self._gradient(orbit, name)
+        row[-len(self.axes) :] *= [axis.end - axis.begin for axis in self.axes]
+        return row if self.born is None else np.delete(row, 4 + self.born)
 
     def _gradient(self, orbit: Orbit, name: str) -> Vector:
         """Gradient of a test function of the monodromy matrix by z and what varies."""
@@ -229,6 +245,8 @@ class Follower:
         while length >= _LEAST:
             step = self._tried(state, length)
             if step is not None:
+                before, after = (abs(one.tangent[-1]) for one in (state, step.state))
+                self._falls = step.event is None and bool(after < before)
                 return step
             length /= 2
         detail = f"no further point at {where(state.orbit, self.axes)}"
@@ -252,6 +270,8 @@ class Follower:
         new = self.state(solution.u, state.tangent, solution)
         if new.tangent @ state.tangent < _TURN:
             return None
+        if length > _FINEST and self._may_skip_two(state, new):
+            return None
         failing = [one for one in new.held if one.value <= 0]
         event = self._first(state, new, failing)
         self.unlocated = []
@@ -261,6 +281,37 @@ class Follower:
         smooth = self._smooth(state, new, event.share if event else 1.0)
         further = 2 * length if solution.steps <= 3 else length
         return Step(new, smooth, event, outside is not None, FIRST if event else further)
+
+    def _may_skip_two(self, old: State, new: State) -> bool:
+        """Whether a step may have passed two bifurcations of one type, which leave no sign.
+
+        By the cubics through both ends: the parameter's, which turns back at folds, and those of
+        the test functions where they are small.
+        """
+        change = new.u - old.u
+        length = float(np.linalg.norm(change))
+        if len(self.axes) == 1:
+            slopes = np.array([old.tangent[-1], new.tangent[-1]]) * length
+            slopes, chord = np.sign(slopes[0]) * slopes, np.sign(slopes[0]) * change[-1]
+            # Beyond an event the parameter sets out slowly: only a slope that falls may dip.
+            falls = self._falls or slopes[1] < slopes[0]
+            clear = _CLEAR * max(slopes) if falls else 0.0
+            if min(slopes) > 0 and least_slope_between(chord, slopes) < clear:
+                return True
+        for name in _EXACT:
+            if name not in self.watched or (name == FOLD and len(self.axes) == 1):
+                continue
+            ends = np.array([old.tests[name], new.tests[name]])
+            if ends[0] * ends[1] > 0 and min(abs(ends)) < _SMALL:
+                sides = [self._slope(name, state) * length for state in (old, new)]
+                slopes, ends = np.sign(ends[0]) * np.array(sides), abs(ends)
+                if slopes[0] < 0 < slopes[1] and least_between(ends, slopes) < _CLEAR * min(ends):
+                    return True
+        return False
+
+    def _slope(self, name: str, state: State) -> float:
+        """The derivative of a test function along the path."""
+        return float(self._row(state.orbit, name) @ state.tangent)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
         """Index and border of the first q that has left [0, 1]."""

@@ -66,3 +66,27 @@ def corrected(equations: Equations, guess: Vector, normal: Vector) -> Solution |
         if size < _SETTLED * (1 + np.linalg.norm(u)):
             return Solution(u, equations(u), step)
     return None
+
+
+def least_between(ends: Vector, slopes: Vector) -> float:
+    """The least value on [0, 1] of the cubic that has these values and derivatives at 0 and 1."""
+    (first, last), (rising, final) = ends, slopes
+    chord = last - first
+    cubic = np.array([rising + final - 2 * chord, 3 * chord - 2 * rising - final, rising, first])
+    return _least(cubic)
+
+
+def least_slope_between(chord: float, slopes: Vector) -> float:
+    """The least derivative on [0, 1] of the cubic with these derivatives at 0 and 1.
+
+    `chord` is the difference of its values there.
+    """
+    rising, final = slopes
+    square, linear = 3 * (rising + final - 2 * chord), 2 * (3 * chord - 2 * rising - final)
+    return _least(np.array([square, linear, rising]))
+
+
+def _least(polynomial: Vector) -> float:
+    roots = np.roots(np.polyder(polynomial))
+    inside = [float(at.real) for at in roots if at.imag == 0 and 0 < at.real < 1]
+    return float(min(np.polyval(polynomial, [0.0, 1.0, *inside])))
