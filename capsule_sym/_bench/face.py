@@ -6,6 +6,7 @@ where they begin and how long they last is given to these, so that they look for
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -115,7 +116,11 @@ _fit.count = 0  # type: ignore[attr-defined]
 
 
 def _process(*words: str) -> None:
-    subprocess.run([sys.executable, *words], check=False, stdout=subprocess.DEVNULL)
+    """A process as a user has it, whose modules were compiled when they were installed."""
+    settings = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    subprocess.run(
+        [sys.executable, *words], check=False, stdout=subprocess.DEVNULL, env=settings
+    )
 
 
 Evaluate = Callable[[NDArray[np.float64]], NDArray[np.float64]]
