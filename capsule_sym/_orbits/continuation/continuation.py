@@ -255,7 +255,7 @@ class Run:
                 type=name,
                 parameter=self.axis.name,
                 value=self._value(orbit),
-                uncertainty=width * one.doubt + rounding,
+                uncertainty=max(one.uncertainties or (width * one.doubt,)) + rounding,
                 residual=one.residual,
                 iterations=one.iterations,
                 status=one.status,

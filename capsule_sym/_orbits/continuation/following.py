@@ -342,7 +342,7 @@ class Follower:
         turns = self.critical == FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0
         found = []
         for name in (*names, *((CUSP,) if turns else ())):
-            one = self._meeting(name, old, new, between) if len(self.axes) > 1 else None
+            one = self._meeting(name, old, new, between)
             if one is None and name in SMOOTH:
                 one = zero_of_test_function(name, between)
             if one is not None and one.share <= until:
