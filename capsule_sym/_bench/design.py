@@ -1,4 +1,4 @@
-"""What the design of a device asks for: metrics of every cell, derivatives of a run.
+"""What the design of a device asks for: metrics of cells, derivatives, optima, fits.
 
 Each part of `PARTS` yields goals with what was reached. Times are processor time, the best of the
 repeats.
@@ -6,19 +6,28 @@ repeats.
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from time import process_time
 
 import numpy as np
 
 from capsule_sym._bench.goals import Goal
+from capsule_sym._design.fit import fit
+from capsule_sym._design.optimise import optimise
+from capsule_sym._design.pareto import pareto
 from capsule_sym._design.sensitivities import sensitivities
 from capsule_sym._map import simulate
+from capsule_sym._map.many import simulate_many
+from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps.axes import Axis
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.sweep import Sweep
 
+_AT_ONCE = 20_000  # cells of a survey
 _PERIODS = 100  # excitation periods of a cell of the chart, and of a run
 
 
@@ -59,7 +68,73 @@ def derivatives(quick: bool, repeats: int) -> Iterator[Goal]:
     yield Goal(what, (plain + more) / plain, "times", "<=", 5.0)
 
 
-PARTS = (cells, derivatives)
+_BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
+_COLD = "from capsule_sym import optimise; optimise('speed_per_work', {bounds!r})"
+
+
+def optima(quick: bool, repeats: int) -> Iterator[Goal]:
+    """The most economical drive, in a process that has imported nothing, and a Pareto front."""
+    code = _COLD.format(bounds=_BOUNDS)
+    times = []
+    for _ in range(repeats):
+        before = os.times()
+        subprocess.run([sys.executable, "-c", code], check=True)
+        after = os.times()
+        spent = after.children_user - before.children_user
+        times.append(spent + after.children_system - before.children_system)
+    yield Goal("optimum over alpha, omega, delta, a new process", min(times), "s", "<=", 2.0)
+    found = optimise("speed_per_work", _BOUNDS)
+    yield Goal("residual of its conditions", found.residual, "", "<=", 1e-9)
+    cells = 10_000 if quick else 1_000_000
+    beyond = _best_cell(cells) - found.value
+    yield Goal("what a cell of a survey gains over it", beyond, f"of {cells:,}", "<=", 0.0)
+    points = 5 if quick else 50
+    begin = process_time()
+    pareto("speed", "cost_of_transport", _BOUNDS, points=points)
+    spent = process_time() - begin
+    yield Goal(f"Pareto front, {points} points", spent, "s", "<=", 10.0)
+
+
+def _best_cell(count: int) -> float:
+    """The greatest progression per work of random cells, each from rest for 100 periods."""
+    draw, best_one = np.random.default_rng(0), 0.0
+    low, high = np.array(list(_BOUNDS.values())).T
+    usual = np.array(list(Parameters().to_dict().values()))
+    for first in range(0, count, _AT_ONCE):
+        rows = np.tile(usual, (min(_AT_ONCE, count - first), 1))
+        rows[:, :3] = low + draw.uniform(size=(len(rows), 3)) * (high - low)
+        ended = simulate_many(rows, periods=_PERIODS)
+        found = performance_many(rows, ended.states)
+        stable = found.closed & (abs(found.multipliers[:, 0]) < 1) & (found["work"] > 0)
+        ratio = abs(found["progression"][stable]) / found["work"][stable]
+        best_one = max(best_one, float(ratio.max(initial=0.0)))
+    return best_one
+
+
+def fits(quick: bool, repeats: int) -> Iterator[Goal]:
+    """Four parameters and the start from noisy positions of both bodies, 1,000 times each."""
+    names = ("alpha", "zeta", "beta", "gamma")
+    truth, start = Parameters(0.83, 0.8, 0.03, 0.06, 1.7, 3.3), (0.1, 0.2, 0.3)
+    true = [*(getattr(truth, name) for name in names), *start]
+    guess = truth.replace(alpha=0.85, zeta=0.055, beta=1.65, gamma=3.2)
+    draw, times, within = np.random.default_rng(0), list[float](), 0
+    sets = 10 if quick else 200
+    for _ in range(sets):
+        t = np.concatenate([[0.0], np.sort(draw.uniform(0, 60, 999))])
+        x_r, _, _, x_c = simulate(truth, start, periods=8)(t, position=True).T
+        noise = 0.005 * draw.normal(size=(2, 1000))
+        data = {"t": t, "x_m": x_r + x_c + noise[0], "x_c": x_c + noise[1]}
+        begin = process_time()
+        found = fit(data, guess, (*names, "x_r", "v_r", "v_c"), state=(0.12, 0.15, 0.25))
+        times.append(process_time() - begin)
+        off = np.array(list(found.values.values())) - true
+        within += bool(np.all(abs(off) < 3 * np.array(list(found.standard_errors.values()))))
+    yield Goal("fit of 4 parameters and the start to 2,000 samples", min(times), "s", "<=", 1.0)
+    share = 100 * within / sets
+    yield Goal(f"of {sets} fits, all 7 within 3 standard errors", share, "%", ">=", 95.0)
+
+
+PARTS = (cells, derivatives, optima, fits)
 
 
 def goals(quick: bool, repeats: int) -> Iterator[Goal]:

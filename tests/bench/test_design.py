@@ -30,3 +30,8 @@ def test_what_is_measured_is_positive() -> None:
     found = [*design.derivatives(quick=True, repeats=1)]
     assert [goal.relation for goal in found] == ["<="]
     assert all(goal.value > 1 for goal in found)
+
+
+@pytest.mark.skipif(core is None, reason="the C core was not compiled")
+def test_the_survey_beside_the_optimum_comes_close_to_it() -> None:
+    assert 0.69 < design._best_cell(2000) < 0.71614046396294
