@@ -106,6 +106,7 @@ for _name, _module, _text in (
         "Follow an orbit in a parameter, with bifurcations.",
     ),
     ("curve", "capsule_sym._orbits.curve_command", "Follow bifurcations in two parameters."),
+    ("design", "capsule_sym._design.study_command", "Study the drives of one device."),
     ("optimise", "capsule_sym._design.command", "Find the best parameters for a metric."),
     ("steer", "capsule_sym._design.command", "Find the best drives both ways, and a path."),
     ("fit", "capsule_sym._design.command", "Find parameters from measured series."),

@@ -50,20 +50,28 @@ class NamedRange(Range):
         return name, (Range.convert(Range(), ends, param, ctx) if mark else None)
 
 
-_over_option = click.option(
+over_option = click.option(
     "--over",
     type=NamedRange(),
     multiple=True,
     help="A parameter that varies, and its bounds: of the seven, or of the device. Any number.",
 )
-_subject_option = click.option(
+subject_option = click.option(
     "--subject-to",
     multiple=True,
     metavar="LIMIT",
     help="A constraint, such as 'peak_force <= 2'. Any number.",
 )
-_margin_option = click.option(
+margin_option = click.option(
     "--margin", type=float, help="Every Floquet multiplier is at most 1 less this."
+)
+tolerance_option = click.option(
+    "--tolerance",
+    "tolerances",
+    type=(str, float),
+    multiple=True,
+    metavar="NAME SHARE",
+    help="The worst counts of a parameter's values this share below and above. Any number.",
 )
 _samples_option = click.option(
     "--samples",
@@ -77,7 +85,7 @@ _seed_option = click.option(
 )
 
 
-def _bounds(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     """The ranges by name; raises InvalidInput for a name that is there twice."""
     found = dict(over)
     if len(found) < len(over):
@@ -89,9 +97,9 @@ def _bounds(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 @parameter_options
 @click.option("--maximise", metavar="METRIC", help="What is to be greatest.")
 @click.option("--minimise", metavar="METRIC", help="What is to be least.")
-@_over_option
-@_subject_option
-@_margin_option
+@over_option
+@subject_option
+@margin_option
 @click.option("--pareto", "against", metavar="METRIC", help="The front against this being small.")
 @click.option(
     "--points",
@@ -100,14 +108,7 @@ def _bounds(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     show_default=True,
     help="Points of the front.",
 )
-@click.option(
-    "--tolerance",
-    "tolerances",
-    type=(str, float),
-    multiple=True,
-    metavar="NAME SHARE",
-    help="The worst counts of a parameter's values this share below and above. Any number.",
-)
+@tolerance_option
 @state_option("State at phase 0 from which the motion settles.")
 @_samples_option
 @_seed_option
@@ -160,9 +161,9 @@ def optimise(
     system = device or parameters
     found: Optimum | Front
     if against is None:
-        found = find(metric, _bounds(over), system, **asked)
+        found = find(metric, bounds_of(over), system, **asked)
     else:
-        found = pareto(metric, against, _bounds(over), system, points=points, **asked)
+        found = pareto(metric, against, bounds_of(over), system, points=points, **asked)
     if found.status is OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     if out is not None:
@@ -178,9 +179,9 @@ def optimise(
 
 @click.command("steer")
 @parameter_options
-@_over_option
-@_subject_option
-@_margin_option
+@over_option
+@subject_option
+@margin_option
 @_samples_option
 @_seed_option
 @out_option("Write the JSON here, the path as CSV, and its picture.")
@@ -209,7 +210,7 @@ def steer(
     parameters, device = chosen_parameters(file, dimensionless)
     found = find(
         device or parameters,
-        _bounds(over) or None,
+        bounds_of(over) or None,
         subject_to=subject_to,
         margin=margin,
         samples=samples,
@@ -220,7 +221,7 @@ def steer(
     if as_json:
         _print_json(found)
     else:
-        _print_steering(found)
+        tell_steering(found)
     if found.status is SteeringStatus.NO_OPTIMUM:
         _end(found)
 
@@ -323,34 +324,42 @@ def _print_json(found: Any, extra: Mapping[str, Any] | None = None) -> None:
 
 def _write(out: Path, name: str, found: Any, extra: Mapping[str, Any] | None = None) -> None:
     """The record, the table and the picture of a result."""
-    from capsule_sym._records import dumps, table, write
+    from capsule_sym._records import dumps, write
 
     texts = {f"{name}.json": dumps(finite(found.to_dict() | dict(extra or {}))) + "\n"}
     columns = getattr(found, "columns", {})
     if columns:
-        lists = {key: column.tolist() for key, column in columns.items()}
-        rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
-        texts[f"{name}.csv"] = table(rows, list(lists))
+        texts[f"{name}.csv"] = table_of(found)
     paths = write(texts, out)
-    if columns and rows:
+    if columns and len(next(iter(columns.values()))):
         try:
-            _draw(name, found, out / f"{name}.svg")
+            draw(name, found, out / f"{name}.svg")
             paths.append(out / f"{name}.svg")
         except NotInstalled as missing:
             click.echo(f"no picture: {missing}", err=True)
     click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
 
 
-def _draw(name: str, found: Any, path: Path) -> None:
+def table_of(found: Any) -> str:
+    """The columns of a result as CSV."""
+    from capsule_sym._records import table
+
+    lists = {key: column.tolist() for key, column in found.columns.items()}
+    rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+    return table(rows, list(lists))
+
+
+def draw(name: str, found: Any, path: Path) -> None:
+    """Write the picture of a result: front, steering or fit."""
     from capsule_sym._figures import design
     from capsule_sym._figures.style import save_figure
 
-    draw: dict[str, Callable[[Any], Figure]] = {
+    pictures: dict[str, Callable[[Any], Figure]] = {
         "front": design.plot_front,
         "steering": design.plot_steering,
         "fit": design.plot_residuals,
     }
-    save_figure(draw[name](found), path)
+    save_figure(pictures[name](found), path)
 
 
 def _end(found: Any) -> None:
@@ -363,14 +372,14 @@ def _end(found: Any) -> None:
 _MILLI = {"m/s": "mm/s", "m": "mm"}
 
 
-def _said(value: float, unit: str) -> str:
+def said(value: float, unit: str) -> str:
     """A value with its unit, speeds and lengths in mm."""
     if unit in _MILLI:
         value, unit = 1000 * value, _MILLI[unit]
     return f"{value:.6g} {unit}".rstrip()
 
 
-def _units(system: Parameters | PhysicalParameters) -> dict[str, str]:
+def units_of(system: Parameters | PhysicalParameters) -> dict[str, str]:
     """Units of metrics and parameters; empty where all is dimensionless."""
     from capsule_sym._design.quantities import OF_DEVICE, UNITS
     from capsule_sym._parameters import PhysicalParameters
@@ -383,18 +392,18 @@ def _units(system: Parameters | PhysicalParameters) -> dict[str, str]:
 def _print_optimum(found: Optimum) -> None:
     from rich.table import Table
 
-    units = _units(found.system)
+    units = units_of(found.system)
     console, grid = make_console(), Table.grid(padding=(0, 2))
     if not found.over:
         return
     kind = "greatest" if found.maximised else "least"
-    grid.add_row(f"{kind} {found.metric}", _said(found.value, units.get(found.metric, "")))
+    grid.add_row(f"{kind} {found.metric}", said(found.value, units.get(found.metric, "")))
     for name, value in found.over.items():
         held = f"  (bound: {found.bounds[name]:.4g} a unit)" if name in found.bounds else ""
         grid.add_row(name, f"{value:.9g} {units.get(name, '')}".rstrip() + held)
     grid.add_row("itinerary", " ".join(found.itinerary))
     for name, value in found.metrics.items():
-        grid.add_row(name.replace("_", " "), _said(value, units.get(name, "")))
+        grid.add_row(name.replace("_", " "), said(value, units.get(name, "")))
     for one in found.constraints:
         told = f"holds it, {one.multiplier:.4g} a unit" if one.active else f"{one.slack:.4g} left"
         grid.add_row("constraint", f"{one.text}: {told}")
@@ -414,7 +423,7 @@ def _print_optimum(found: Optimum) -> None:
 def _print_front(found: Front) -> None:
     if not found.points:
         return
-    units = _units(found.points[0].system)
+    units = units_of(found.points[0].system)
     first, second = found.metrics
     names = list(found.points[0].over)
     heads = [
@@ -428,10 +437,11 @@ def _print_front(found: Front) -> None:
     make_console().print(shown)
 
 
-def _print_steering(found: Steering) -> None:
+def tell_steering(found: Steering) -> None:
+    """Print both drives and the way between them."""
     from rich.table import Table
 
-    units = _units(found.forward.system)
+    units = units_of(found.forward.system)
     grid = Table.grid(padding=(0, 2))
 
     def drive(at: Mapping[str, float]) -> str:
@@ -441,7 +451,7 @@ def _print_steering(found: Steering) -> None:
 
     for way, one in (("forward", found.forward), ("backward", found.backward)):
         if one.over:
-            speed = _said(one.value, units.get("velocity", ""))
+            speed = said(one.value, units.get("velocity", ""))
             grid.add_row(way, speed, drive(one.over), " ".join(one.itinerary))
     console = make_console()
     console.print(grid)
@@ -454,7 +464,7 @@ def _print_steering(found: Steering) -> None:
 
 
 def _print_fit(found: Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
-    units = _units(found.system)
+    units = units_of(found.system)
     shown = make_table("unknown", "value", "error", *(["95 %"] if ranges else []), gap=2)
     for name, value in found.values.items():
         unit = units.get(name, "")

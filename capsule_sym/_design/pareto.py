@@ -61,7 +61,11 @@ class Front(Labelled):
         """The points as columns: both metrics, variables, slope of the front, itinerary, status."""
         first, second = self.metrics
         names = list(self.points[0].over) if self.points else []
-        bounds = [point.constraints[-1] if point.constraints else None for point in self.points]
+        # The ends have no bound on the second metric, and so no slope.
+        bounds = [
+            next((one for one in point.constraints if one.text.startswith(f"{second} <= ")), None)
+            for point in self.points
+        ]
         return {
             first: self.values,
             second: self.costs,

@@ -155,7 +155,7 @@ def steer(
     Raises InvalidInput as `optimise` does, and for a drive by anything else.
     """
     system = Parameters() if base is None else base
-    bounds = dict(_usual(system) if over is None else over)
+    bounds = dict(usual_drive(system) if over is None else over)
     allowed = _drives(system)
     for name in bounds:
         if name not in allowed:
@@ -180,7 +180,8 @@ def _drives(system: System) -> tuple[str, str]:
     return ("alpha", "omega") if isinstance(system, Parameters) else ("P_d", "Omega")
 
 
-def _usual(system: System) -> dict[str, tuple[float, float]]:
+def usual_drive(system: System) -> dict[str, tuple[float, float]]:
+    """The bounds of a drive unless others are given."""
     force, rate = 1.0, 1.0
     if isinstance(system, PhysicalParameters):
         force, rate = system.friction_force, system.natural_frequency

@@ -36,6 +36,7 @@ SHORT = {
     "enclose": "",
     "orbit": "",
     "branch": "--parameter alpha --from 0.7 --to 0.701 --points 1",
+    "design": "--over alpha=0.7:0.71 --points 2",
     "optimise": "--maximise speed --over alpha=0.7:0.71 --samples 1",
     "steer": "--over alpha=0.7:0.71 --samples 1",
     "fit": "measured.csv --unknown alpha",

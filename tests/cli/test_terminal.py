@@ -17,7 +17,7 @@ alpha = { from = 0.01, to = 2.0, count = COUNT }
 gamma = { from = 1.0, to = 5.0, count = 9 }
 """
 NO_PROGRESS = {"run", "sweep-figure", "sweep-info", "branch", "curve", "diagram", "explore"}
-NO_PROGRESS |= {"optimise", "steer", "fit"}
+NO_PROGRESS |= {"design", "optimise", "steer", "fit"}
 # What each command is called with, and what it shows when it is in the middle of that.
 MIDDLE = {
     "paper": ([], "Running the case study"),

@@ -43,6 +43,7 @@ def test_no_cell_of_a_survey_is_faster_at_no_more_cost(front: Front) -> None:
 def test_the_multiplier_of_the_bound_is_the_slope_of_the_front(front: Front) -> None:
     slopes = front.columns["slope"][1:-1]
     assert np.all(slopes > 0)
+    assert np.isnan(front.columns["slope"][[0, -1]]).all()
     chords = np.diff(front.values) / np.diff(front.costs)
     # A concave front has at each point a slope between those of the chords beside it.
     smooth = slice(2, len(chords) - 1)

@@ -1,0 +1,142 @@
+"""The command `design`: which drive for a device, in speed, cost and steering."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from capsule_sym._design.command import (
+    bounds_of,
+    draw,
+    finite,
+    margin_option,
+    over_option,
+    said,
+    subject_option,
+    table_of,
+    tell_steering,
+    tolerance_option,
+    units_of,
+)
+from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._options import (
+    chosen_parameters,
+    json_option,
+    make_console,
+    make_table,
+    out_option,
+    parameter_options,
+)
+
+if TYPE_CHECKING:
+    from capsule_sym._design.optimum import Optimum
+
+
+@click.command("design")
+@parameter_options
+@over_option
+@subject_option
+@margin_option
+@tolerance_option
+@click.option(
+    "--points",
+    type=click.IntRange(2, 10_000),
+    default=20,
+    show_default=True,
+    help="Points of the front of speed and cost.",
+)
+@out_option("Write the JSON here, front and path as CSV, and their pictures.")
+@json_option
+def design(
+    file: str | None,
+    over: tuple[Any, ...],
+    subject_to: tuple[str, ...],
+    margin: float | None,
+    tolerances: tuple[tuple[str, float], ...],
+    points: int,
+    out: Path | None,
+    as_json: bool,
+    **dimensionless: float | None,
+) -> None:
+    """Study the drives of one device: the fastest, the most economical, and steering.
+
+    The drive is alpha and omega, or P_d and Omega of a device; without --over it goes from a tenth
+    of the friction force to twice that, and from half the natural frequency to one and a half.
+    With --tolerance there is also the most robust one: that whose worst motion is fastest.
+
+    Exits with 2 where the constraints cannot be satisfied, and with 3 where an optimum is missing.
+    """
+    from capsule_sym._design.optimise import optimise
+    from capsule_sym._design.optimum import OptimumStatus
+    from capsule_sym._design.pareto import pareto
+    from capsule_sym._design.steering import steer, usual_drive
+    from capsule_sym._records import dumps, write
+
+    parameters, device = chosen_parameters(file, dimensionless)
+    system = device or parameters
+    bounds = bounds_of(over) or usual_drive(system)
+    asked: dict[str, Any] = {"subject_to": subject_to, "margin": margin}
+    steering = steer(system, bounds, **asked)
+    front = pareto("speed", "cost_of_transport", bounds, system, points=points, **asked)
+    found: dict[str, Optimum] = {
+        "fastest": optimise("speed", bounds, system, **asked),
+        "most economical": optimise("speed_per_work", bounds, system, **asked),
+    }
+    if tolerances:
+        found["most robust"] = optimise(
+            "speed", bounds, system, tolerances=dict(tolerances), **asked
+        )
+    for one in found.values():
+        if one.status is OptimumStatus.INFEASIBLE:
+            raise InvalidInput("subject_to", list(subject_to), f"possible: {one.message}")
+    record = {
+        **{name.replace(" ", "_"): one.to_dict() for name, one in found.items()},
+        "front": front.to_dict(),
+        "steering": steering.to_dict(),
+    }
+    text = dumps(finite(record))
+    if out is not None:
+        texts = {"design.json": text + "\n"}
+        texts |= {"front.csv": table_of(front), "path.csv": table_of(steering)}
+        paths = write(texts, out)
+        try:
+            if front.points:
+                draw("front", front, out / "front.svg")
+                paths.append(out / "front.svg")
+            if steering.branches:
+                draw("steering", steering, out / "path.svg")
+                paths.append(out / "path.svg")
+        except NotInstalled as absent:
+            click.echo(f"no picture: {absent}", err=True)
+        click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+    if as_json:
+        click.echo(text)
+    else:
+        _print(found, units_of(system))
+        tell_steering(steering)
+    missing = [name for name, one in found.items() if not one.success]
+    if missing:
+        click.echo(f"not found: {', '.join(missing)}", err=True)
+        raise click.exceptions.Exit(3)
+
+
+def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
+    names: Sequence[str] = list(next(iter(found.values())).over)
+    heads = ["speed", "cost of transport", "power", "peak force"]
+    shown = make_table("drive", *names, *heads, right=[*names, *heads], gap=2)
+    for name, one in found.items():
+        if one.over:
+            drive = [
+                f"{value:.5g} {units.get(key, '')}".rstrip() for key, value in one.over.items()
+            ]
+            metrics = [
+                said(one.metrics[key.replace(" ", "_")], units.get(key.replace(" ", "_"), ""))
+                for key in heads
+            ]
+            shown.add_row(name, *drive, *metrics)
+    console = make_console()
+    console.print(shown)
+    console.print()
