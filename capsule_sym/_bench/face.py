@@ -118,9 +118,7 @@ _fit.count = 0  # type: ignore[attr-defined]
 def _process(*words: str) -> None:
     """A process as a user has it, whose modules were compiled when they were installed."""
     settings = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    subprocess.run(
-        [sys.executable, *words], check=False, stdout=subprocess.DEVNULL, env=settings
-    )
+    subprocess.run([sys.executable, *words], check=False, stdout=subprocess.DEVNULL, env=settings)
 
 
 Evaluate = Callable[[NDArray[np.float64]], NDArray[np.float64]]

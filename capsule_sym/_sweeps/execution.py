@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -14,6 +14,7 @@ from concurrent.futures import (
     Future,
     wait,
 )
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
@@ -44,19 +45,31 @@ class SweepStatus(StrEnum):
     FAILED = "failed"
 
 
-def status_of(outcomes: Mapping[str, int]) -> SweepStatus:
-    """How cells ended, of which there are so many of each outcome."""
-    failed = outcomes.get(CellOutcome.FAILED.name.lower(), 0)
-    return SweepStatus.FAILED if failed else SweepStatus.COMPLETE
+class Ended:
+    """How the cells of a run ended, from numbers of them by the outcome's name."""
+
+    outcomes: dict[str, int]
+
+    @property
+    def status(self) -> SweepStatus:
+        """Whether of some cells what was asked for could not be computed."""
+        failed = self.outcomes.get(CellOutcome.FAILED.name.lower(), 0)
+        return SweepStatus.FAILED if failed else SweepStatus.COMPLETE
+
+    @property
+    def success(self) -> bool:
+        """Whether of every cell what was asked for is computed."""
+        return self.status is SweepStatus.COMPLETE
+
+    @property
+    def message(self) -> str:
+        """How many cells there are of each outcome, the most frequent first."""
+        ranked = sorted(self.outcomes.items(), key=lambda item: -item[1])
+        return ", ".join(f"{cells:,} {name.replace('_', ' ')}" for name, cells in ranked if cells)
 
 
-def message_of(outcomes: Mapping[str, int]) -> str:
-    """How many cells there are of each outcome, the most frequent first."""
-    ranked = sorted(outcomes.items(), key=lambda item: -item[1])
-    return ", ".join(f"{cells:,} {name.replace('_', ' ')}" for name, cells in ranked if cells)
-
-
-class Summary(NamedTuple):
+@dataclass(frozen=True)
+class Summary(Ended):
     """What a run did: cells in all, cells computed now, damaged parts found, seconds, workers.
 
     A damaged part is a chunk or a file beside the chunks; all of them are made again. `outcomes`
@@ -71,24 +84,9 @@ class Summary(NamedTuple):
     outcomes: dict[str, int]
 
     @property
-    def status(self) -> SweepStatus:
-        """How the cells ended."""
-        return status_of(self.outcomes)
-
-    @property
-    def success(self) -> bool:
-        """Whether of every cell what was asked for is computed."""
-        return self.status is SweepStatus.COMPLETE
-
-    @property
-    def message(self) -> str:
-        """How many cells ended how."""
-        return message_of(self.outcomes)
-
-    @property
     def statistics(self) -> dict[str, Any]:
         """Cells in all and computed now, damaged parts, seconds, workers, and cells by outcome."""
-        return self._asdict()
+        return asdict(self)
 
     def periods_per_second_and_core(self, periods: int) -> float:
         """Excitation periods that a core ran per second, over the time of the whole run."""

@@ -81,8 +81,12 @@ def show(record: dict[str, Any], as_json: bool) -> None:
     if record.get("periods_per_second_and_core"):
         rate = record["periods_per_second_and_core"]
         screen.print(f"{'speed':<17} {rate:,.0f} excitation periods per second and core")
-    for title in ("outcomes", "itineraries", "reasons", "cores"):
-        _print_shares(screen, title, record.get(title, {}))
+    for one, title in zip(
+        ("outcome", "itinerary", "reason", "core"),
+        ("outcomes", "itineraries", "reasons", "cores"),
+        strict=True,
+    ):
+        _print_shares(screen, one, record.get(title, {}))
     for number, attractor in enumerate(record.get("attractors", ())):
         screen.print(
             f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['itinerary']}  "
@@ -103,7 +107,7 @@ def show(record: dict[str, Any], as_json: bool) -> None:
 def _print_shares(screen: Any, title: str, counts: dict[str, int]) -> None:
     ranked = sorted(counts.items(), key=lambda item: -item[1])
     for name, cells in ranked[:12]:
-        screen.print(f"{title.rstrip('s'):<17} {cells:>12,}  {name}")
+        screen.print(f"{title:<17} {cells:>12,}  {name}")
     if len(ranked) > 12:
         screen.print(f"{'':<17} {sum(n for _, n in ranked[12:]):>12,}  in {len(ranked) - 12} more")
 

@@ -5,23 +5,17 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._sweeps.axes import Axis
-from capsule_sym._sweeps.execution import (
-    Summary,
-    SweepStatus,
-    message_of,
-    run_sweep,
-    status_of,
-)
+from capsule_sym._sweeps.execution import Ended, Summary, run_sweep
 from capsule_sym._sweeps.quantities import COMPUTED
 from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
 from capsule_sym._sweeps.store import write_chart
@@ -36,7 +30,8 @@ Numbers = NDArray[np.int32]
 Mask = NDArray[np.bool_]
 
 
-class Chart(NamedTuple):
+@dataclass(frozen=True)
+class Chart(Ended):
     """A refined chart: the share of its points that were computed, and what each round did.
 
     `damaged` is the number of damaged parts that were found and made again.
@@ -47,27 +42,12 @@ class Chart(NamedTuple):
     damaged: int
 
     @property
-    def outcomes(self) -> dict[str, int]:
+    def outcomes(self) -> dict[str, int]:  # type: ignore[override]
         """Numbers of computed points by the outcome's name."""
         total = Counter[str]()
         for one in self.rounds:
             total.update(one.outcomes)
         return dict(total)
-
-    @property
-    def status(self) -> SweepStatus:
-        """How the computed points ended."""
-        return status_of(self.outcomes)
-
-    @property
-    def success(self) -> bool:
-        """Whether of every computed point what was asked for is there."""
-        return self.status is SweepStatus.COMPLETE
-
-    @property
-    def message(self) -> str:
-        """How many points ended how."""
-        return message_of(self.outcomes)
 
     @property
     def statistics(self) -> dict[str, Any]:
