@@ -122,7 +122,7 @@ class Fit:
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The measurements in the order of time: time, column, value, and residual over noise."""
+        """The n measurements in time, shape (n,): time, column, value, and residual over noise."""
         data = self.problem.data
         return {
             "t": data.times,
@@ -159,11 +159,11 @@ def fit(
 ) -> Fit:
     """Values of what is unknown of a system, from measured time series, by least squares.
 
-    `data` has columns: times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m, a nan
-    for a gap. The motion starts in `state` (x_r, v_r, v_c), at `phase` of the forcing, at the first
-    of the times. `unknown` names parameters of `system`, and of x_r, v_r, v_c, phase, x_c of the
-    start (x_c: where the capsule's position was zero); the others are known, and what is given for
-    the unknown is the first guess. All is dimensionless, or in SI units where `system` is
+    `data` has columns (n,): times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m,
+    a nan for a gap. The motion starts in `state` (x_r, v_r, v_c), at `phase` of the forcing, at the
+    first of the times. `unknown` names parameters of `system`, and of x_r, v_r, v_c, phase, x_c of
+    the start (x_c: where the capsule's position was zero); the others are known, and what is given
+    for the unknown is the first guess. All is dimensionless, or in SI units where `system` is
     PhysicalParameters. Each column's residuals count in units of its standard deviation; `loss` is
     one of SciPy's. `starts` draws so many other guesses, within `bounds` or else between half and
     twice the guess, and follows the best of them; `seed` makes them others.

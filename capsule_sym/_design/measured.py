@@ -92,7 +92,7 @@ def _dimensionless(
 
 
 def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
-    """The columns of a CSV or Parquet file by name, a missing value as nan.
+    """The columns (n,) of a CSV or Parquet file by name, in its own units, nan for a gap.
 
     Raises InvalidInput for a file that cannot be read, that has no header, or where a value is no
     number; NotInstalled for Parquet without pandas.

@@ -120,7 +120,8 @@ def pareto(
     """The Pareto front of a metric that is to be great, or small, against one that is to be small.
 
     Between its two ends, the optima of either metric, `against` is held below bounds that are
-    evenly apart, `points` in all, and `metric` is optimised. All else is as in `optimise`. Where
+    evenly apart, `points` in all, and `metric` is optimised. All else is as in `optimise`,
+    the units too. Where
     neighbouring motions are worse both ways a bound has no point of its own: the front jumps.
 
     Raises InvalidInput as `optimise` does.

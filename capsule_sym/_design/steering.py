@@ -82,7 +82,7 @@ class Steering(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The orbits along the path: leg, drive, velocity, largest multiplier, itinerary."""
+        """The n orbits along the path, shape (n,): leg, drive, velocity, multiplier, itinerary."""
         rows = [
             (leg, self._drive(point.orbit), point)
             for leg, branch in enumerate(self.branches, 1)

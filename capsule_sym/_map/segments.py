@@ -27,7 +27,10 @@ Records = NDArray[np.void]
 
 
 class Instant(NamedTuple):
-    """A time as whole excitation periods and the phase in [0, 2 pi/omega) within the next."""
+    """A time as whole excitation periods and the phase in [0, 2 pi/omega) within the next.
+
+    Dimensionless, the phase is a time too.
+    """
 
     period: int
     phase: Number

@@ -159,7 +159,7 @@ class Trajectory(Labelled):
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """The times at which states were asked to be kept."""
+        """The times at which states were asked to be kept, shape (...)."""
         return self._kept("times", self.kept.times)
 
     @property
@@ -169,7 +169,7 @@ class Trajectory(Labelled):
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Capsule positions x_c at those times."""
+        """Capsule positions x_c at those times, shape (...)."""
         return self._kept("times", self.kept.states)[..., 3]
 
     def _kept(self, name: str, value: Kind | None) -> Kind:

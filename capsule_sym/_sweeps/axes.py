@@ -26,8 +26,9 @@ _LONGEST_NAME = 100
 class Axis:
     """One dimension of a sweep: values, shape (n, k), of k quantities that change together.
 
-    The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start. Raises
-    InvalidInput for a name or a value that is not allowed.
+    The quantities are parameters, or `x_r`, `v_r`, `v_c` and `phase` of the start, all
+    dimensionless; `device` has the SI values of an axis of a device. Raises InvalidInput for a name
+    or a value that is not allowed.
     """
 
     name: str

@@ -174,6 +174,46 @@ def test_a_docstring_says_what_is_raised(name: str) -> None:
         assert [error for error in raised if error not in told] == [], called_name
 
 
+ARRAY = r"NDArray|ArrayLike|Vector|Matrix"
+SHAPE = r"shape|\((\d|n|k|many|\.\.\.),? ?"
+UNIT = r"(?i)dimensionless|\bSI\b|\bunits?\b|\((m|s|N|J|kg|rad)\b"
+DRAWN = ("capsule_sym._figures",)  # what figures show has its units on their axes
+
+
+def numbers_of(name: str) -> Iterator[tuple[str, str, str]]:
+    """A public name, or its methods and properties: the types it takes and gives, and its text.
+
+    What a class says holds for all of it, and what is written below an attribute is its text.
+    """
+    found = getattr(capsule_sym, name)
+    if not inspect.isclass(found):
+        yield name, str(inspect.signature(found)), inspect.getdoc(found) or ""
+        return
+    whole = f"{inspect.getdoc(found)}\n{inspect.getsource(found)}"
+    attributes = vars(found).get("__annotations__", {})
+    yield name, " ".join(map(str, attributes.values())), whole
+    for member, value in vars(found).items():
+        function = value.fget if isinstance(value, property) else getattr(value, "__func__", value)
+        if inspect.isfunction(function) and not member.startswith("_"):
+            text = f"{inspect.getdoc(found)}\n{inspect.getdoc(function)}"
+            yield f"{name}.{member}", str(inspect.signature(function)), text
+
+
+@pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__"}))
+def test_a_docstring_has_shapes_and_units(name: str) -> None:
+    for each, types, text in numbers_of(name):
+        if re.search(ARRAY, types):
+            assert re.search(SHAPE, text), f"{each}: of which shape is {types}?"
+        drawn = getattr(capsule_sym, name).__module__.startswith(DRAWN)
+        if not drawn and re.search(rf"\bfloat\b|\bNumber\b|{ARRAY}", types):
+            assert re.search(UNIT, text), f"{each}: in which units is {types}?"
+
+
+@pytest.mark.parametrize("name", [n for n in capsule_sym.__all__ if n.startswith("plot_fig")])
+def test_a_figure_of_the_paper_says_which(name: str) -> None:
+    assert f"Fig. {name[-1]}" in (getattr(capsule_sym, name).__doc__ or "")
+
+
 @pytest.mark.parametrize("page", [README, *PAGES], ids=lambda page: page.name)
 def test_examples_import_from_the_package_alone(page: Page) -> None:
     assert set(re.findall(r"^ *from (capsule_sym\S*) import", page.text, re.M)) <= {"capsule_sym"}

@@ -71,14 +71,15 @@ def search_box(
 ) -> BoxSearch:
     """All orbits that a grid of starts in a box leads to, stable or not, and the branches of each.
 
-    Starts are a grid of `size` (n_x, n_v, n_c) states with |x_r|, |v_r|, |v_c| up to the bounds
-    `box`, at phase 0. All run until they have settled: these are the attractors. Newton's method on
-    the map over each of `period_numbers` excitation periods goes from every start, and from where
-    it is after 1, 2, 4, 8 and 16 periods: this finds unstable orbits too. With a parameter `along`
-    the branch of each is followed both ways between `ends`, through folds, and orbits that it has
-    at the same parameters are among those found; closed branches are isolas. `report` is told what
-    is done. Raises InvalidInput for a box, a size or numbers of periods that are not allowed, where
-    there is no C core, and as `continue_both_ways` does.
+    All is dimensionless. Starts are a grid of `size` (n_x, n_v, n_c) states with |x_r|, |v_r|,
+    |v_c| up to the bounds `box`, at phase 0. All run until they have settled: these are the
+    attractors. Newton's method on the map over each of `period_numbers` excitation periods goes
+    from every start, and from where it is after 1, 2, 4, 8 and 16 periods: this finds unstable
+    orbits too. With a parameter `along` the branch of each is followed both ways between `ends`,
+    through folds, and orbits that it has at the same parameters are among those found; closed
+    branches are isolas. `report` is told what is done. Raises InvalidInput for a box, a size or
+    numbers of periods that are not allowed, where there is no C core, and as `continue_both_ways`
+    does.
     """
     bounds, counts, numbers = _checked(box, size, period_numbers)
     if (along is None) != (ends is None):

@@ -42,7 +42,7 @@ _Point = TypeVar("_Point")
 
 @dataclass(frozen=True)
 class BranchPoint:
-    """An orbit of a branch, with the tightest of its itinerary's inequalities."""
+    """An orbit of a branch, with the tightest of its itinerary's inequalities; dimensionless."""
 
     value: float
     orbit: Orbit
@@ -65,7 +65,8 @@ class Branch(Labelled):
 
     `axis` has what varies and between which values it is followed, `origin` is the label of the
     bifurcation at which it leaves another branch, such as "PD1", or "PD1/PD2" on a branch that
-    itself leaves at PD1; empty for a branch of its own.
+    itself leaves at PD1; empty for a branch of its own. All values are dimensionless, but of a
+    parameter in SI units that others are tied to.
     """
 
     axis: Axis
@@ -135,7 +136,7 @@ def continue_orbit(
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
 ) -> Branch:
-    """The branch through an orbit, from its value of a parameter to another one.
+    """The branch through an orbit, from its value of a parameter to another one (dimensionless).
 
     At least `points` steps are taken, more where the branch bends or an itinerary begins. The
     branch is followed through folds, whether stable or not, and from itinerary to itinerary, until

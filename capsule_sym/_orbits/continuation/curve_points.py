@@ -19,7 +19,7 @@ class CurvePoint:
 
     `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. `residual` is
     the largest entry of the equations, that of the bifurcation among them, `iterations` counts
-    Newton's steps, and `status` says whether they are solved.
+    Newton's steps, and `status` says whether they are solved. All values are dimensionless.
     """
 
     values: tuple[float, float]

@@ -53,7 +53,7 @@ class Curve(Labelled):
     """A curve of bifurcations in two parameters: points in order, and why each of its ends is.
 
     `origin` says from which point of codimension two the curve is followed, as "cusp" or such, and
-    is empty for one from a bifurcation on a branch.
+    is empty for one from a bifurcation on a branch. All values are dimensionless.
     """
 
     type: str
@@ -125,8 +125,8 @@ def continue_bifurcation(
 ) -> Curve:
     """The curve through a bifurcation in its parameter and a second one, within two ranges.
 
-    The ranges are those of the bifurcation's parameter and of the second, and hold the
-    bifurcation; no step is longer than 1/`points` of either. Where another inequality of the
+    The ranges, dimensionless, are those of the bifurcation's parameter and of the second, and hold
+    the bifurcation; no step is longer than 1/`points` of either. Where another inequality of the
     itinerary fails, the point is located exactly and the curve goes on in the itinerary beyond.
     Raises InvalidInput for a second parameter that is none or is the first, and for ranges that are
     not ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies
@@ -165,7 +165,8 @@ def curves_from(
     at two border collisions, or at a degenerate one, that of the other collision, at a 1:1 or 1:2
     resonance that of Neimark-Sacker bifurcations. None leaves a cusp: the curve of folds itself
     passes. At a generalized period doubling none is sought. Each curve is given once, and none that
-    is among those `known`. Raises InvalidInput as `continue_bifurcation` does.
+    is among those `known`. The ranges are dimensionless. Raises InvalidInput as
+    `continue_bifurcation` does.
     """
     check_points(points)
     found: list[Curve] = []

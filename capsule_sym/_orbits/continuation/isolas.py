@@ -32,7 +32,7 @@ def continue_both_ways(
 
     A closed branch, an isola, comes back to the same orbit at the same value: its status is
     "returned". Else the first goes to larger values from the orbit on, the second to smaller ones.
-    Arguments and errors are otherwise those of `continue_orbit`.
+    Arguments, units and errors are otherwise those of `continue_orbit`.
     """
     return follow_both_ways(orbit, parameter, ends, points=points, ties=ties)[0]
 

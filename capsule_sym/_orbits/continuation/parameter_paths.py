@@ -86,7 +86,8 @@ class ParameterPath:
 
     The name is a parameter, or another one that a tied parameter is an affine function of. The
     functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
-    as text, and None for those of Python.
+    as text, and None for those of Python. Parameters are dimensionless, shape (7,), derivatives by
+    them (many, 7); a name of one's own has the units that its ties give it.
     """
 
     name: str

@@ -55,7 +55,8 @@ def continue_from(
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
 
-    `parameter` and `ties`, as of `continue_orbit`, are those of the branch unless given. From a
+    `parameter` and `ties`, as of `continue_orbit`, are those of the branch unless given, and so
+    are its units: dimensionless, unless a parameter has its own. From a
     period doubling they are the branch itself and that of the doubled orbits, from a fold the two
     sides of it, from a border collision what lies on the side of the value: two branches, or none,
     at a non-smooth fold. The `origin` of each is the label, of several "PD1.1" and "PD1.2". Raises

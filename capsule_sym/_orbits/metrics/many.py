@@ -53,7 +53,7 @@ class Performances:
         return f"<Performances: {int(self.closed.sum())} of {len(self)} motions closed>"
 
     def of(self, chosen: NDArray[Any]) -> Performances:
-        """Some of the motions, by their indices or a mask."""
+        """Some of the motions, by their indices, shape (k,), or a mask, shape (n,)."""
         return Performances(self.records[chosen], self.stops[chosen], self.fields[chosen])
 
     @property

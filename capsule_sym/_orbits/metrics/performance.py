@@ -47,7 +47,7 @@ _Energy = tuple[Number, Vector]  # of a segment, and its derivatives (12,) withi
 
 
 class Metric(NamedTuple):
-    """A metric, and its derivative along the branch with respect to each parameter by its name."""
+    """A metric, and its derivative along the branch by each parameter's name; dimensionless."""
 
     value: Number
     gradient: dict[str, Number]

@@ -60,6 +60,7 @@ class Orbit(Labelled):
     forcing angle and durations as in `equations`, `shot` the equations there. `iterations` counts
     the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
     digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
+    All quantities are dimensionless; columns have shape (k,), a row for each of the k segments.
     """
 
     values: tuple[Number, ...]
@@ -236,6 +237,7 @@ def solve_itinerary(
 ) -> Orbit:
     """The orbit of this itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
+    All is dimensionless: z has the state (x_r, v_r, v_c), the forcing angle and the durations.
     The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
     the largest entry of z if that is above 1, or at most the roundings of its equations' terms
     where those are larger, as of long itineraries. Without a guess only an itinerary without

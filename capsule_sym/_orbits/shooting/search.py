@@ -38,6 +38,8 @@ def solve_orbit(
 ) -> Orbit:
     """The stable orbit on which the simulated motion settles within so many excitation periods.
 
+    The state at phase 0 is dimensionless.
+
     The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
     motion repeats, is taken if it is stable, the map realises it, and the motion goes on towards
     it. Itineraries over 1 to 16 excitation periods are tried. Where there is no orbit the detail
@@ -156,7 +158,7 @@ def solve_admissible(
     """The orbit of a given itinerary near a guess z that the map follows as well.
 
     Where it does not, the reason is NOT_ADMISSIBLE, and the detail names the inequality of the
-    itinerary that fails most.
+    itinerary that fails most. The guess is dimensionless, as in `solve_itinerary`.
     """
     orbit = solve_itinerary(parameters, itinerary, guess)
     if not orbit.success or (min(orbit.durations) > 0 and is_admissible(orbit)):
@@ -245,7 +247,7 @@ def search_orbits(
     is polished by its itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by
     default twice what the motion from rest reaches, and at least the gap. `report` is told after
     each start how many starts are done and how many orbits are known. Orbits are in order of their
-    period_number.
+    period_number. States and bounds are dimensionless.
     """
     bounds = _reach(parameters) if box is None else np.asarray(box, dtype=float)
     random = np.random.default_rng(seed)
@@ -290,7 +292,10 @@ def _newton(parameters: Parameters, state: NDArray[np.float64], period_number: i
 
 
 def orbit_at(parameters: Parameters, state: Sequence[float], period_number: int) -> Orbit | None:
-    """The orbit through a state at phase 0, in the itinerary of the map's run; None if none."""
+    """The orbit through a state at phase 0, in the itinerary of the map's run; None if none.
+
+    The state (x_r, v_r, v_c) is dimensionless.
+    """
     return _read_off(simulate(parameters, state, periods=period_number), period_number)
 
 

@@ -41,7 +41,7 @@ def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> 
     """Saltation matrix (3, 3) where the capsule comes to rest in passing from one field to another.
 
     `before` and `after` are the constants of the two segments, `state` and the cosine of the
-    forcing angle those of the switch.
+    forcing angle those of the switch; all dimensionless.
     """
     f, g = field(before, state, cosine), field(after, state, cosine)
     # v_r' jumps by as much as v_c' does, the other way. What sticks has no v_c', even where the
@@ -54,7 +54,7 @@ def saltation_matrix(before: Any, after: Any, state: Vector, cosine: Number) -> 
 
 
 def monodromy_matrix(orbit: Orbit) -> Matrix:
-    """Monodromy matrix (3, 3) of the state over the orbit, at the phase where it begins.
+    """Monodromy matrix (3, 3), dimensionless, over the orbit, at the phase where it begins.
 
     Of the first half of a motion that is its own mirror image it is the matrix of half the period
     and the reflection: its square is that of the motion.
@@ -64,7 +64,7 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
 
 
 def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
-    """The three multipliers, the largest modulus first.
+    """The three multipliers, complex, shape (3,), dimensionless, the largest modulus first.
 
     One is 0 exactly where the capsule sticks somewhere along the orbit: only deviations with
     v_c = 0 leave the stick.
@@ -101,7 +101,8 @@ def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
 def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
     """Derivative (3, 3) of a run's final state with respect to the state at its start.
 
-    In double precision whatever the trajectory's backend.
+    Dimensionless, the product of the segments' derivatives and of saltation matrices, in double
+    precision whatever the trajectory's backend.
     """
     product = np.eye(3)
     for matrix in _matrices(trajectory, trajectory.segments):
@@ -110,7 +111,7 @@ def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
 
 
 def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
-    """The three Lyapunov exponents per unit of time, descending, along a trajectory.
+    """The three Lyapunov exponents per unit of time, shape (3,), descending, along a trajectory.
 
     Only segments that begin after `transient` excitation periods count. An exponent is -inf once
     the capsule has stuck. In double precision whatever the trajectory's backend. Raises
