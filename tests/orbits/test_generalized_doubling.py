@@ -34,14 +34,20 @@ def side_of_doubled_orbits(delta: float) -> int:
     raise AssertionError("no doubled orbit")
 
 
-def test_doubled_orbits_change_sides_at_a_generalized_period_doubling() -> None:
+#: (omega, delta), found first on a longer curve, from a motion at delta = 0.996.
+POINT = (0.6321612304996292, 0.9810967197171732)
+
+
+def test_a_generalized_period_doubling_is_found_on_its_curve() -> None:
     _, one = doubling(0.978)
     curve = continue_bifurcation(one, "delta", ((0.62, 0.64), (0.978, 0.984)), points=6)
     (point,) = (p for p in curve.codimension_two if p.types[1] == GENERALIZED_DOUBLING)
     assert point.status == "converged"
     assert max(point.uncertainties) < 1e-11
-    # First found on a longer curve, from a motion at delta = 0.996.
-    assert point.values == pytest.approx((0.6321612304996292, 0.9810967197171732), abs=1e-10)
-    delta = point.values[1]
-    below, above = (side_of_doubled_orbits(delta + by) for by in (-2e-3, 2e-3))
+    assert point.values == pytest.approx(POINT, abs=1e-10)
+
+
+@pytest.mark.long
+def test_doubled_orbits_change_sides_there() -> None:
+    below, above = (side_of_doubled_orbits(POINT[1] + by) for by in (-2e-3, 2e-3))
     assert below == -above
