@@ -297,6 +297,7 @@ def test_too_many_points_end_the_branch(monkeypatch) -> None:
         ("alpha", float("nan"), 10, "alpha"),
         ("alpha", 1.0, 0, "points"),
         ("alpha", 1.0, 2.5, "points"),
+        ("alpha", 1.0, 10_000_000, "points"),
     ],
 )
 def test_bad_input_is_refused(parameter: str, to: float, points: int, field: str) -> None:

@@ -104,6 +104,8 @@ def test_a_curve_in_other_parameters() -> None:
         ("gamma", ((0.001, 2.0), (3.4, 4.0)), "gamma"),
         ("gamma", ((1.9, 2.0), (3.0, 4.0)), "alpha"),
         ("gamma", ((0.001, 2.0), (0.0, 4.0)), "gamma"),
+        ("gamma", (0.001, 2.0), "ranges"),
+        ("gamma", ((0.001, 2.0),), "ranges"),
     ],
 )
 def test_bad_input_is_refused(second: str, ranges, field: str) -> None:
