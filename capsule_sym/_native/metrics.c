@@ -159,7 +159,8 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     }
     if (request->forces) {
         orbit->peak_force = peak[BETWEEN].size;
-        orbit->peak_contact = peak[CONTACT].size;
+        const int field = run->segments[peak[CONTACT].segment].field;
+        orbit->peak_contact = force(&run->map->field[field - 1], 0.0, peak[CONTACT].size, 0.0);
     }
     if (!request->gradients)
         return CAPSULE_DONE;

@@ -10,7 +10,7 @@
 #define SHORTEST 0x1p-40 /* of a segment: the force changes by no more than rounding there */
 #define SHRINK 0.5
 
-/* A force in a segment, in terms of x_r and v_r. */
+/* What is measured of a force in a segment, in terms of x_r and v_r. */
 typedef struct {
     const capsule_constants *c;
     capsule_start start;
@@ -23,10 +23,11 @@ typedef struct {
     double x_r, gap, v_r, value, rate, second, third, energy;
 } jet;
 
+/* Of the second spring, how far it is compressed: a force of 0 has its largest place too. */
 static double force_of(const capsule_constants *c, capsule_force force_, double x_r, double gap,
                        double v_r)
 {
-    return force_ == BETWEEN ? force(c, x_r, gap, v_r) : force(c, 0.0, gap, 0.0);
+    return force_ == BETWEEN ? force(c, x_r, gap, v_r) : c->contact * gap;
 }
 
 static course course_of(const capsule_constants *c, const capsule_segment *s, capsule_force force_)
@@ -34,7 +35,7 @@ static course course_of(const capsule_constants *c, const capsule_segment *s, ca
     course f = {.c = c, .force = force_,
                 .start = {s->start[0], s->gap, s->start[1], s->start[2], s->margin, s->cosine,
                           s->sine}};
-    f.by_x = force_ == BETWEEN ? force_change(c, 1.0, 0.0) : force(c, 0.0, 1.0, 0.0);
+    f.by_x = force_ == BETWEEN ? force_change(c, 1.0, 0.0) : c->contact;
     f.by_v = force_ == BETWEEN ? force_change(c, 0.0, 1.0) : 0.0;
     f.remainder = fabs(f.by_v) + fabs(f.by_x) / sqrt(c->K);
     return f;

@@ -47,6 +47,9 @@ MOTIONS: dict[str, dict[str, float]] = {
     ),
     "three periods": dict(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0),
     "undamped": {"alpha": 1.3, "zeta": 0.0, "delta": 0.3},
+    "reaching a spring of no force": dict(
+        alpha=0.8, omega=0.8, delta=0.3, zeta=0.05, beta=0.0, gamma=2.6
+    ),
     "undamped, backward": {"alpha": 2.0, "zeta": 0.0, "gamma": 1.0},
     "another friction": {"alpha": 1.6, "f_b": 0.6},
 }
