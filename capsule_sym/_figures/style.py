@@ -66,9 +66,9 @@ CURVES = {
     "crossing-sliding": ("#D55E00", "-"),
     "switching-sliding": ("#009E73", "-"),
     "grazing-sliding": ("#B0307A", "-"),
-    "fold": ("0.3", "-"),
+    "fold": ("#4D4D4D", "-"),
 }
-OTHER_CURVE = ("0.3", "--")
+OTHER_CURVE = ("#4D4D4D", "--")
 
 
 def field_colour(field: int, colours: Colours = "safe") -> str:

@@ -44,7 +44,7 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
                              double slopes[SLOPES])
 {
     const capsule_constants *c = &run->map->field[s->field - 1];
-    const double type = 2.0 * c->rate * s->duration, zeta = c->zeta;
+    const double type = 2.0 * c->rate * s->duration;
     int rule = 0;
     while (rule < RULES - 1 && type > RULE[rule].reach)
         rule++;
@@ -67,14 +67,16 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
                                                          (size_t)nodes, by, request->watch))
             return CAPSULE_STOPPED;
         for (int n = 0; n < nodes; n++) {
-            const double v_r = states[n][1];
+            const double v_r = states[n][1], damper = force_change(c, 0.0, v_r);
+            double by_delta, by_zeta, by_beta;
             const double weight = width * RULE[rule].pair[n < half ? half - 1 - n : n - half][1];
-            *loss += weight * 2.0 * zeta * v_r * v_r;
+            *loss += weight * damper * v_r;
             if (!request->gradients)
                 continue;
             for (int k = 0; k < SLOPES; k++)
-                slopes[k] += weight * 4.0 * zeta * v_r * by[n][1][k];
-            slopes[PARAMETER + ZETA_AT] += weight * 2.0 * v_r * v_r;
+                slopes[k] += weight * 2.0 * damper * by[n][1][k];
+            force_slopes(c, 0.0, v_r, &by_delta, &by_zeta, &by_beta);
+            slopes[PARAMETER + ZETA_AT] += weight * by_zeta * v_r;
         }
     }
     return CAPSULE_DONE;
@@ -117,7 +119,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
 {
     const capsule_parameters *p = &run->map->parameters;
     const double per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
-    double advance = 0.0, slip = 0.0, loss = 0.0, before[SLOPES] = {0.0};
+    double advance = 0.0, slip = 0.0, loss = 0.0, lost = 0.0, before[SLOPES] = {0.0};
     capsule_peak peak[2];
     capsule_slopes at;
     capsule_stop stop = CAPSULE_DONE;
@@ -131,8 +133,10 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         const capsule_segment *s = &run->segments[i];
         const double start = ((double)s->start_turn * TWO_PI + s->start_angle) / p->omega;
         const double way = DRIFT_OF[s->field - 1];
+        const double friction = friction_at(&run->map->field[s->field - 1], way);
         advance += s->advance;
         slip += way * s->advance;
+        lost += friction * s->advance;
         if (request->energies)
             stop = add_loss(run, s, start, request, &at, &loss, slopes[DAMPER]);
         if (stop != CAPSULE_DONE)
@@ -143,7 +147,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         double after[SLOPES];
         pass_segment(run, i, &at, after);
         for (int k = 0; k < SLOPES; k++)
-            slopes[FRICTION][k] += way * (after[k] - before[k]);
+            slopes[FRICTION][k] += friction * (after[k] - before[k]);
         memcpy(before, after, sizeof before);
         for (int force = BETWEEN; request->forces && force <= CONTACT; force++)
             if (peak[force].size != 0.0 && peak[force].segment == i)
@@ -154,7 +158,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     orbit->velocity = orbit->progression * per_turn;
     if (request->energies) {
         orbit->damper_loss = loss * per_period;
-        orbit->friction_loss = p->f_b * slip * per_period;
+        orbit->friction_loss = lost * per_period;
         orbit->work = orbit->damper_loss + orbit->friction_loss;
     }
     if (request->forces) {
@@ -164,13 +168,14 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     }
     if (!request->gradients)
         return CAPSULE_DONE;
-    const double v_r = run->segments[run->count - 1].end[1];
-    slopes[DAMPER][PARAMETER + OMEGA_AT] += 2.0 * p->zeta * v_r * v_r * run->end_by_omega;
+    const capsule_segment *last = &run->segments[run->count - 1];
+    const double damper = force_change(&run->map->field[last->field - 1], 0.0, last->end[1]);
+    slopes[DAMPER][PARAMETER + OMEGA_AT] += damper * last->end[1] * run->end_by_omega;
     for (int k = 0; k < SLOPES; k++) {
         slopes[PROGRESSION][k] = before[k] * per_period;
         slopes[VELOCITY][k] = slopes[PROGRESSION][k] * per_turn;
         slopes[DAMPER][k] *= per_period;
-        slopes[FRICTION][k] *= p->f_b * per_period;
+        slopes[FRICTION][k] *= per_period;
     }
     slopes[VELOCITY][PARAMETER + OMEGA_AT] += orbit->progression / TWO_PI;
     slopes[FRICTION][PARAMETER + F_B_AT] += slip * per_period;
