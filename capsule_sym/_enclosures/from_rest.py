@@ -16,7 +16,10 @@ _OVERLAP = 1e-14
 
 
 class AlphaInterval(NamedTuple):
-    """A part of alpha in [0.001, 2] at one of the mass ratios of Section 4."""
+    """A part of alpha in [0.001, 2] at one of the mass ratios of Section 4.
+
+    Places are counted from 2 downwards: there motions settle soonest, so that the share grows fast.
+    """
 
     ratio: int
     level: int
@@ -31,7 +34,7 @@ class AlphaInterval(NamedTuple):
     def alphas(self) -> Interval:
         """Its values of alpha; neighbours overlap by more than the rounding of the middle."""
         first, last = ALPHA
-        middle = first + (last - first) * (2 * self.place + 1) * 2.0 ** -(self.level + 1)
+        middle = last - (last - first) * (2 * self.place + 1) * 2.0 ** -(self.level + 1)
         return Interval(middle, (last - first) * 2.0 ** -(self.level + 1) + _OVERLAP)
 
     def halved(self, along: Sequence[int]) -> list[AlphaInterval]:
