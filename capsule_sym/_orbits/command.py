@@ -46,7 +46,7 @@ tables_option = out_option("Write the JSON and its tables as CSV here.")
     nargs=3,
     type=float,
     metavar="X_R V_R V_C",
-    help="Search from a grid of states up to these |x_r|, |v_r|, |v_c|: attractors, others.",
+    help="Search from a grid of states up to these x_r, v_r, v_c: attractors, others.",
 )
 @click.option(
     "--along",

@@ -71,8 +71,8 @@ def search_box(
 ) -> BoxSearch:
     """All orbits that a grid of starts in a box leads to, stable or not, and the branches of each.
 
-    All is dimensionless. Starts are a grid of `size` (n_x, n_v, n_c) states with |x_r|, |v_r|,
-    |v_c| up to the bounds `box`, at phase 0. All run until they have settled: these are the
+    All is dimensionless. Starts are a grid of `size` (n_x, n_v, n_c) states with `|x_r|`, `|v_r|`,
+    `|v_c|` up to the bounds `box`, at phase 0. All run until they have settled: these are the
     attractors. Newton's method on the map over each of `period_numbers` excitation periods goes
     from every start, and from where it is after 1, 2, 4, 8 and 16 periods: this finds unstable
     orbits too. With a parameter `along` the branch of each is followed both ways between `ends`,
