@@ -33,7 +33,8 @@ class Kink:
     found: Stationary
     sides: tuple[Place, Place]
     slopes: tuple[float, float]
-    """The objective's slopes away from the border, by the scaled variables along its normal."""
+    """The objective's slopes away from the border, by the scaled variables along its normal, each
+    less what the active limits let it gain."""
     which: int
     """The scenario whose motion changes its itinerary."""
     border_by: Vector
@@ -126,7 +127,9 @@ def _seen_from_both(program: Program, found: Stationary, border: _Border) -> Kin
             return None
         side = program.at(u, motions)
         worst = int(np.argmax(side.objective))
-        by = side.objective_by[worst][program.columns] * (program.high - program.low)
+        # Along the border both sides agree on what the limits cost.
+        whole = side.objective_by[worst] - found.multipliers @ side.slacks_by
+        by = whole[program.columns] * (program.high - program.low)
         if abs(side.objective - place.objective).max() > _JUMP * _BESIDE * (
             1 + abs(side.objective_by).max()
         ):

@@ -18,7 +18,7 @@ Vector = NDArray[np.float64]
 _MOST = 80  # steps of SLSQP
 _EVALUATIONS = 100
 _PRECISE = 1e-11
-_LOST = 10.0  # sizes of the objective, where there is no motion
+_LOST = 10.0  # units of the objective above the start, where there is no motion
 _CLOSE = 1e-6  # of the bounds
 _STUCK = 8  # evaluations in a row that come no further, as beside a border
 
@@ -41,17 +41,20 @@ class Search:
         self.evaluations += 1
         return None if motions is None else self._at(u, motions)
 
-    def go(self, u: Vector) -> list[Place]:
-        """The places passed from u on, the best of them first; none where there is no motion."""
+    def go(self, u: Vector, reach: float = 1.0) -> list[Place]:
+        """The places passed from u on, the best of them first; none where there is no motion.
+
+        No variable is moved farther than `reach`.
+        """
         first = self.begin(u)
         if first is None:
             return []
         known = {u.tobytes(): first}
-        size = max(abs(first.objective).max(), 1e-300)
         k, many = len(u), len(first.objective) > 1
+        low, high = np.maximum(u - reach, 0.0), np.minimum(u + reach, 1.0)
 
         def place(x: Vector) -> Place | None:
-            here = np.clip(x[:k], 0.0, 1.0)
+            here = np.clip(x[:k], low, high)
             if here.tobytes() not in known:
                 self.evaluations += 1
                 recent = [*known.values()][-_STUCK:]
@@ -78,22 +81,22 @@ class Search:
                 return float(x[-1]), slope
             found = place(x)
             if found is None:
-                return _LOST, slope
-            slope[:] = self.by_u(found.objective_by)[0] / size
-            return float(found.objective[0]) / size, slope
+                return float(first.objective[0]) + _LOST, slope
+            slope[:] = self.by_u(found.objective_by)[0]
+            return float(found.objective[0]), slope
 
         def limits(x: Vector) -> Vector:
             found = place(x)
             if found is None:
                 return np.full(len(first.slacks) + many * len(first.objective), -_LOST)
-            rest = x[-1] - found.objective / size if many else np.zeros(0)
+            rest = x[-1] - found.objective if many else np.zeros(0)
             return np.concatenate([found.slacks, rest])
 
         def limits_by(x: Vector) -> Vector:
             found = place(x) or first
             rows = self.by_u(found.slacks_by)
             if many:
-                rows = np.vstack([rows, -self.by_u(found.objective_by) / size])
+                rows = np.vstack([rows, -self.by_u(found.objective_by)])
                 rows = np.column_stack(
                     [rows, np.append(np.zeros(len(found.slacks)), np.ones(len(found.objective)))]
                 )
@@ -101,8 +104,10 @@ class Search:
 
         from scipy.optimize import minimize
 
-        begin: Any = np.append(u, first.objective.max() / size) if many else u
-        bounded: list[Any] = [(0.0, 1.0)] * k + [(None, None)] * many
+        begin: Any = np.append(u, first.objective.max()) if many else u
+        bounded: list[Any] = [*zip(low.tolist(), high.tolist(), strict=True)] + [
+            (None, None)
+        ] * many
         held: Any = [{"type": "ineq", "fun": limits, "jac": limits_by}]
         with np.errstate(all="ignore"), suppress(_Enough):
             minimize(
@@ -121,7 +126,8 @@ class Search:
         found: Vector = rows[:, self.program.columns] * (self.program.high - self.program.low)
         return found
 
-    def rank(self, place: Place) -> tuple[float, float]:
+    @staticmethod
+    def rank(place: Place) -> tuple[float, float]:
         """How far beyond its limits a place is, and its objective."""
         beyond = max(0.0, -float(place.slacks.min(initial=0.0)) - KEPT)
         return beyond, float(place.objective.max())
@@ -131,4 +137,4 @@ class Search:
             found = self.program.at(u, motions)
         except np.linalg.LinAlgError:
             return None
-        return found if np.all(np.isfinite(found.objective_by)) else None
+        return found if found.finite else None

@@ -7,7 +7,6 @@ optimum's conditions ends it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -16,9 +15,10 @@ from numpy.typing import NDArray
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import Program, scenarios_of
-from capsule_sym._design.quantities import Function, System, function_of, limits_of, names_of
+from capsule_sym._design.quantities import Function, System, function_of, limits_of, names_of, real
 from capsule_sym._errors import InvalidInput
-from capsule_sym._parameters import POSITIVE, Parameters
+from capsule_sym._map.checks import check_start
+from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 
 Vector = NDArray[np.float64]
 
@@ -55,9 +55,8 @@ def optimise(
     The optimum is a local one, the best of those that were found. Raises InvalidInput for names,
     bounds or texts that are not allowed.
     """
-    program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances or {})
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        raise InvalidInput("samples", samples, "a whole number >= 1")
+    program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
+    check_survey(samples, seed)
     return Optimiser(program, named(metric)).run(samples, seed)
 
 
@@ -76,16 +75,20 @@ def program_of(
     subject_to: Sequence[object],
     margin: float | None,
     starts: Sequence[Sequence[float]],
-    tolerances: Mapping[str, float],
+    tolerances: Mapping[str, float] | None,
 ) -> Program:
     """What is optimised, checked; raises InvalidInput."""
     system = Parameters() if base is None else base
+    if not isinstance(system, Parameters | PhysicalParameters):
+        raise InvalidInput("base", base, "Parameters or PhysicalParameters")
     names, low, high = _bounds(over, system)
-    if margin is not None and not 0 <= margin < 1:
+    if margin is not None and not (real(margin) and 0 <= margin < 1):
         raise InvalidInput("margin", margin, "from 0 to below 1")
     if isinstance(subject_to, str):
         subject_to = (subject_to,)
-    return Program(
+    if not isinstance(subject_to, Sequence):
+        raise InvalidInput("subject_to", subject_to, "a list of constraints")
+    program = Program(
         system=system,
         names=names,
         low=low,
@@ -96,23 +99,45 @@ def program_of(
         margin=margin,
         scenarios=scenarios_of(starts, tolerances, system),
     )
+    _check_ends(program)
+    return program
+
+
+def _check_ends(program: Program) -> None:
+    """Raises InvalidInput for bounds at which the map cannot be run."""
+    for i, name in enumerate(program.names):
+        for end in (0.0, 1.0):
+            u = np.full(len(program.names), 0.5)
+            u[i] = end
+            system = program.system_at(u)
+            try:
+                p = system if isinstance(system, Parameters) else system.dimensionless()
+                check_start(p, (0.0, 0.0, 0.0), 0.0, 1)
+            except InvalidInput as error:
+                bounds = float(program.low[i]), float(program.high[i])
+                allowed = f"such that {error.field} is {error.allowed}"
+                raise InvalidInput(f"bounds of {name}", bounds, allowed) from None
+
+
+def check_survey(samples: int, seed: int) -> None:
+    """Raises InvalidInput for the size or the seed of a survey that are none."""
+    for field, value, least in (("samples", samples, 1), ("seed", seed, 0)):
+        if isinstance(value, bool) or not isinstance(value, int) or value < least:
+            raise InvalidInput(field, value, f"a whole number >= {least}")
 
 
 def _bounds(
     over: Mapping[str, Sequence[float]], system: System
 ) -> tuple[tuple[str, ...], Vector, Vector]:
     """Names of the variables, and their bounds."""
-    if not over:
-        raise InvalidInput("over", dict(over), "one parameter or more, each with its bounds")
+    if not isinstance(over, Mapping) or not over:
+        raise InvalidInput("over", over, "one parameter or more, each with its bounds")
     for name, bounds in over.items():
         if name not in names_of(system):
             raise InvalidInput("over", name, f"of {', '.join(names_of(system))}")
-        ends = tuple(bounds)
+        ends = tuple(bounds) if isinstance(bounds, Sequence | np.ndarray) else ()
         allowed = "two finite numbers that ascend, from 0 on"
-        if len(ends) != 2 or not all(
-            isinstance(end, int | float) and not isinstance(end, bool) and math.isfinite(end)
-            for end in ends
-        ):
+        if len(ends) != 2 or not all(map(real, ends)):
             raise InvalidInput(f"bounds of {name}", bounds, allowed)
         if not 0 <= ends[0] < ends[1] or (name in POSITIVE and ends[0] == 0):
             raise InvalidInput(

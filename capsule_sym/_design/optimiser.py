@@ -13,13 +13,16 @@ from numpy.typing import NDArray
 from capsule_sym._design.evaluation import agrees
 from capsule_sym._design.kinks import Kink, kink_beside
 from capsule_sym._design.local import Search
-from capsule_sym._design.optimum import Optimum
+from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.results import infeasible, no_motion, told
+from capsule_sym._design.results import infeasible, nowhere, told
 from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
 
 _FOLLOWED = 3  # starts, at most, from which the optimum is sought
-_WORSE = 1e-5  # share of the objective: a search rests a little beyond its limits
+_WORSE = 1e-5  # units of the objective: a search rests a little beyond its limits
+_AGAIN = 4  # searches that go on from the best place, where others left it
+_REACH = 0.1  # of the bounds, of the first of them
+_SHORTER = 0.2  # the next one's, where it finds nothing better
 _APART = 0.15  # of the bounds, between two of them
 Vector = NDArray[np.float64]
 
@@ -33,20 +36,49 @@ class Optimiser:
 
     def run(self, samples: int, seed: int) -> Optimum:
         """Survey, follow the best starts, and tell of the best optimum."""
-        runs = [self.go(self.program, u) for u in self.starts(samples, seed)]
-        runs = [places for places in runs if places]
+        starts = self.starts(samples, seed)
+        runs = [places for u in starts if (places := self.go(self.program, u))]
         if not runs:
-            return self.counted(no_motion(self.program, self.name))
+            return self.counted(self.nowhere(bool(starts)))
         if not any(_feasible(places[0]) for places in runs):
-            runs = self.made_feasible(runs)
+            runs = self.made_feasible(runs) or runs
             if not _feasible(runs[0][0]):
                 return self.counted(infeasible(self.program, self.name, runs[0][0]))
         runs = [places for places in runs if _feasible(places[0])]
         runs.sort(key=lambda places: float(places[0].objective.max()))
+        best = runs[0][0]
         for places in runs:
-            if (found := self.ended(places)) is not None:
+            found = self.ended(places)
+            if found is not None and self.as_good(found, best):
                 return found
-        return self.told(rough(self.program, runs[0][0]), None)
+        return self.from_best(runs[0])
+
+    def from_best(self, places: list[Place]) -> Optimum:
+        """What is found where searches left a place, the best, that is no optimum."""
+        reach = _REACH
+        for _ in range(_AGAIN):
+            again = self.go(self.program, places[0].u, reach)
+            if not again or Search.rank(again[0]) >= Search.rank(places[0]):
+                reach *= _SHORTER
+            places = sorted([*again, *places], key=Search.rank)
+            found = self.ended(places)
+            if found is not None and self.as_good(found, places[0]):
+                return found
+        return self.told(rough(self.program, places[0]), None)
+
+    def nowhere(self, moving: bool) -> Optimum:
+        """That no start leads to a motion, or to none at which limits have numbers."""
+        if not moving:
+            status, message = OptimumStatus.NO_MOTION, "no start leads to a periodic motion"
+        else:
+            status, texts = OptimumStatus.INFEASIBLE, " and ".join(self.program.texts)
+            message = f"no place within the bounds was found to satisfy {texts}"
+        return nowhere(self.program, self.name, status, message)
+
+    def as_good(self, found: Optimum, best: Place) -> bool:
+        """Whether an optimum is as good as the best place that is known to be feasible."""
+        value = self.program.sign * found.value / self.program.unit
+        return value <= float(best.objective.max()) + _WORSE
 
     def from_place(self, u: Vector) -> Optimum | None:
         """The optimum that is next to a place; None where there is none."""
@@ -57,8 +89,10 @@ class Optimiser:
         """Where to begin: of a survey the feasible first, then the best, apart from each other."""
         points = _spread(len(self.program.names), samples, seed)
         self.samples = samples
-        worst, least = self.program.survey(points)
+        worst, slacks = self.program.survey(points)
+        self.program = self.program.scaled(self.name, worst, slacks)
         known = np.flatnonzero(np.isfinite(worst))
+        least = (slacks / self.program.sizes[: slacks.shape[1]]).min(axis=1, initial=np.inf)
         order = known[np.lexsort((worst[known], np.maximum(0.0, -least)[known]))]
         chosen: list[Vector] = []
         for i in order.tolist():
@@ -66,12 +100,16 @@ class Optimiser:
                 chosen.append(points[i])
             if len(chosen) == _FOLLOWED:
                 break
+        if chosen and (first := Search(self.program).begin(chosen[0])) is not None:
+            # A few cells may vary less than the objective does.
+            slope = abs(Search(self.program).by_u(first.objective_by)).max()
+            self.program = replace(self.program, unit=self.program.unit * max(1.0, float(slope)))
         return chosen
 
-    def go(self, program: Program, u: Vector) -> list[Place]:
+    def go(self, program: Program, u: Vector, reach: float = 1.0) -> list[Place]:
         """The places that a search from u passed, the best first."""
         search = Search(program)
-        places = search.go(u)
+        places = search.go(u, reach)
         self.evaluations += search.evaluations
         self.followed += 1
         return places
@@ -103,8 +141,7 @@ class Optimiser:
             and found.minimal
             and bool(np.all((place.u >= 0.0) & (place.u <= 1.0)))
             and _feasible(place)
-            and float(place.objective.max())
-            < near.objective.max() + _WORSE * abs(near.objective.max())
+            and float(place.objective.max()) <= float(near.objective.max()) + _WORSE
             and all(motion.realised for motion in place.motions)
             and self.confirmed(place)
         )

@@ -80,7 +80,8 @@ class Optimum:
     """The same as a sentence."""
     residual: float
     """Largest residual of the conditions of Karush, Kuhn and Tucker: of the derivatives of the
-    Lagrangian by the variables, each times its range, over the metric; and of active limits."""
+    Lagrangian by the variables, each times its range, over how much the metric varies within the
+    bounds; and of active limits."""
     constraints: tuple[Constraint, ...]
     """The constraints that were asked for, in the order of scenarios."""
     bounds: dict[str, float]
@@ -99,7 +100,7 @@ class Optimum:
     """The itineraries to both sides where the optimum is on a border between them."""
     sides: tuple[float, float] | None
     """There the metric's slopes away from the border into both sides, along its normal, by the
-    scaled variables: both point downhill."""
+    scaled variables, each less what active constraints let it gain: both point downhill."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Evaluations, starts that were followed, and cells of the survey."""
 

@@ -6,18 +6,20 @@ the optimum before: the multiplier of the bound is the slope of the front.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.optimise import named, program_of
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.optimise import check_survey, named, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit, System, function_of, number
+from capsule_sym._design.quantities import Function, Limit, System, function_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import Labelled
 
@@ -29,6 +31,9 @@ Vector = NDArray[np.float64]
 class Front(Labelled):
     """Points of a Pareto front, by increasing second metric: `points` (n,), each an `Optimum`.
 
+    The first is the optimum of the second metric: its residual is of that one's conditions, and it
+    has no multipliers and slopes of the first metric.
+
     In SI units where the system is a device, else dimensionless.
     """
 
@@ -38,7 +43,10 @@ class Front(Labelled):
     """Whether the first is to be great; the second is always to be small."""
     points: tuple[Optimum, ...]
     costs: Vector
-    """The second metric, shape (n,)."""
+    """The second metric, of the worst scenario, shape (n,)."""
+    slopes: Vector
+    """What the first metric gains by for each unit more of the second, shape (n,); nan at both
+    ends, which no bound on the second metric holds."""
     success: bool
     """Whether both ends were found, and a point for every bound between them."""
     status: OptimumStatus
@@ -61,16 +69,11 @@ class Front(Labelled):
         """The points as columns: both metrics, variables, slope of the front, itinerary, status."""
         first, second = self.metrics
         names = list(self.points[0].over) if self.points else []
-        # The ends have no bound on the second metric, and so no slope.
-        bounds = [
-            next((one for one in point.constraints if one.text.startswith(f"{second} <= ")), None)
-            for point in self.points
-        ]
         return {
             first: self.values,
             second: self.costs,
             **{name: np.array([point.over[name] for point in self.points]) for name in names},
-            "slope": np.array([bound.multiplier if bound else np.nan for bound in bounds]),
+            "slope": self.slopes,
             "residual": np.array([point.residual for point in self.points]),
             "itinerary": np.array([" ".join(point.itinerary) for point in self.points], np.str_),
             "status": np.array([str(point.status) for point in self.points], np.str_),
@@ -128,11 +131,18 @@ def pareto(
     """
     if isinstance(points, bool) or not isinstance(points, int) or points < 2:
         raise InvalidInput("points", points, "a whole number >= 2")
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        raise InvalidInput("samples", samples, "a whole number >= 1")
-    program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances or {})
+    check_survey(samples, seed)
+    program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
     cost = function_of("against", against, program.system)
     return _Fronts(program, cost, (named(metric), named(against))).run(points, samples, seed)
+
+
+class _Point(NamedTuple):
+    """An optimum, the second metric of its worst scenario, and the slope of the front there."""
+
+    optimum: Optimum
+    cost: float
+    slope: float = math.nan
 
 
 class _Fronts:
@@ -141,30 +151,32 @@ class _Fronts:
 
     def run(self, points: int, samples: int, seed: int) -> Front:
         """The ends, and the points between them from either end."""
-        best = Optimiser(self.program, self.names[0]).run(samples, seed)
-        least_program = replace(self.program, function=self.cost, sign=1)
-        least = Optimiser(least_program, self.names[1]).run(samples, seed)
+        first = Optimiser(self.program, self.names[0])
+        best = first.run(samples, seed)
+        second = Optimiser(replace(self.program, function=self.cost, sign=1), self.names[1])
+        least = second.run(samples, seed)
         for end in (best, least):
-            if not end.orbits or end.status is OptimumStatus.INFEASIBLE:
+            if not self.whole(end) or end.status is OptimumStatus.INFEASIBLE:
                 return self.front([], end.status, end.message)
-        low, high = least.value, self.cost_of(best)
+        self.program = first.program  # in the units that its survey found
+        begin, cheapest = self.point(best), self.as_end(least)
+        low, high = least.value, begin.cost
         if not high > low:
-            return self.front([best], OptimumStatus.OPTIMAL, "one point is best in both metrics")
-        bounds = np.linspace(low, high, points)
+            return self.front([begin], OptimumStatus.OPTIMAL, "one point is best in both metrics")
+        bounds = np.linspace(low, high, points)[1:-1]
         # At the least cost itself the bound leaves no room: the end is the optimum of the cost.
-        found = [None, *self.swept(bounds[1:-1][::-1], best)[::-1], best]
+        found = self.swept(bounds[::-1], begin)[::-1]
         # The cost has no slope at its own optimum: the way back begins at the point next to it.
-        known = [i for i, point in enumerate(found) if point is not None]
-        again = self.swept(bounds[known[0] + 1 : -1], found[known[0]] or best)
-        back = [*found[: known[0] + 1], *again, best]
-        sign = self.program.sign
-        chosen: list[Optimum] = [self.as_end(least)]
-        for one, other in zip(found[1:], back[1:], strict=True):
-            both = [point for point in (one, other) if point is not None]
+        known = next((i for i, point in enumerate(found) if point is not None), len(found))
+        again = self.swept(bounds[known + 1 :], found[known] or begin) if known < len(found) else []
+        back = [*found[: known + 1], *again]
+        sign, chosen = self.program.sign, [cheapest]
+        for pair in zip(found, back, strict=True):
+            both = [point for point in pair if point is not None]
             if both:
-                chosen.append(min(both, key=lambda point: sign * point.value))
-        kept = self.undominated(chosen)
-        whole = len(kept) == points and all(point.success for point in kept)
+                chosen.append(min(both, key=lambda point: sign * point.optimum.value))
+        kept = self.undominated([*chosen, begin])
+        whole = len(kept) == points and all(point.optimum.success for point in kept)
         message = f"{len(kept)} points"
         if not whole:
             message += f" of {points}: the others are worse in both metrics, or not found"
@@ -172,22 +184,62 @@ class _Fronts:
         status = OptimumStatus.OPTIMAL if both_ends else OptimumStatus.NOT_CONVERGED
         return self.front(kept, status, message)
 
-    def as_end(self, least: Optimum) -> Optimum:
-        """The optimum of the cost, told as a point of the front."""
-        found = of_first(least, self.program)
-        return replace(least, metric=self.names[0], maximised=self.program.sign < 0, value=found)
+    def as_end(self, least: Optimum) -> _Point:
+        """The optimum of the cost, told as a point of the front.
 
-    def swept(self, bounds: Vector, begin: Optimum) -> list[Optimum | None]:
+        What holds it there is the cost's: the first metric has no multipliers and no slopes.
+        """
+        unheld = [replace(one, multiplier=math.nan) for one in least.constraints]
+        optimum = replace(
+            least,
+            metric=self.names[0],
+            maximised=self.program.sign < 0,
+            value=self.program.sign * self.worst(least, self.program),
+            constraints=tuple(unheld),
+            bounds=dict.fromkeys(least.bounds, math.nan),
+            slopes={},
+        )
+        return _Point(optimum, least.value)
+
+    def point(self, optimum: Optimum, slope: float = math.nan) -> _Point:
+        """An optimum with what it costs."""
+        return _Point(optimum, self.worst(optimum, self.costs), slope)
+
+    @property
+    def costs(self) -> Program:
+        """The second metric as what is to be least."""
+        return replace(self.program, function=self.cost, sign=1)
+
+    def worst(self, optimum: Optimum, program: Program) -> float:
+        """A program's function, by its sign, in the worst of the scenarios of an optimum."""
+        motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
+        plain = replace(program, unit=1.0, limits=(), limit_units=(), margin=None)
+        return float(plain.at(self.place(optimum), motions).objective.max())
+
+    def swept(self, bounds: Vector, begin: _Point) -> list[_Point | None]:
         """The optimum at each bound, each from the one before."""
-        found: list[Optimum | None] = []
-        last = begin
+        found: list[_Point | None] = []
+        last, before = begin.optimum, len(self.program.limits)
         for bound in bounds.tolist():
             limit = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
-            program = replace(self.program, limits=(*self.program.limits, limit))
+            program = replace(
+                self.program,
+                limits=(*self.program.limits, limit),
+                limit_units=(*self.program.limit_units, abs(bound) or 1.0),
+            )
             point = Optimiser(program, self.names[0]).from_place(self.place(last))
-            found.append(point)
-            last = point or last
+            if point is None or not self.whole(point):
+                found.append(None)
+                continue
+            # All scenarios have this bound: it is let out for all of them.
+            held = point.constraints[before :: len(program.texts)]
+            found.append(self.point(point, sum(one.multiplier for one in held)))
+            last = point
         return found
+
+    def whole(self, point: Optimum) -> bool:
+        """Whether a point has the orbits of all scenarios."""
+        return len(point.orbits) == len(self.program.scenarios)
 
     def place(self, point: Optimum) -> Vector:
         """The scaled variables of a point."""
@@ -195,36 +247,24 @@ class _Fronts:
         values = np.array(list(point.over.values()))
         return np.clip((values - program.low) / (program.high - program.low), 0.0, 1.0)
 
-    def cost_of(self, point: Optimum) -> float:
-        """The second metric of a point, of its worst scenario's motion told first."""
-        metrics = point.metrics | {
-            name: getattr(point.system, name) for name in type(point.system).__slots__
-        }
-        return number(self.cost(metrics))[0]
-
-    def undominated(self, points: Sequence[Optimum]) -> list[Optimum]:
+    def undominated(self, points: Sequence[_Point]) -> list[_Point]:
         """The points than which no other is better in one metric and as good in the other."""
-        sign, kept = self.program.sign, list[Optimum]()
-        for point in sorted(points, key=self.cost_of):
-            if not kept or sign * point.value < sign * kept[-1].value - _BETTER * abs(point.value):
+        sign, kept = self.program.sign, list[_Point]()
+        better = _BETTER * self.program.unit
+        for point in sorted(points, key=lambda point: point.cost):
+            value = sign * point.optimum.value
+            if not kept or value < sign * kept[-1].optimum.value - better:
                 kept.append(point)
         return kept
 
-    def front(self, points: Sequence[Optimum], status: OptimumStatus, message: str) -> Front:
+    def front(self, points: Sequence[_Point], status: OptimumStatus, message: str) -> Front:
         return Front(
             metrics=self.names,
             maximised=self.program.sign < 0,
-            points=tuple(points),
-            costs=np.array([self.cost_of(point) for point in points]),
+            points=tuple(point.optimum for point in points),
+            costs=np.array([point.cost for point in points]),
+            slopes=np.array([point.slope for point in points]),
             success=bool(points) and status is OptimumStatus.OPTIMAL,
             status=status,
             message=message,
         )
-
-
-def of_first(point: Optimum, program: Program) -> float:
-    """The objective's metric at a point that was found for another one."""
-    metrics = point.metrics | {
-        name: getattr(point.system, name) for name in type(point.system).__slots__
-    }
-    return number(program.function(metrics))[0]

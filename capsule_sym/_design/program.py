@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design import evaluation
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.quantities import Function, Limit, System, names_of, number, of
+from capsule_sym._design.quantities import Function, Limit, System, names_of, of, real, valued
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import Parameters
 
@@ -63,21 +63,24 @@ class Scenario:
 
 
 def scenarios_of(
-    starts: Sequence[Sequence[float]], tolerances: Mapping[str, float], system: System
+    starts: Sequence[Sequence[float]], tolerances: Mapping[str, float] | None, system: System
 ) -> tuple[Scenario, ...]:
     """All starts with all ends of the tolerances, and with none; raises InvalidInput."""
-    if not len(starts):
+    if not isinstance(starts, Sequence | np.ndarray) or not len(starts):
         raise InvalidInput("starts", starts, "one state (x_r, v_r, v_c) or more")
     states = []
     for one in starts:
-        state = np.asarray(one, dtype=float)
-        if state.shape != (3,) or not np.all(np.isfinite(state)):
-            raise InvalidInput("starts", one, "states (x_r, v_r, v_c)")
+        state = tuple(one) if isinstance(one, Sequence | np.ndarray) else ()
+        if len(state) != 3 or not all(map(real, state)):
+            raise InvalidInput("starts", one, "states (x_r, v_r, v_c) of finite numbers")
         states.append((float(state[0]), float(state[1]), float(state[2])))
+    tolerances = {} if tolerances is None else tolerances
+    if not isinstance(tolerances, Mapping):
+        raise InvalidInput("tolerances", tolerances, "a share for each of some parameters")
     for name, by in tolerances.items():
         if name not in names_of(system):
             raise InvalidInput("tolerances", name, f"of {', '.join(names_of(system))}")
-        if not 0 < by < 1:
+        if not (real(by) and 0 < by < 1):
             raise InvalidInput(f"tolerance of {name}", by, "a share between 0 and 1")
     ends = product(*((1 - by, 1 + by) for by in tolerances.values()))
     factors: list[dict[str, float]] = [{}] if tolerances else []
@@ -89,9 +92,9 @@ def scenarios_of(
 class Place:
     """Objective and slacks of m scenarios at some variables, with derivatives by all parameters.
 
-    The objective is to be least; a slack is how far within a limit, over its
-    size. `objective` (m,), `slacks`
-    (n,), in the order of scenarios, each with all its limits and at last its stability.
+    The objective is to be least, over its unit; a slack is how far within a limit, over its own.
+    `objective` (m,), `slacks` (n,), in the order of scenarios, each with all its limits and at last
+    its stability.
     """
 
     u: Vector
@@ -100,6 +103,12 @@ class Place:
     objective_by: Matrix
     slacks: Vector
     slacks_by: Matrix
+
+    @property
+    def finite(self) -> bool:
+        """Whether there are numbers for all of it."""
+        rows = self.objective, self.objective_by, self.slacks, self.slacks_by
+        return all(bool(np.all(np.isfinite(row))) for row in rows)
 
 
 @dataclass(frozen=True)
@@ -115,6 +124,10 @@ class Program:
     limits: tuple[Limit, ...]
     margin: float | None
     scenarios: tuple[Scenario, ...]
+    unit: float = 1.0
+    """What the objective is divided by: how much it varies."""
+    limit_units: tuple[float, ...] = ()
+    """What the slack of each limit is divided by; its limit where that is not 0."""
     elastic: bool = False
     """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
 
@@ -170,8 +183,12 @@ class Program:
             own = one.system(system)
             found = of(motion.metrics, own)
             factors = one.weights(system)
-            objective.append(_times(number(self.function(found) * self.sign), factors))
-            slacks += [_times(number(limit.slack(found)), factors) for limit in self.limits]
+            value, slope = valued("metric", self.function, found)
+            scale = self.sign / self.unit
+            objective.append((value * scale, slope * scale * factors))
+            for limit in self.limits:
+                value, slope = limit.slack(found)
+                slacks.append((value, slope * factors))
             if self.margin is not None:
                 slack = 1 - self.margin - motion.multiplier
                 slacks.append((slack, self._by_differences(u, motion, one, by)))
@@ -192,9 +209,9 @@ class Program:
 
     @property
     def sizes(self) -> Vector:
-        """The unit of each slack of a scenario: its limit, where that is not 0."""
-        found = [abs(limit.value) or 1.0 for limit in self.limits]
-        return np.array(found + [1.0] * (self.margin is not None))
+        """The unit of each slack of a scenario, of its stability last."""
+        units = [abs(limit.value) or 1.0 for limit in self.limits]
+        return np.array([*(self.limit_units or units), *([1.0] * (self.margin is not None))])
 
     @property
     def texts(self) -> tuple[str, ...]:
@@ -227,9 +244,13 @@ class Program:
                 by[k] -= weight * found.multiplier / step
         return by * one.weights(system)
 
-    def survey(self, points: Matrix) -> tuple[Vector, Vector]:
-        """About what the worst objective and the least slack are, each (n,), nan where unknown."""
-        worst, least = np.full((2, len(points)), -np.inf) * [[1], [-1]]
+    def survey(self, points: Matrix) -> tuple[Vector, Matrix]:
+        """About what the worst objective (n,) and the least slacks (n, limits) are, in no units.
+
+        nan where there is no motion, infinite where a function has no number.
+        """
+        worst = np.full(len(points), -np.inf)
+        least = np.full((len(points), len(self.limits)), np.inf)
         systems = [self.system_at(u) for u in points]
         for one in self.scenarios:
             own = [one.system(system) for system in systems]
@@ -239,17 +260,28 @@ class Program:
                     worst[i] = np.nan
                     continue
                 found = of(metrics, system)
-                value = number(self.function(found) * self.sign)[0]
-                worst[i] = max(worst[i], value) if np.isfinite(value) else np.nan
-                for limit in self.limits:
-                    slack = number(limit.slack(found))[0] / (abs(limit.value) or 1.0)
-                    least[i] = min(least[i], slack)
+                value = valued("metric", self.function, found)[0] * self.sign
+                worst[i] = np.maximum(worst[i], value if np.isfinite(value) else np.inf)
+                for k, limit in enumerate(self.limits):
+                    slack = limit.slack(found)[0]
+                    least[i, k] = min(least[i, k], slack if np.isfinite(slack) else -np.inf)
         return worst, least
 
-
-def _times(one: tuple[float, Vector], factors: Vector) -> tuple[float, Vector]:
-    value, by = one
-    return value, by * factors
+    def scaled(self, name: str, worst: Vector, least: Matrix) -> Program:
+        """The same in units of what a survey found; raises InvalidInput where it has no number."""
+        moving = ~np.isnan(worst)
+        if not moving.any():
+            return self
+        allowed = "a function that has a finite number somewhere within the bounds"
+        if not np.isfinite(worst[moving]).any():
+            raise InvalidInput("metric", name, allowed)
+        finite = worst[np.isfinite(worst)]
+        upper, lower = np.quantile(finite, (0.75, 0.25))
+        units = []
+        for limit, slacks in zip(self.limits, abs(least[moving].T), strict=True):
+            largest = slacks[np.isfinite(slacks)].max(initial=0.0)
+            units.append(abs(limit.value) or float(largest) or 1.0)
+        return replace(self, unit=float(upper - lower) or 1e-300, limit_units=tuple(units))
 
 
 def _dimensionless(system: System) -> Parameters:

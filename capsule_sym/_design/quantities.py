@@ -43,6 +43,12 @@ OF_DEVICE = {
 """Units of a device's parameters, and of a start."""
 
 
+def real(value: object) -> bool:
+    """Whether a value is a finite real number, of Python or of NumPy."""
+    kinds = int | float | np.integer | np.floating
+    return isinstance(value, kinds) and not isinstance(value, bool) and math.isfinite(value)
+
+
 def names_of(system: System) -> tuple[str, ...]:
     """The parameters of a system by name."""
     return type(system).__slots__
@@ -113,9 +119,10 @@ class Limit(NamedTuple):
     sign: int
     """1 where the function is at least the value, -1 where it is at most that."""
 
-    def slack(self, found: Mapping[str, Slope]) -> Slope:
+    def slack(self, found: Mapping[str, Slope]) -> tuple[float, Vector]:
         """How far within the limit, with derivatives; negative beyond it."""
-        return (self.function(found) - self.value) * self.sign
+        value, slope = valued("subject_to", self.function, found, self.text)
+        return (value - self.value) * self.sign, slope * self.sign
 
 
 def function_of(field: str, metric: str | Function, system: System) -> Function:
@@ -127,7 +134,10 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
         return metric
     if not isinstance(metric, str):
         raise InvalidInput(field, metric, "a metric, arithmetic of metrics, or a function of them")
-    return arithmetic(field, metric.replace("-per-", "_per_"), (*UNITS, *names_of(system)))
+    text = metric.replace("-per-", "_per_")
+    function = arithmetic(field, text, (*UNITS, *names_of(system)))
+    function.__name__ = text  # its name in messages
+    return function
 
 
 def limits_of(constraints: Sequence[object], system: System) -> tuple[Limit, ...]:
@@ -151,12 +161,10 @@ def _limit(one: object, system: System) -> Limit:
         if not (isinstance(one, tuple) and len(one) == 3 and one[1] in ("<=", ">=")):
             raise InvalidInput("subject_to", one, allowed)
         metric, relation, number = one
-        if isinstance(number, bool) or not isinstance(number, int | float):
+        if not real(number):
             raise InvalidInput("subject_to", one, allowed)
         function = function_of("subject_to", metric, system)
         text = f"{metric if isinstance(metric, str) else _named(metric)} {relation} {number:g}"
-        if not math.isfinite(number):
-            raise InvalidInput("subject_to", text, "a finite limit")
     return Limit(text, function, float(number), 1 if relation == ">=" else -1)
 
 
@@ -164,8 +172,26 @@ def _named(function: object) -> str:
     return str(getattr(function, "__name__", "function"))
 
 
-def number(value: object) -> tuple[float, Vector]:
-    """Value and derivatives of what a function gave; it may have given a plain number."""
-    if isinstance(value, Slope):
-        return float(value.value), np.asarray(value.slope, dtype=float)
-    return float(value), np.zeros(())  # type: ignore[arg-type]
+def valued(
+    field: str, function: Function, metrics: Mapping[str, Slope], text: str = ""
+) -> tuple[float, Vector]:
+    """Value and derivatives that a function of the metrics gives; nan where it has no number.
+
+    Raises InvalidInput for a function that gives anything but arithmetic of the metrics.
+    """
+    name = text or _named(function)
+    allowed = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"
+    none = math.nan, np.zeros(len(next(iter(metrics.values())).slope))
+    try:
+        found: object = function(metrics)
+    except ArithmeticError:  # such as a division by 0
+        return none
+    except Exception as error:
+        raise InvalidInput(field, name, f"{allowed} ({type(error).__name__}: {error})") from error
+    if not isinstance(found, Slope):
+        # A plain number has lost how it changes, and would pass for a constant.
+        raise InvalidInput(field, name, f"{allowed}, not {type(found).__name__}")
+    if isinstance(found.value, complex):
+        return none
+    value, slope = float(found.value), np.asarray(found.slope, dtype=float)
+    return (value, slope) if math.isfinite(value) else (value, none[1])

@@ -19,7 +19,7 @@ def told(program: Program, name: str, found: Stationary, kink: Kink | None) -> O
     """The result of a place that was found, by words and numbers."""
     place = found.place
     system, sign = program.system_at(place.u), program.sign
-    value = sign * float(place.objective.max())
+    value = sign * program.unit * float(place.objective.max())
     status, message = OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
     if kink is not None:
         status = OptimumStatus.OPTIMAL_AT_BORDER
@@ -28,15 +28,18 @@ def told(program: Program, name: str, found: Stationary, kink: Kink | None) -> O
         status = OptimumStatus.NOT_CONVERGED
         message = "the best that was found does not satisfy the conditions of an optimum"
     whole = program.at(place.u, place.motions, WHOLE)
-    slopes = sign * (found.weights @ whole.objective_by - found.multipliers @ whole.slacks_by)
+    unit = program.unit
+    slopes = (
+        sign * unit * (found.weights @ whole.objective_by - found.multipliers @ whole.slacks_by)
+    )
     if kink is not None:
-        slopes = slopes - sign * found.border * kink.border_by
+        slopes = slopes - sign * unit * found.border * kink.border_by
     count = len(program.texts)
     constraints = [
         Constraint(
             text=text,
             slack=float(place.slacks[s * count + i] * program.sizes[i]),
-            multiplier=float(found.multipliers[s * count + i] / program.sizes[i]),
+            multiplier=float(found.multipliers[s * count + i] * unit / program.sizes[i]),
             active=bool(found.multipliers[s * count + i] > 0),
             scenario=s,
         )
@@ -57,7 +60,7 @@ def told(program: Program, name: str, found: Stationary, kink: Kink | None) -> O
         residual=found.residual,
         constraints=tuple(constraints),
         bounds={
-            name: float(abs(found.bounds[i])) / float(ranges[i])
+            name: float(abs(found.bounds[i])) * unit / float(ranges[i])
             for i, name in enumerate(program.names)
             if place.u[i] in (0.0, 1.0)
         },
@@ -73,7 +76,7 @@ def told(program: Program, name: str, found: Stationary, kink: Kink | None) -> O
         border=None
         if kink is None
         else tuple(" ".join(side.motions[kink.which].itinerary) for side in kink.sides),
-        sides=None if kink is None else kink.slopes,
+        sides=None if kink is None else (unit * kink.slopes[0], unit * kink.slopes[1]),
     )
 
 
@@ -103,8 +106,8 @@ def infeasible(program: Program, name: str, place: Place) -> Optimum:
     return replace(found, success=False, status=OptimumStatus.INFEASIBLE, message=message)
 
 
-def no_motion(program: Program, name: str) -> Optimum:
-    """That there is no motion."""
+def nowhere(program: Program, name: str, status: OptimumStatus, message: str) -> Optimum:
+    """That there is no place to tell of."""
     nan = math.nan
     return Optimum(
         metric=name,
@@ -114,8 +117,8 @@ def no_motion(program: Program, name: str) -> Optimum:
         value=nan,
         metrics={},
         success=False,
-        status=OptimumStatus.NO_MOTION,
-        message="no start leads to a periodic motion",
+        status=status,
+        message=message,
         residual=nan,
         constraints=(),
         bounds={},

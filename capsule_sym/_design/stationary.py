@@ -37,7 +37,7 @@ class Stationary:
     """A place with multipliers, and the largest residual of the conditions there.
 
     The residual is that of the Lagrangian's derivatives by the scaled variables and of the active
-    limits, over the size of the objective. `weights` (m,) are those of the scenarios' objectives,
+    limits. `weights` (m,) are those of the scenarios' objectives,
     `multipliers` (n,) of the slacks, `bounds` (k,) of the variables' bounds, positive where the
     objective would fall beyond an upper one, negative at a lower one; `border` that of the border.
     """
@@ -49,7 +49,8 @@ class Stationary:
     border: float
     residual: float
     minimal: bool
-    """Whether multipliers have the signs of a minimum and the curvature is not negative."""
+    """Whether, where the residual is that of an optimum, multipliers have the signs of a minimum
+    and the curvature is not negative."""
 
 
 def stationary(
@@ -78,17 +79,15 @@ class _Own:
         self, program: Program, place: Place, border: Border | None, orbits: tuple[Motion, ...]
     ) -> None:
         self.program, self.border, self.orbits = program, border, orbits
-        self.size = max(abs(place.objective).max(), 1e-300)
+        self.borders: dict[Place, tuple[float, Vector]] = {}
         self.scale = program.high - program.low
         self.columns = program.columns
         u = place.u.copy()
         u[u < _AT_BOUND], u[u > 1 - _AT_BOUND] = 0.0, 1.0
         self.start = u
-        self.scenarios = np.flatnonzero(
-            place.objective > place.objective.max() - _ACTIVE * self.size
-        )
+        self.scenarios = np.flatnonzero(place.objective > place.objective.max() - _ACTIVE)
         self.free = np.flatnonzero((u > 0.0) & (u < 1.0))
-        self.limits = np.flatnonzero(place.slacks < _ACTIVE * (1 + abs(place.objective).max()))
+        self.limits = np.flatnonzero(place.slacks < _ACTIVE)
 
     def at(self, u: Vector) -> Place | None:
         orbits = self.program.extended(self.orbits, u)
@@ -98,7 +97,9 @@ class _Own:
         """What is held at zero, with derivatives by the scaled variables: limits, and border."""
         values, by = place.slacks[self.limits], place.slacks_by[self.limits]
         if self.border is not None:
-            value, row = self.border(place)
+            if place not in self.borders:
+                self.borders[place] = self.border(place)
+            value, row = self.borders[place]
             values, by = np.append(values, value), np.vstack([by, row])
         if not (np.all(np.isfinite(values)) and np.all(np.isfinite(by))):
             raise np.linalg.LinAlgError("what is held has no derivatives")
@@ -115,20 +116,25 @@ class _Own:
             return found
         return found
 
-    def dropped(self, found: Stationary) -> bool:
-        """Whether something active is let go because its multiplier has the wrong sign."""
-        wrong = [i for i in self.limits if found.multipliers[i] < -_ROUNDING * self.size]
+    def pulling(self, found: Stationary) -> tuple[list[int], list[int], list[int]]:
+        """Limits, bounds and scenarios that are active, whose multipliers have the wrong sign."""
+        wrong = [i for i in self.limits.tolist() if found.multipliers[i] < -_ROUNDING]
         loose = [
             i
             for i in range(len(self.start))
             if i not in self.free
-            and found.bounds[i] * (1 if self.start[i] == 1.0 else -1) < -_ROUNDING * self.size
+            and found.bounds[i] * (1 if self.start[i] == 1.0 else -1) < -_ROUNDING
         ]
         light = [
             k
             for k, s in enumerate(self.scenarios)
             if len(self.scenarios) > 1 and found.weights[s] < -_ROUNDING
         ]
+        return wrong, loose, light
+
+    def dropped(self, found: Stationary) -> bool:
+        """Whether something active is let go because its multiplier has the wrong sign."""
+        wrong, loose, light = self.pulling(found)
         if not (wrong or loose or light):
             return False
         self.limits = np.array([i for i in self.limits if i not in wrong], dtype=int)
@@ -188,7 +194,7 @@ class _Own:
         return np.concatenate([[place.objective[self.scenarios].max()], guess])
 
     def residual(self, place: Place, unknowns: Vector) -> Vector:
-        """Residual of the equations, over the size of the objective."""
+        """Residual of the equations."""
         m = len(self.scenarios)
         level, weights, others = unknowns[0], unknowns[1 : 1 + m], unknowns[1 + m :]
         values, by = self.held(place)
@@ -196,8 +202,8 @@ class _Own:
         lagrangian = weights @ by_u - others @ by
         return np.concatenate(
             [
-                lagrangian[self.free] / self.size,
-                (place.objective[self.scenarios] - level) / self.size,
+                lagrangian[self.free],
+                place.objective[self.scenarios] - level,
                 [weights.sum() - 1.0],
                 values,
             ]
@@ -244,15 +250,18 @@ class _Own:
         multipliers[self.limits] = others[: len(self.limits)]
         bounds = -lagrangian
         bounds[self.free] = 0.0
-        return Stationary(
+        found = Stationary(
             place=place,
             weights=every,
             multipliers=multipliers,
             bounds=bounds,
             border=float(others[-1]) if self.border is not None else 0.0,
             residual=worst,
-            minimal=self.curved(place, unknowns, by),
+            minimal=False,
         )
+        if not worst < SOLVED or any(self.pulling(found)):
+            return found
+        return replace(found, minimal=self.curved(place, unknowns, by))
 
     def curved(self, place: Place, unknowns: Vector, by: Matrix) -> bool:
         """Whether the Lagrangian's curvature along what is held is not negative."""

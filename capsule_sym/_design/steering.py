@@ -155,9 +155,9 @@ def steer(
     Raises InvalidInput as `optimise` does, and for a drive by anything else.
     """
     system = Parameters() if base is None else base
-    bounds = dict(usual_drive(system) if over is None else over)
+    bounds = usual_drive(system) if over is None else over
     allowed = _drives(system)
-    for name in bounds:
+    for name in bounds if isinstance(bounds, Mapping) else ():
         if name not in allowed:
             raise InvalidInput("over", name, f"of {' and '.join(allowed)}")
     forward, backward = (

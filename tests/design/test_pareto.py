@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from capsule_sym import Front, InvalidInput, Parameters, pareto
+from capsule_sym import Front, InvalidInput, Parameters, pareto, performance, solve_orbit
 from capsule_sym._design import evaluation
 
 BOUNDS = {"alpha": (0.3, 2.0), "omega": (0.6, 1.2)}
@@ -64,6 +64,58 @@ def test_a_front_is_a_table_and_a_record(front: Front) -> None:
 def test_one_point_may_be_best_in_both() -> None:
     found = pareto("speed", "peak_force - speed*100", {"alpha": (0.7, 0.9)}, points=5, samples=4)
     assert len(found.points) == 1
+
+
+def test_both_metrics_count_in_their_worst_motion() -> None:
+    found = pareto(
+        "speed",
+        "cost_of_transport",
+        {"alpha": (1.0, 1.1)},
+        tolerances={"zeta": 0.5},
+        points=4,
+        samples=16,
+    )
+    assert len(found.points) == 4
+    for k in (0, -1):
+        metrics = [
+            performance(solve_orbit(Parameters(alpha=found.points[k].over["alpha"], zeta=zeta)))
+            for zeta in (0.05, 0.025, 0.075)
+        ]
+        speeds = [float(abs(one.velocity.value)) for one in metrics]
+        costs = [float(one.work.value / abs(one.progression.value)) for one in metrics]
+        assert found.values[k] == pytest.approx(min(speeds), rel=1e-9)
+        assert found.costs[k] == pytest.approx(max(costs), rel=1e-9)
+    assert [found.points[k].over["alpha"] for k in (0, -1)] == pytest.approx([1.0, 1.1])
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"subject_to": ["cost_of_transport <= 3", "peak_force <= 4"]},
+        {"starts": [(0, 0, 0), (0.1, 0, 0)]},
+        {"tolerances": {"zeta": 0.1}},
+    ],
+)
+def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:
+    found = pareto("speed", "cost_of_transport", BOUNDS, points=5, samples=16, **changed)
+    assert len(found.points) == 5
+    slopes = found.columns["slope"]
+    chords = np.diff(found.values) / np.diff(found.costs)
+    assert np.isnan(slopes[[0, -1]]).all()
+    # This front is concave: a slope lies between those of the chords beside it.
+    assert np.all(chords[1:] < slopes[1:-1])
+    assert np.all(slopes[1:-1] < chords[:-1])
+
+
+def test_the_end_of_least_cost_claims_nothing_of_the_first_metric() -> None:
+    found = pareto("speed", "work", {"alpha": (0.5, 0.9)}, points=2, samples=8)
+    assert len(found.points) == 2
+    end = found.points[0]
+    assert end.over["alpha"] == 0.5
+    assert end.metric == "speed"
+    assert end.slopes == {}
+    assert np.isnan(end.bounds["alpha"])
+    assert found.points[-1].slopes
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,160 @@
+"""What an optimisation makes of its metric, its limits and the units it has them in."""
+
+import numpy as np
+import pytest
+
+from capsule_sym import InvalidInput, OptimumStatus, PhysicalParameters, optimise, pareto, steer
+from capsule_sym._design import evaluation
+from capsule_sym._design.optimise import program_of
+from capsule_sym._design.optimiser import _spread
+from capsule_sym._design.stationary import _Own, rough
+
+BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
+START = ((0.0, 0.0, 0.0),)
+DEVICE = PhysicalParameters(
+    M_m=0.5, M_c=1.65, k1=50.0, k2=75.0, c=0.5, G=0.0017, P_d=3.0, Omega=8.0, mu=0.2
+)
+
+
+def surveyed(limit: float) -> float:
+    """The greatest speed in the survey's own cells at which the peak force is within a limit."""
+    program = program_of("speed", BOUNDS, None, True, (), None, START, None)
+    systems = [program.system_at(u) for u in _spread(2, 256, 0)]
+    found = evaluation.survey(systems, START[0])
+    return max(
+        abs(one["velocity"].value) for one in found if one and one["peak_force"].value <= limit
+    )
+
+
+def test_no_optimum_is_worse_than_a_place_that_is_known_to_be_within_the_limits() -> None:
+    found = optimise("speed", BOUNDS, subject_to=["peak_force <= 1.8"])
+    best = surveyed(1.8)
+    assert best > 0.042  # where a search that leaves it comes to 0.041165
+    assert found.success
+    assert found.value > best
+    assert found.metrics["peak_force"] <= 1.8 * (1 + 1e-7)
+    # It is where a border and the limit cross: beside it nothing within the limit is better.
+    assert found.status is OptimumStatus.OPTIMAL_AT_BORDER
+    draw = np.random.default_rng(5)
+    beside = [
+        found.system.replace(
+            alpha=found.over["alpha"] + 1e-3 * a, omega=found.over["omega"] + 1e-3 * w
+        )
+        for a, w in draw.uniform(-1, 1, (200, 2)).tolist()
+    ]
+    near = evaluation.survey(beside, START[0])
+    values = [abs(m["velocity"].value) for m in near if m and m["peak_force"].value <= 1.8]
+    assert len(values) > 50
+    assert found.value - 1e-3 < max(values) < found.value
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda m: m["speed"].value,
+        lambda m: None,
+        lambda m: m["joy"],
+        lambda m: abs(m["velocity"]),
+        lambda m: max(m["speed"], m["work"]),
+        lambda m: np.sqrt(m["speed"]),
+        lambda m: 1 / 0 * m["speed"],
+        lambda m: m["speed"] * float("nan"),
+        "3",
+        "velocity/0",
+    ],
+)
+def test_a_function_that_has_no_derivatives_or_no_number_is_refused(function) -> None:
+    with pytest.raises(InvalidInput, match=r"a function that|arithmetic") as caught:
+        optimise(function, BOUNDS, samples=8)
+    assert caught.value.field == "metric"
+    with pytest.raises(InvalidInput, match=r"a function that|arithmetic") as caught:
+        pareto("speed", function, BOUNDS, samples=8, points=3)
+    assert caught.value.field in ("metric", "against")
+
+
+def test_limits_that_have_no_number_are_named() -> None:
+    slow = {"alpha": (0.01, 0.3)}  # the capsule stands still, and goes at no cost
+    for limit in ("cost_of_transport <= 1", (lambda m: m["speed"] * float("nan"), "<=", 1.0)):
+        found = optimise("speed", slow, subject_to=[limit], samples=16)
+        assert found.status is OptimumStatus.INFEASIBLE
+        assert found.message.endswith(" <= 1")
+
+
+def test_where_a_function_has_no_number_others_are_taken() -> None:
+    found = optimise("progression/progression*alpha", {"alpha": (0.0, 1.5)}, samples=16)
+    assert found.success
+    assert found.over["alpha"] == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("metric", "limits", "shift", "scale"),
+    [
+        ("speed + 1e10", [], 1e10, 1.0),
+        ("1e6*speed", ["peak_force <= 2.5", "work <= 1.5"], 0.0, 1e6),
+        ("1e-14*speed", ["peak_force <= 2.5"], 0.0, 1e-14),
+        ("speed", [("1e-6*peak_force - 2.5e-6", "<=", 0.0)], 0.0, 1.0),
+    ],
+)
+def test_units_of_a_metric_or_a_limit_decide_nothing(metric, limits, shift, scale) -> None:
+    plain = optimise(
+        "speed", BOUNDS, samples=16, subject_to=["peak_force <= 2.5"] if limits else []
+    )
+    found = optimise(metric, BOUNDS, samples=16, subject_to=limits)
+    assert plain.success
+    assert found.success
+    for name, value in plain.over.items():
+        assert found.over[name] == pytest.approx(value, abs=1e-6)
+    assert found.value == pytest.approx(shift + scale * plain.value, rel=1e-9)
+    assert found.slopes["gamma"] == pytest.approx(scale * plain.slopes["gamma"], rel=1e-5)
+
+
+def test_a_metric_may_be_least_where_it_is_zero() -> None:
+    found = optimise("peak_contact", {"alpha": (0.001, 0.5)}, maximise=False, samples=32)
+    assert found.status is OptimumStatus.OPTIMAL
+    assert found.value == 0.0
+
+
+def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
+    program = program_of(
+        "speed", {"alpha": (0.5, 0.9)}, None, True, ["peak_force <= 5"], None, START, None
+    )
+    u = np.array([0.0])  # the speed rises from this bound on
+    motions = program.settled(u)
+    assert motions is not None
+    place = program.at(u, motions)
+    assert rough(program, place).bounds[0] > 0
+    own = _Own(program, place, None, motions)
+    assert not own.told(0.0, place, own.multipliers(place)).minimal
+
+
+@pytest.mark.parametrize(
+    ("changed", "field"),
+    [
+        ({"over": {"alpha": 1.0}}, "bounds of alpha"),
+        ({"over": ["alpha"]}, "over"),
+        ({"margin": "x"}, "margin"),
+        ({"tolerances": ["zeta"]}, "tolerances"),
+        ({"tolerances": {"zeta": "a"}}, "tolerance of zeta"),
+        ({"seed": -1}, "seed"),
+        ({"starts": ["abc"]}, "starts"),
+        ({"starts": None}, "starts"),
+        ({"base": {"alpha": 1}}, "base"),
+        ({"subject_to": 3}, "subject_to"),
+        ({"over": {"omega": (1e-9, 1)}}, "bounds of omega"),
+        ({"over": {"Omega": (1e-9, 10)}, "base": DEVICE}, "bounds of Omega"),
+    ],
+)
+def test_what_is_not_allowed_is_refused_by_its_name_at_once(changed, field) -> None:
+    given = {"metric": "speed", "over": BOUNDS, "samples": 4} | changed
+    with pytest.raises(InvalidInput) as caught:
+        optimise(**given)
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
+    if not {"starts", "tolerances"} & set(changed):
+        with pytest.raises(InvalidInput) as caught:
+            steer(**{"samples": 4} | changed)
+
+
+def test_bounds_may_be_arrays() -> None:
+    given = {"alpha": np.array([1, 2])}
+    assert optimise("alpha - speed", given, samples=4).over["alpha"] == pytest.approx(2)
