@@ -133,13 +133,14 @@ def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -
 
 def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
     """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
-    size = 1 + abs(marks[-_LONGEST:]).max()
+    size, least = 1 + abs(marks[-_LONGEST:]).max(), math.inf
     for period_number in range(1, _LONGEST + 1):
         if len(marks) <= 2 * period_number:
             return None
         change = abs(marks[-1] - marks[-1 - period_number]).max()
-        if change > _REPEATED * size:
-            continue
+        if change > _REPEATED * size or change >= least:
+            continue  # a turn of another number repeats better
+        least = change
         found = _closed(parameters, marks[-1], period_number)
         if found is None or not found.multiplier < 1:
             continue
@@ -151,14 +152,19 @@ def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
     return None
 
 
-def beside(motion: Motion, parameters: Parameters) -> Motion | None:
-    """The orbit of the same itinerary at other parameters, realised or not; None if none."""
+def beside(motion: Motion, parameters: Parameters, quick: bool = False) -> Motion | None:
+    """The orbit of the same itinerary at other parameters, realised or not; None if none.
+
+    A quick answer is None as well where the map of a motion of the core does not realise it.
+    """
     moved = _values(parameters) - _values(motion.parameters)
     if motion.found is not None:
         state = motion.state + motion.found.by_parameter[0] @ moved
         found = _closed(parameters, state, motion.period_number)
         if found is not None and found.itinerary == motion.itinerary:
             return found
+        if quick:
+            return None
     orbit = motion.orbit
     if orbit is None:
         return None

@@ -56,10 +56,10 @@ class Search:
         def place(x: Vector) -> Place | None:
             here = np.clip(x[:k], low, high)
             if here.tobytes() not in known:
+                if self.evaluations == _EVALUATIONS:  # those that find no motion count as well
+                    raise _Enough
                 self.evaluations += 1
                 recent = [*known.values()][-_STUCK:]
-                if len(known) == _EVALUATIONS:
-                    raise _Enough
                 if len(recent) == _STUCK and all(
                     abs(one.u - here).max() < _CLOSE for one in recent
                 ):

@@ -60,6 +60,7 @@ class Optimiser:
             again = self.go(self.program, places[0].u, reach)
             if not again or Search.rank(again[0]) >= Search.rank(places[0]):
                 reach *= _SHORTER
+                continue
             places = sorted([*again, *places], key=Search.rank)
             found = self.ended(places)
             if found is not None and self.as_good(found, places[0]):

@@ -233,15 +233,22 @@ class Program:
                 continue
             value = getattr(system, name)
             step = _STEP * spans.get(name, abs(value) or 1.0)
-            # Beside 0 the differences are to one side.
-            weights = how.one_sided if value < 2 * step else how.central
-            for place, weight in weights:
-                moved = replace(system, **{name: value + place * step})
-                found = evaluation.beside(motion, _dimensionless(moved))
-                if found is None:
-                    by[k] = 0.0
+            # Beside 0 the differences are to one side, and in a search beside a border as well.
+            ways = [how.one_sided if value < 2 * step else how.central]
+            if how is COARSE and ways[0] is how.central:
+                ways += [how.one_sided, tuple((-place, -weight) for place, weight in how.one_sided)]
+            for weights in ways:
+                moved = [replace(system, **{name: value + place * step}) for place, _ in weights]
+                found = [
+                    evaluation.beside(motion, _dimensionless(system), how is COARSE)
+                    for system in moved
+                ]
+                if all(found):
+                    by[k] = -sum(
+                        weight * cast(Motion, end).multiplier / step
+                        for (_, weight), end in zip(weights, found, strict=True)
+                    )
                     break
-                by[k] -= weight * found.multiplier / step
         return by * one.weights(system)
 
     def survey(self, points: Matrix) -> tuple[Vector, Matrix]:

@@ -1,9 +1,19 @@
 """What an optimisation makes of its metric, its limits and the units it has them in."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-from capsule_sym import InvalidInput, OptimumStatus, PhysicalParameters, optimise, pareto, steer
+from capsule_sym import (
+    InvalidInput,
+    OptimumStatus,
+    Parameters,
+    PhysicalParameters,
+    optimise,
+    pareto,
+    steer,
+)
 from capsule_sym._design import evaluation
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import _spread
@@ -158,3 +168,33 @@ def test_what_is_not_allowed_is_refused_by_its_name_at_once(changed, field) -> N
 def test_bounds_may_be_arrays() -> None:
     given = {"alpha": np.array([1, 2])}
     assert optimise("alpha - speed", given, samples=4).over["alpha"] == pytest.approx(2)
+
+
+@pytest.fixture
+def closings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The orbits that the optimiser had closed, by what closed them: the core, or Python."""
+    made = list[str]()
+    for kind, name in (("core", "performance_many"), ("python", "solve_itinerary")):
+
+        def counted(real, kind, *given, **more):
+            made.append(kind)
+            return real(*given, **more)
+
+        monkeypatch.setattr(evaluation, name, partial(counted, getattr(evaluation, name), kind))
+    return made
+
+
+@pytest.mark.skipif(evaluation.core is None, reason="counts what the core does")
+def test_a_margin_that_cannot_hold_takes_bounded_work(closings) -> None:
+    found = optimise("speed", BOUNDS, margin=0.9, samples=1)
+    assert found.status is OptimumStatus.INFEASIBLE
+    # Differences of multipliers are by the core while the search goes on.
+    assert closings.count("python") < 50
+    assert found.statistics["evaluations"] <= 100 * found.statistics["followed"]
+
+
+@pytest.mark.skipif(evaluation.core is None, reason="counts what the core does")
+def test_a_motion_that_is_slow_to_settle_is_closed_a_few_times(closings) -> None:
+    p = Parameters(alpha=1.703, omega=2.148, delta=0.191, zeta=0.077, beta=3.0, gamma=9.908)
+    assert evaluation.settle(p, START[0]) is not None
+    assert closings.count("core") <= 12  # not for every length that is about a turn
