@@ -24,7 +24,7 @@ from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
 
 THRESHOLD_BITS, BRANCH_BITS = 320, 128
-GAP = 1e-12  # radius of the balls around bifurcations that are left out
+GAP = 6e-13  # radius of the balls around bifurcations that are left out
 _NEAR = 0.05  # distance from a touch within which the segment's duration is the parameter
 _SHARE = 0.4  # of an interval, at most
 
