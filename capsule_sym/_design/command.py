@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from capsule_sym._design.steering import Steering
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
-_NO_RESULT = 3
+NO_RESULT = 3
 
 
 class NamedRange(Range):
@@ -324,19 +324,27 @@ def _print_json(found: Any, extra: Mapping[str, Any] | None = None) -> None:
 
 def _write(out: Path, name: str, found: Any, extra: Mapping[str, Any] | None = None) -> None:
     """The record, the table and the picture of a result."""
-    from capsule_sym._records import dumps, write
+    from capsule_sym._records import dumps
 
     texts = {f"{name}.json": dumps(finite(found.to_dict() | dict(extra or {}))) + "\n"}
     columns = getattr(found, "columns", {})
     if columns:
         texts[f"{name}.csv"] = table_of(found)
+    drawn = columns and len(next(iter(columns.values())))
+    write_all(out, texts, {f"{name}.svg": (name, found)} if drawn else {})
+
+
+def write_all(out: Path, texts: Mapping[str, str], pictures: Mapping[str, tuple[str, Any]]) -> None:
+    """Write files, and pictures as (kind, result), by name; tell which, and what is not drawn."""
+    from capsule_sym._records import write
+
     paths = write(texts, out)
-    if columns and len(next(iter(columns.values()))):
-        try:
-            draw(name, found, out / f"{name}.svg")
-            paths.append(out / f"{name}.svg")
-        except NotInstalled as missing:
-            click.echo(f"no picture: {missing}", err=True)
+    try:
+        for file, (kind, found) in pictures.items():
+            _draw(kind, found, out / file)
+            paths.append(out / file)
+    except NotInstalled as missing:
+        click.echo(f"no picture: {missing}", err=True)
     click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
 
 
@@ -349,7 +357,7 @@ def table_of(found: Any) -> str:
     return table(rows, list(lists))
 
 
-def draw(name: str, found: Any, path: Path) -> None:
+def _draw(name: str, found: Any, path: Path) -> None:
     """Write the picture of a result: front, steering or fit."""
     from capsule_sym._figures import design
     from capsule_sym._figures.style import save_figure
@@ -366,7 +374,7 @@ def _end(found: Any) -> None:
     """Exit with 3, and the reason, where there is no result."""
     if not found.success:
         click.echo(f"{found.status.value}: {found.message}", err=True)
-        raise click.exceptions.Exit(_NO_RESULT)
+        raise click.exceptions.Exit(NO_RESULT)
 
 
 _MILLI = {"m/s": "mm/s", "m": "mm"}

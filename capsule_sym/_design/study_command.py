@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from capsule_sym._design.command import (
+    NO_RESULT,
     bounds_of,
-    draw,
     finite,
     margin_option,
     over_option,
@@ -20,8 +20,9 @@ from capsule_sym._design.command import (
     tell_steering,
     tolerance_option,
     units_of,
+    write_all,
 )
-from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     chosen_parameters,
     json_option,
@@ -73,7 +74,7 @@ def design(
     from capsule_sym._design.optimum import OptimumStatus
     from capsule_sym._design.pareto import pareto
     from capsule_sym._design.steering import steer, usual_drive
-    from capsule_sym._records import dumps, write
+    from capsule_sym._records import dumps
 
     parameters, device = chosen_parameters(file, dimensionless)
     system = device or parameters
@@ -101,17 +102,12 @@ def design(
     if out is not None:
         texts = {"design.json": text + "\n"}
         texts |= {"front.csv": table_of(front), "path.csv": table_of(steering)}
-        paths = write(texts, out)
-        try:
-            if front.points:
-                draw("front", front, out / "front.svg")
-                paths.append(out / "front.svg")
-            if steering.branches:
-                draw("steering", steering, out / "path.svg")
-                paths.append(out / "path.svg")
-        except NotInstalled as absent:
-            click.echo(f"no picture: {absent}", err=True)
-        click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+        pictures: dict[str, tuple[str, Any]] = {}
+        if front.points:
+            pictures["front.svg"] = "front", front
+        if steering.branches:
+            pictures["path.svg"] = "steering", steering
+        write_all(out, texts, pictures)
     if as_json:
         click.echo(text)
     else:
@@ -120,7 +116,7 @@ def design(
     missing = [name for name, one in found.items() if not one.success]
     if missing:
         click.echo(f"not found: {', '.join(missing)}", err=True)
-        raise click.exceptions.Exit(3)
+        raise click.exceptions.Exit(NO_RESULT)
 
 
 def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
