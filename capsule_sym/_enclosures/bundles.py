@@ -28,10 +28,9 @@ from capsule_sym._enclosures.balls import (
     upper,
 )
 from capsule_sym._enclosures.equations import GUARD_ROWS
-from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
+from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, W
 from capsule_sym._enclosures.guards import Known, Watch
-from capsule_sym._enclosures.trajectories import Step, after, saltation, three
-from capsule_sym._map.expansion import Guard
+from capsule_sym._enclosures.trajectories import Step, after, pin, saltation, three
 
 TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]
@@ -94,7 +93,7 @@ class Fields:
                 following = Known()
             else:
                 h, ended = _switch(field, bundle, step, name)
-                _pin(field, step.guard, ended)
+                pin(field, step.guard, ended)
                 following = after(step.guard)
             if field.stick:
                 for j in range(ended.ncols()):
@@ -172,17 +171,6 @@ def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -
             box[i] = arb(rest[i, 0].abs_upper())
         row += [rates[i] * error, *box]
     return arb_mat(rows)
-
-
-def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
-    """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift."""
-    row = GUARD_ROWS[guard]
-    g_x, g_v, g_1 = (field.guards[row, k] for k in (X, V, ONE))
-    for j in range(ended.ncols()):
-        if guard is not Guard.DRIFT:
-            ended[X, j] = -(g_v * ended[V, j] + (0 if j else g_1)) / g_x
-        if guard is not Guard.GAP or field.stick:
-            ended[C, j] = arb(0)
 
 
 def _flow(field: Field, h: Ball) -> Matrix:

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from capsule_sym._enclosures.attraction import itinerary_of, steps_of
 from capsule_sym._enclosures.balls import (
@@ -22,7 +21,7 @@ from capsule_sym._enclosures.balls import (
 )
 from capsule_sym._enclosures.bundles import Bundle, Fields, Interval
 from capsule_sym._enclosures.fields import C
-from capsule_sym._enclosures.trajectories import Step
+from capsule_sym._enclosures.trajectories import Step, corner, inverse_of, sides_of
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters
@@ -31,9 +30,6 @@ _BITS = 80
 _PERIODS = 1200
 _REPEATED = (1e-4, 1e-6, 1e-8)  # changes over a period at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
-
-Sides = NDArray[np.float64]
-"""Shape (n, n): the sides of a box, as columns."""
 
 
 @dataclass(frozen=True)
@@ -108,9 +104,9 @@ class _Motions:
             raise Unproved("attraction", "the turn does not begin at rest")
         line = bundle[:3, :2]
         there, by = self.passed(self.fields.section(thin(line), self.angle), section)
-        sides = _sides(by, size)
-        inverse = _inverse(sides)
-        factor = largest(inverse * _corner(by, size) * thin(sides))
+        sides = sides_of(by, size)
+        inverse = inverse_of(sides)
+        factor = largest(inverse * corner(by, size) * thin(sides))
         if not factor < 1:
             raise Unproved("attraction", f"the factor of the line is {factor:.3g}")
         inside, moved = (_farthest(one, line, inverse) for one in (bundle, there))
@@ -119,20 +115,13 @@ class _Motions:
         wide = np.zeros((3, 2 + size))
         wide[:, :2], wide[:size, 2:] = line, directions
         _, by = self.passed(self.fields.section(thin(wide), self.angle), section)
-        inverse = _inverse(directions)
-        factor = largest(inverse * _corner(by, size) * thin(directions))
+        inverse = inverse_of(directions)
+        factor = largest(inverse * corner(by, size) * thin(directions))
         inside, moved = (_farthest(one, line, inverse) for one in (bundle, there))
         if not (arb(moved) + arb(factor) < 1 and inside < 1):
             detail = f"{inside:.2g}, then {moved:.2g} + {factor:.2g}, of a box"
             raise Unproved("attraction", f"{detail} is not within it")
         return Tendency(itinerary_of(steps), section, factor)
-
-
-def _inverse(sides: Sides) -> Matrix:
-    try:
-        return thin(sides).inv()
-    except ZeroDivisionError:
-        raise Unproved("attraction", "the sides of the box are not seen to span it") from None
 
 
 def _farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
@@ -141,18 +130,6 @@ def _farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
     middle = np.zeros((size, found.shape[1]))
     middle[:, :2] = line[:size]
     return largest(inverse * (thin(found[:size]) - thin(middle)))
-
-
-def _sides(by: Matrix, size: int) -> Sides:
-    """Guesses of the directions in which a period stretches or shrinks."""
-    values, vectors = np.linalg.eig(
-        np.array([[float(x.mid()) for x in row[:size]] for row in by.tolist()[:size]])
-    )
-    return np.where(values.imag >= 0, vectors.real, vectors.imag)
-
-
-def _corner(found: Matrix, size: int) -> Matrix:
-    return matrix(size, size, ((i, j, found[i, j]) for i in range(size) for j in range(size)))
 
 
 def _quiet(run: Trajectory) -> float:

@@ -13,6 +13,7 @@ from decimal import Decimal
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._enclosures.balls import (
     Ball,
@@ -109,7 +110,7 @@ class System:
                 return Passage(_head(end), by, tuple(times), tuple(states))
             h = self._switch(field, start, step, name)
             end = field.flow(h) * start
-            self._pin(field, step.guard, end)
+            pin(field, step.guard, end)
             passed = after(step.guard)
             orders = known.orders(step.field), passed.orders(step.field)
             self._watch.segment(field, _form(start), _form(end), h, orders, name)
@@ -160,14 +161,18 @@ class System:
             radius *= 2
         raise Unproved("first switch", f"the switch of {name} is not enclosed")
 
-    def _pin(self, field: Field, guard: Guard, end: Matrix) -> None:
-        """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift."""
+
+def pin(field: Field, guard: Guard, end: Matrix) -> None:
+    """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift.
+
+    Columns of `end` are a state, and directions from it.
+    """
+    g_x, g_v, g_1 = (field.guards[GUARD_ROWS[guard], k] for k in (X, V, ONE))
+    for j in range(end.ncols()):
         if guard is not Guard.DRIFT:
-            row = GUARD_ROWS[guard]
-            g_x, g_v, g_1 = (field.guards[row, k] for k in (X, V, ONE))
-            end[X, 0] = -(g_v * end[V, 0] + g_1) / g_x
+            end[X, j] = -(g_v * end[V, j] + (0 if j else g_1)) / g_x
         if guard is not Guard.GAP or field.stick:
-            end[C, 0] = arb(0)
+            end[C, j] = arb(0)
 
 
 def saltation(field: Field, following: Field, guard: Guard, end: Matrix) -> Matrix:
@@ -264,18 +269,13 @@ def contraction(
     size = 2 if system.field(steps[0].field).stick else 3
     middle = matrix(3, 1, ((i, 0, arb(state[i, 0].mid())) for i in range(3)))
     there = system.passage(middle, steps, period)
-    derivative = floats(there.by)[:size, :size]
-    values, vectors = np.linalg.eig(derivative)
-    sides = np.where(values.imag >= 0, vectors.real, vectors.imag)
-    try:
-        inverse = thin(sides).inv()
-    except ZeroDivisionError:
-        raise Unproved("attraction", "the sides of the box are not seen to span it") from None
+    sides = sides_of(there.by, size)
+    inverse = inverse_of(sides)
     wide = matrix(3, 1, ((i, 0, middle[i, 0]) for i in range(3)))
     for i in range(size):
         wide[i, 0] += symmetric(float(np.sum(abs(sides[i]))) * radius * (1 + 1e-12))
     passed = system.passage(wide, steps, period)
-    turned = inverse * _corner(passed.by, size) * thin(sides)
+    turned = inverse * corner(passed.by, size) * thin(sides)
     factor = largest(turned)
 
     def share(found: Matrix) -> float:
@@ -289,5 +289,20 @@ def contraction(
     return Attraction(middle, thin(sides), radius, factor)
 
 
-def _corner(found: Matrix, size: int) -> Matrix:
+def sides_of(by: Matrix, size: int) -> NDArray[np.float64]:
+    """Sides of a box, as columns: about the directions in which a turn stretches or shrinks."""
+    values, vectors = np.linalg.eig(floats(by)[:size, :size])
+    return np.where(values.imag >= 0, vectors.real, vectors.imag)
+
+
+def inverse_of(sides: NDArray[np.float64]) -> Matrix:
+    """What takes a state to its place along sides; raises Unproved where they span no box."""
+    try:
+        return thin(sides).inv()
+    except ZeroDivisionError:
+        raise Unproved("attraction", "the sides of the box are not seen to span it") from None
+
+
+def corner(found: Matrix, size: int) -> Matrix:
+    """The first rows and columns."""
     return matrix(size, size, ((i, j, found[i, j]) for i in range(size) for j in range(size)))
