@@ -203,7 +203,7 @@ def _print_run(
 ) -> None:
     console = make_console()
     values = trajectory.parameters.to_dict().items()
-    console.print("   ".join(f"{name} = {value:.6g}" for name, value in values))
+    console.print("  ".join(f"{name} = {value:.6g}" for name, value in values))
     console.print()
     if motion is None:
         (periods, phase), _ = trajectory.final
