@@ -8,9 +8,10 @@ would forget it. Matrices are doubles; what they lose in rounding becomes anothe
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from flint import arb_mat
@@ -21,6 +22,7 @@ from capsule_sym._enclosures.balls import (
     Matrix,
     Unproved,
     arb,
+    bits,
     floats,
     matrix,
     symmetric,
@@ -28,18 +30,22 @@ from capsule_sym._enclosures.balls import (
     upper,
 )
 from capsule_sym._enclosures.equations import GUARD_ROWS
-from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, W
-from capsule_sym._enclosures.guards import Known, Watch
+from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, W, generated
+from capsule_sym._enclosures.guards import Known
+from capsule_sym._enclosures.margins import QuickWatch
 from capsule_sym._enclosures.trajectories import Step, after, pin, saltation, three
 
 TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]
 """Shape (7, n): the middle, the direction of alpha, and the other directions."""
 
-_NEAR = 1e-13  # change of a duration at which its refinement ends
+_NEAR = 1e-8  # change of a duration at which its refinement ends
 _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
 _REFINEMENTS = 12
 _UP = 1 + 1e-12
+_HEAD = matrix(SIZE, ROWS, ((i, i, 1) for i in range(SIZE)))
+_FIXED: Sequence[str] = generated.PARAMETERS
+_kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
 
 
 @dataclass(frozen=True)
@@ -60,8 +66,7 @@ class Fields:
 
     def __init__(self, values: Mapping[str, Ball], alphas: Interval) -> None:
         self.values, self.alphas = {**values, "alpha": alphas.hull}, alphas
-        self._fields = {index: Field(index, self.values) for index in range(1, 7)}
-        self._watch = Watch()
+        self._fields, self._watch = _fields(self.values)
 
     def section(self, states: Matrix, angle: Ball) -> Bundle:
         """A bundle of states (3, n) at a forcing angle that is the same for all; time begins."""
@@ -73,16 +78,35 @@ class Fields:
         found[ONE, 0] = arb(1)
         return _doubles(found)
 
-    def period(
-        self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball
-    ) -> tuple[Bundle, Matrix]:
-        """A bundle at the next section, a time `total` later, and the derivative by the state.
+    def moved(self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball) -> Bundle:
+        """A bundle at the next section, a time `total` later.
 
         The steps lead there from the section at which the bundle is; the last has no guard. `angle`
         is the forcing angle at the end. Raises Unproved unless all states take exactly these steps.
         """
-        known = Known()
+        *_, (_, _, ended) = self._segments(bundle, steps, total)
+        return self.section(ended, angle)
+
+    def period(
+        self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball
+    ) -> tuple[Bundle, Matrix]:
+        """A bundle at the next section, as `moved` gives it, and the derivative by the state."""
         by = matrix(3, 3, ((i, i, 1) for i in range(3)))
+        segments = self._segments(bundle, steps, total)
+        for (field, h, ended), step, then in zip(segments, steps, [*steps[1:], None], strict=True):
+            by = three(field.flow(h)) * by
+            if step.guard is not None and then is not None:
+                hull = _hull(_states(ended))
+                by = saltation(field, self._fields[then.field], step.guard, hull) * by
+        return self.section(ended, angle), by
+
+    def _segments(
+        self, bundle: Bundle, steps: Sequence[Step], total: Ball
+    ) -> Iterator[tuple[Field, Ball, Matrix]]:
+        """Each segment's field, duration and states at its end, after it is proved."""
+        known = Known()
+        if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
+            raise Unproved("first switch", "it is not the last segment alone that has no guard")
         for number, step in enumerate(steps, 1):
             field = self._fields[step.field]
             name = f"segment {number}, F{step.field}"
@@ -99,15 +123,24 @@ class Fields:
                 for j in range(ended.ncols()):
                     ended[C, j] = arb(0)
             orders = known.orders(step.field), following.orders(step.field)
-            forms = _form(thin(bundle[:SIZE])), _form(_states(ended))
+            forms = _begun(bundle), _form(_states(ended))
             self._watch.segment(field, *forms, h, orders, name)
-            by = three(field.flow(h)) * by
+            yield field, h, ended
             if step.guard is None:
-                return self.section(ended, angle), by
-            hull = _hull(_states(ended))
-            by = saltation(field, self._fields[steps[number].field], step.guard, hull) * by
+                return
             bundle, known = _doubles(ended), following
-        raise Unproved("first switch", "the last segment has a guard")
+
+
+def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch]:
+    """The fields and what watches their guards, which are the same for all alpha."""
+    key = (
+        bits(),
+        *((x.mid().man_exp(), x.rad().man_exp()) for x in (values[name] for name in _FIXED)),
+    )
+    if key not in _kept:
+        _kept.clear()
+        _kept[key] = {index: Field(index, values) for index in range(1, 7)}, QuickWatch()
+    return _kept[key]
 
 
 def _until(field: Field, bundle: Bundle, total: Ball, name: str) -> tuple[Ball, Matrix]:
@@ -181,7 +214,7 @@ def _flow(field: Field, h: Ball) -> Matrix:
 
 def _states(moved: Matrix) -> Matrix:
     """The rows of the extended state."""
-    return arb_mat(moved.tolist()[:SIZE])
+    return _HEAD * moved
 
 
 @cache
@@ -211,6 +244,13 @@ def _hull(states: Matrix) -> Matrix:
 def _form(states: Matrix) -> Matrix:
     """A bundle as middle, direction of alpha, and rest."""
     return states * _parts(states.ncols())
+
+
+def _begun(bundle: Bundle) -> Matrix:
+    """A bundle in doubles as middle, direction of alpha, and rest."""
+    rest = np.sum(abs(bundle[:SIZE, 2:]), axis=1) * _UP
+    rows = zip(bundle[:SIZE, :2].tolist(), rest.tolist(), strict=True)
+    return arb_mat([[*row, symmetric(radius)] for row, radius in rows])
 
 
 def _doubles(whole: Matrix) -> Bundle:

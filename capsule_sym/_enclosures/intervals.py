@@ -28,7 +28,7 @@ from capsule_sym._parameters import Parameters
 
 _BITS = 80
 _PERIODS = 1200
-_REPEATED = (1e-4, 1e-6, 1e-8)  # changes over a period at which a box is tried
+_REPEATED = (1e-4, 1e-5, 1e-6, 1e-8)  # changes over a period at which a box is tried
 _ROOM = 1.2  # size of the box beside the least that a contraction needs
 
 
@@ -78,7 +78,8 @@ class _Motions:
         """The box that they enter; raises Unproved."""
         start = self.fields.section(matrix(3, 2), arb(0))
         ahead = self.turn * arb(self.offset)
-        bundle, _ = self.fields.period(start, steps_of(self.run, 0, self.offset), ahead, self.angle)
+        first = steps_of(self.run, 0, self.offset)
+        bundle = self.fields.moved(start, first, ahead, self.angle)
         sections = iter(_repeated(self.run, self.offset))
         wanted = next(sections)
         section = 0
@@ -91,7 +92,7 @@ class _Motions:
                     if following is None:
                         raise
                     wanted = following
-            bundle, _ = self.passed(bundle, section)
+            bundle = self.fields.moved(bundle, self.steps(section), self.turn, self.angle)
             section += 1
 
     def _entered(self, bundle: Bundle, section: int) -> Tendency:
