@@ -37,7 +37,7 @@ test-long: $(READY)  ## run the tests that take more than ten seconds each
 
 wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
 	$(BIN)/python -m pip install --quiet --editable '.[wheel]'
-	$(BIN)/python -m pytest -q -m long tests/test_packaging.py -k wheel
+	$(BIN)/python -m pytest -q -m long tests/test_packaging.py tests/native/test_installed_library.py
 	$(BIN)/python .ci/wheel $(PYTHONS)
 
 LINES ?= 2000

@@ -157,6 +157,7 @@ def test_the_wheel_holds_the_generated_files_and_the_compiled_core(tmp_path: Pat
     assert done.stdout == "c\n", done.stderr
 
 
+@pytest.mark.long
 def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Path) -> None:
     assert [path.name for path in plain.glob("capsule_sym/_native/_core.*")] == ["_core.pyx"]
     explorer = "capsule_sym/_explorer/page.html"
@@ -169,6 +170,7 @@ def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Pa
     assert "backend = 'c': must be numpy or mpmath" in refused.stderr
 
 
+@pytest.mark.long
 def test_the_version_tells_which_core_is_live(plain: Path) -> None:
     ask = "import sys; from capsule_sym._cli import main; main(['--version'])"
     assert installed(plain, ask).stdout == f"{capsule_sym.__version__} (no C core: NumPy)\n"
@@ -178,6 +180,7 @@ def test_the_version_tells_which_core_is_live(plain: Path) -> None:
         assert python("-c", ask).stdout == expected
 
 
+@pytest.mark.long
 def test_a_core_that_cannot_be_loaded_is_not_taken_for_none(plain: Path) -> None:
     broken = plain / "capsule_sym" / "_native" / f"_core{sysconfig.get_config_var('EXT_SUFFIX')}"
     broken.write_bytes(b"not a library")
@@ -200,6 +203,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
+@pytest.mark.long
 @pytest.mark.skipif(core is None, reason="no compiler here")
 @pytest.mark.parametrize(
     ("environment", "change", "words"),
@@ -207,9 +211,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ({"CC": "/bin/false"}, None, '"/bin/false"'),
         ({"CC": "/nowhere/cc"}, None, "/nowhere/cc"),
         # Older compilers only warn of it unless they are told otherwise.
-        pytest.param(
-            {}, ("tables.c", 'int wrong(void) { return "text"; }'), "wrong", marks=pytest.mark.long
-        ),
+        ({}, ("tables.c", 'int wrong(void) { return "text"; }'), "wrong"),
     ],
     ids=["fails", "absent", "stops"],
 )
@@ -231,6 +233,7 @@ def test_a_compiler_that_fails_ends_the_installation_with_its_words(
     assert not list(tmp_path.glob("wheels/*.whl"))
 
 
+@pytest.mark.long
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler cc here")
 def test_the_binding_passes_pointers_of_their_types(tmp_path: Path) -> None:
     """As compilers ask for by themselves from GCC 14 on."""
@@ -251,6 +254,7 @@ def test_the_binding_passes_pointers_of_their_types(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 def test_a_source_distribution_holds_what_is_generated_once(
     tmp_path: Path, no_compiler: dict[str, str]
 ) -> None:

@@ -55,9 +55,9 @@ def test_every_option_of_every_command_is_tried() -> None:
             assert words[0] in parameter.opts or parameter.param_type_name == "argument"
 
 
-@settings(max_examples=40, derandomize=True, phases=[Phase.generate], **_ANYHOW)
+@settings(max_examples=20, derandomize=True, phases=[Phase.generate], **_ANYHOW)
 @given(line=command_lines())
-def test_forty_command_lines(folder: Path, line: list[str]) -> None:
+def test_twenty_command_lines(folder: Path, line: list[str]) -> None:
     check(folder, line)
 
 

@@ -25,6 +25,7 @@ from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import DIGEST
 from capsule_sym.generated.py import kernels as double
 from tests.crosscheck import DIGITS, UNIT, Case, cases, flow_scale, jacobian_scale
+from tests.sampling import many, sampled
 
 
 def damping_ratio(case: Case) -> float:
@@ -37,9 +38,9 @@ GENERATED_C = Path(__file__).parents[2] / "generated" / "c"
 BOUND = 16.0
 STRONG = 4.0  # ratio of the fast rate to sqrt(K) from which damping is strong
 
-FLOWS = list(cases(400, seed=1))
-JACOBIANS = [case for case in cases(45, seed=2) if damping_ratio(case) < STRONG]
-STRONGLY_DAMPED = [case for case in cases(300, seed=3) if damping_ratio(case) >= STRONG]
+FLOWS = list(cases(many(400, 150), seed=1))
+JACOBIANS = [case for case in cases(many(45, 20), seed=2) if damping_ratio(case) < STRONG]
+STRONGLY_DAMPED = [case for case in cases(many(300, 100), seed=3) if damping_ratio(case) >= STRONG]
 Rows = list[Any]
 Evaluate = Callable[[list[Case]], list[Rows]]
 
@@ -186,31 +187,37 @@ def jacobian_units(case: Case) -> list[list[float]]:
     return [[UNIT * size for size in row] for row in jacobian_scale(case)]
 
 
+@sampled
 def test_flow_of_numpy_scalars() -> None:
     units, case = worst_flow(scalar(double.flow, advance=True), FLOWS)
     assert units < BOUND, case
 
 
+@sampled
 def test_flow_of_numpy_lanes() -> None:
     units, case = worst_flow(lanes(double.flow, advance=True), FLOWS)
     assert units < BOUND, case
 
 
+@sampled
 def test_flow_of_c(library: ctypes.CDLL) -> None:
     units, case = worst_flow(native_flow(library), FLOWS)
     assert units < BOUND, case
 
 
+@sampled
 def test_jacobian_of_numpy_scalars() -> None:
     units, entry, case = worst_jacobian(scalar(double.jacobian), JACOBIANS)
     assert units < BOUND, (entry, case)
 
 
+@sampled
 def test_jacobian_of_numpy_lanes() -> None:
     units, entry, case = worst_jacobian(lanes(double.jacobian), JACOBIANS)
     assert units < BOUND, (entry, case)
 
 
+@sampled
 def test_jacobian_of_c(library: ctypes.CDLL) -> None:
     units, entry, case = worst_jacobian(native_jacobian(library), JACOBIANS)
     assert units < BOUND, (entry, case)
@@ -224,6 +231,7 @@ def test_flow_under_strong_damping_from_a_slow_forcing() -> None:
     assert units < BOUND
 
 
+@sampled
 def test_jacobian_under_strong_damping() -> None:
     units, entry, case = worst_jacobian(scalar(double.jacobian), STRONGLY_DAMPED)
     assert units < BOUND, (entry, case)

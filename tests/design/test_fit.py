@@ -309,7 +309,10 @@ def test_bad_files_are_named(tmp_path, text, named) -> None:
         read_measured(tmp_path / "absent.csv")
 
 
-@pytest.mark.parametrize("loss", ["soft_l1", "huber", "cauchy"])
+@pytest.mark.parametrize(
+    "loss",
+    ["soft_l1", *(pytest.param(name, marks=pytest.mark.long) for name in ("huber", "cauchy"))],
+)
 def test_a_robust_interval_fits_the_robust_errors(loss) -> None:
     data = series(noise=0.01, seed=4, count=300)
     plain = fit(data, TRUE, ("alpha", "zeta"), state=START, phase=PHASE)

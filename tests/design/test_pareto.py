@@ -93,7 +93,7 @@ def test_both_metrics_count_in_their_worst_motion() -> None:
     [
         {"subject_to": ["cost_of_transport <= 3", "peak_force <= 4"]},
         {"starts": [(0, 0, 0), (0.1, 0, 0)]},
-        {"tolerances": {"zeta": 0.1}},
+        pytest.param({"tolerances": {"zeta": 0.1}}, marks=pytest.mark.long),
     ],
 )
 def test_the_slope_is_that_of_the_front_whatever_else_holds(changed) -> None:

@@ -64,7 +64,7 @@ def test_derivatives_are_differences_of_the_judges_runs(name, native, monkeypatc
     parameters, _, _ = CASES[name]
     assert switches == len(judged(name, -1, 0).segments) - 1 > 0
     tried = enumerate(SLOPES)
-    for column, of in some([(k, n) for k, n in tried if n != "v_c" or capsule_moves(name)], 3):
+    for column, of in some([(k, n) for k, n in tried if n != "v_c" or capsule_moves(name)], 1):
         with mp.workdps(50):
             up, down = judged(name, column, 1), judged(name, column, -1)
             ends = [

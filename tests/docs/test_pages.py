@@ -17,7 +17,14 @@ import capsule_sym
 from capsule_sym._cli import group
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
-SLOW = {"docs/howto/labels.md", "docs/howto/sweep.md"}
+SLOW = {
+    "docs/howto/labels.md",
+    "docs/howto/optimise.md",
+    "docs/howto/orbit.md",
+    "docs/howto/sweep.md",
+    "docs/tutorials/study.md",
+}
+"""Pages that take more than a second. `make docs` runs them."""
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
 
 
@@ -26,10 +33,12 @@ def lay(page: Page, directory) -> None:
         (directory / "device.toml").write_text(device, encoding="utf-8")
 
 
+def marks(page: Page) -> list[pytest.MarkDecorator]:
+    return [pytest.mark.long] if page.name in SLOW else []
+
+
 WITH_PYTHON = [
-    pytest.param(page, id=page.name, marks=[pytest.mark.long] if page.name in SLOW else [])
-    for page in PAGES
-    if page.blocks("python")
+    pytest.param(page, id=page.name, marks=marks(page)) for page in PAGES if page.blocks("python")
 ]
 
 
@@ -46,7 +55,7 @@ def test_the_python_of_a_page_prints_what_it_says(page: Page, tmp_path, monkeypa
 
 
 COMMANDS = [
-    pytest.param(page, line, id=f"{page.name}: {line}")
+    pytest.param(page, line, id=f"{page.name}: {line}", marks=marks(page))
     for page in PAGES
     for line in page.console
     if line != MAIN_JOB

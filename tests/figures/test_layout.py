@@ -26,7 +26,7 @@ from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
 
 # The others take more time to compute, or to draw.
-QUICK = {"fig1", "fig2", "motion", "margins"}
+QUICK = {"fig1", "motion", "margins"}
 
 
 def looked_at(figure: Any) -> list[str]:

@@ -97,6 +97,7 @@ def test_an_animation_shows_one_period(tmp_path: Path, settled, monkeypatch) -> 
         assert abs(one[:, middle:] - other[:, middle:]).max() > 50
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
 def test_an_mp4_shows_the_same_period(tmp_path: Path, settled, monkeypatch) -> None:
     monkeypatch.setattr(animation, "_PER_SECOND", 3)

@@ -10,7 +10,7 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
 from capsule_sym._figures import sweeps
-from tests.figures.test_command import call, run_here
+from tests.figures.test_command import run_here
 
 pytest.importorskip("zarr")
 
@@ -64,11 +64,11 @@ def test_what_a_sweep_does_not_hold_is_not_drawn(stores: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("run", "store", "more"),
-    [(call, "grid", []), (run_here, "basin", []), (run_here, "grid", ["--as", "pareto"])],
+    ("store", "more"),
+    [("grid", []), ("basin", []), ("grid", ["--as", "pareto"])],
 )
-def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, run, store, more) -> None:
-    done = run("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
+def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, more) -> None:
+    done = run_here("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 

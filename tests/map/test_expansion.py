@@ -117,10 +117,11 @@ def test_remainders_of_the_forced_response_hold() -> None:
         check_remainder(about, motion, h, d)
 
 
+@sampled
 @pytest.mark.parametrize("with_slow", [True, False])
 def test_derivatives_of_the_forced_response_hold_far_ahead(with_slow: bool) -> None:
     numbers, checked, tight = NumpyBackend(), 0, 0
-    for number, (motion, h) in enumerate(SLOW):
+    for number, (motion, h) in enumerate(some(SLOW, len(SLOW) // 3)):
         flow = motion.flow(numbers)
         at = flow(h) if h else flow.origin
         rate = quasistatic.rate(flow.c, with_slow)
@@ -135,7 +136,7 @@ def test_derivatives_of_the_forced_response_hold_far_ahead(with_slow: bool) -> N
                 allowed = bound(e, d) + 4 * UNIT * abs(e.values[0])
                 assert off <= allowed, (label((motion, h)), guard, order)
                 checked, tight = checked + 1, tight + (off > allowed / 1000)
-    assert checked > 100
+    assert checked > 50
     assert tight > checked / 10  # a much smaller bound would not hold
 
 

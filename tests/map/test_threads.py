@@ -67,7 +67,7 @@ print(settled)
     ("backend", "gmpy2", "count"),
     [
         ("numpy", "blocked", many(24, 8)),
-        ("mpmath", "blocked", many(12, 4)),
+        pytest.param("mpmath", "blocked", 12, marks=pytest.mark.long),
         ("mpmath", "as it is", many(12, 6)),
     ],
 )

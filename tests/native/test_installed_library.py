@@ -19,10 +19,13 @@ PATH = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 CMAKE, PKG_CONFIG = shutil.which("cmake", path=PATH), shutil.which("pkg-config")
 PAGE = Page(ROOT / "docs" / "howto" / "c-library.md")
 
-pytestmark = pytest.mark.skipif(
-    CMAKE is None or shutil.which("cc") is None or sys.platform != "linux",
-    reason="no CMake, or no C compiler",
-)
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(
+        CMAKE is None or shutil.which("cc") is None or sys.platform != "linux",
+        reason="no CMake, or no C compiler",
+    ),
+]
 
 
 def run(*command: str | Path, at: Path, **environment: str) -> str:

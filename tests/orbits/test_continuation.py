@@ -72,7 +72,7 @@ def test_one_continuation_finds_all_eight_events(gamma: float) -> None:
     assert values == sorted(values)
 
 
-@pytest.mark.parametrize("gamma", [3.3, 3.0])
+@pytest.mark.parametrize("gamma", [3.3, pytest.param(3.0, marks=pytest.mark.long)])
 def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
     there, back = upwards(gamma), downwards(gamma)
     assert back.status is Ending.REACHED

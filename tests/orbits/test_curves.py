@@ -73,7 +73,10 @@ def test_the_order_of_events_changes_at_the_meeting() -> None:
         assert values == pytest.approx([alpha, alpha], abs=1e-3)
 
 
-@pytest.mark.parametrize(("kind", "multiplier"), [(FOLD, 1), (PERIOD_DOUBLING, -1)])
+@pytest.mark.parametrize(
+    ("kind", "multiplier"),
+    [(FOLD, 1), pytest.param(PERIOD_DOUBLING, -1, marks=pytest.mark.long)],
+)
 def test_smooth_bifurcations_have_curves_as_well(kind: str, multiplier: int) -> None:
     one = next(one for one in hysteretic().bifurcations if one.type == kind)
     curve = continue_bifurcation(one, "alpha", ((0.5, 1.2), (1.19, 1.21)), points=4)

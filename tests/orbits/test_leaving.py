@@ -42,7 +42,7 @@ def test_period_doublings_leave_a_curve_of_adding_sliding_to_both_sides() -> Non
     assert curves_from(doubling, ranges, points=4, known=[border]) == ()
 
 
-@pytest.mark.parametrize("kind", [SWITCHING, GRAZING_SLIDING])
+@pytest.mark.parametrize("kind", [SWITCHING, pytest.param(GRAZING_SLIDING, marks=pytest.mark.long)])
 def test_both_sliding_curves_leave_a_degenerate_point(kind: str) -> None:
     ranges = ((1.2, 1.8), (3.0, 4.4))
     branch = continue_orbit(settled(alpha=1.34, gamma=4.1), "alpha", 1.37, points=4)

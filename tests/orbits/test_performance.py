@@ -62,7 +62,9 @@ def test_balance_holds_over_several_periods_of_excitation() -> None:
     assert abs(performance(found).imbalance) < 1e-14 * performance(found).work.value
 
 
-@pytest.mark.parametrize("alpha", [0.45, 1.5, 1.9])
+@pytest.mark.parametrize(
+    "alpha", [1.9, *(pytest.param(a, marks=pytest.mark.long) for a in (0.45, 1.5))]
+)
 def test_terms_are_the_integrals_that_adaptive_quadrature_gives(alpha: float) -> None:
     orbit = settled(alpha=alpha)
     parameters, trajectory = orbit.parameters, orbit.trajectory()

@@ -28,6 +28,7 @@ from tests.orbits.branches import settled
 
 # All three directions alive, drift reversed at once, stick once and twice, at phase 0 and not.
 ALPHAS = (1.9, 1.5, 1.2, 0.7, 0.45)
+MOST_LONG = [*ALPHAS[:2], *(pytest.param(a, marks=pytest.mark.long) for a in ALPHAS[2:])]
 
 
 def at_phase_0(orbit: Orbit) -> tuple[list[float], int]:
@@ -53,7 +54,7 @@ def differences(
     return np.array(columns).T
 
 
-@pytest.mark.parametrize("alpha", ALPHAS)
+@pytest.mark.parametrize("alpha", MOST_LONG)
 def test_monodromy_is_the_derivative_of_the_50_digit_map(alpha: float) -> None:
     orbit = settled(alpha=alpha)
     state, size = at_phase_0(orbit)
@@ -132,7 +133,7 @@ def test_multipliers_of_stick_are_those_of_the_oscillator() -> None:
     assert floquet_multipliers(orbit)[2] == 0
 
 
-@pytest.mark.parametrize("alpha", ALPHAS)
+@pytest.mark.parametrize("alpha", MOST_LONG)
 def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> None:
     orbit = settled(alpha=alpha)
     state, _ = at_phase_0(orbit)

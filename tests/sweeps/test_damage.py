@@ -27,6 +27,7 @@ from capsule_sym import (
 )
 from capsule_sym._sweeps.files import sealed
 from capsule_sym._sweeps.info import damaged_parts, info_record
+from tests.sampling import sampled, some
 from tests.sweeps import chart, contents
 
 SMALL = chart(4, 3, periods=5, compute=("itinerary",), chunk=(2, 3))
@@ -133,6 +134,7 @@ def every_file(whole: Path) -> list[str]:
     return sorted(contents(whole))
 
 
+@sampled
 def test_a_store_mends_whatever_file_is_damaged(
     stores: Callable[[str], Path], tmp_path: Path
 ) -> None:
@@ -141,7 +143,7 @@ def test_a_store_mends_whatever_file_is_damaged(
     # coordinates, arrays, their chunks, records, what describes the store twice, the lock
     assert len(names) >= 1 + 2 * 2 + 3 + 3 * 2 + 2 + 3 + 1
     for i, name in enumerate(names):
-        for j in (i, i + 2):
+        for j in some((i, i + 2), 1):
             damage = DAMAGES[j % len(DAMAGES)]
             damaged_once("sweep", whole, tmp_path / f"{i} {j}", name, damage)
 

@@ -33,7 +33,7 @@ def test_a_smooth_boundary_costs_its_length_not_the_area(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
-    count = 129
+    count = 97
     axes = (Axis.linear("alpha", 0.0, 2.0, count), Axis.linear("gamma", 1.0, 5.0, count))
     sweep = Sweep(axes)
     found = refine_sweep(sweep, tmp_path / "chart", stride=8)
@@ -49,11 +49,11 @@ def test_a_smooth_boundary_costs_its_length_not_the_area(
             there = np.take(computed, range(1, count), axis=axis)
             assert (here & there)[edge].all()
         assert results["itinerary"].attrs["flag_meanings"] == "F5_F2 F2"
-    assert found.fraction < 0.2
+    assert found.fraction < 0.25
     assert sum(r.computed for r in found.rounds) == computed.sum()
 
 
-@pytest.mark.parametrize("shape", [(30, 21), (17, 2)])
+@pytest.mark.parametrize("shape", [pytest.param((30, 21), marks=pytest.mark.long), (17, 2)])
 def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path) -> None:
     sweep = chart(*shape, periods=60, compute=("itinerary",), chunk=())
     refine_sweep(sweep, tmp_path / "refined", stride=4)
@@ -70,14 +70,14 @@ def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path)
 
 def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
-    sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 65), Axis.linear("gamma", 1.0, 5.0, 65)))
+    sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 33), Axis.linear("gamma", 1.0, 5.0, 33)))
     whole = refine_sweep(sweep, tmp_path / "whole", stride=8)
     calls = 0
 
     def interrupted(done: int, total: int) -> None:
         nonlocal calls
         calls += 1
-        if calls == 60:
+        if calls == 20:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
