@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -32,6 +31,8 @@ json_option = click.option(
 def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
     """Say on stderr which files were written, or with --json on stdout: each path and its size."""
     if as_json:
+        import json
+
         files = [{"path": str(path), "bytes": path.stat().st_size} for path in paths]
         click.echo(json.dumps({**more, "files": files}))
         return

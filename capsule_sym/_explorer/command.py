@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import webbrowser
-from functools import partial
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from tempfile import gettempdir
 
@@ -43,7 +39,9 @@ def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> N
     if out is not None and port is not None:
         raise InvalidInput("--serve", port, "absent where --out is given")
     if port is not None:
-        _serve(port, opens, as_json)
+        from capsule_sym._explorer.server import serve
+
+        serve(port, page(), opens, as_json)
         return
     path = out or Path(gettempdir()) / _NAME
     try:
@@ -56,38 +54,6 @@ def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> N
     else:
         click.echo(path)
     if out is None and opens:
+        import webbrowser
+
         webbrowser.open(path.resolve().as_uri())
-
-
-class _Handler(BaseHTTPRequestHandler):
-    """Answers with the page and nothing else."""
-
-    def __init__(self, body: bytes, *args: object) -> None:
-        self.body = body
-        super().__init__(*args)  # type: ignore[arg-type]
-
-    def do_GET(self) -> None:
-        """Answer a request for the page."""
-        found = self.path.split("?")[0] == "/"
-        self.send_response(200 if found else 404)
-        self.send_header("Content-Type", "text/html; charset=utf-8")
-        self.send_header("Content-Length", str(len(self.body) if found else 0))
-        self.end_headers()
-        if found:
-            self.wfile.write(self.body)
-
-    def log_message(self, format: str, *args: object) -> None:
-        """Say nothing of requests."""
-
-
-def _serve(port: int, opens: bool, as_json: bool) -> None:
-    try:
-        server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Handler, page().encode()))
-    except OSError as error:
-        raise InvalidInput("--serve", port, f"a free port ({error.strerror})") from error
-    with server:
-        address = f"http://127.0.0.1:{server.server_address[1]}/"
-        click.echo(json.dumps({"address": address}) if as_json else address)
-        if opens:
-            webbrowser.open(address)
-        server.serve_forever()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from threading import local
 from typing import Any
 
 import numpy as np
@@ -15,17 +14,18 @@ from capsule_sym._map.segments import Records
 from capsule_sym._native import core
 from capsule_sym._parameters import Parameters
 
-_kept = local()
+_kept: list[Any] = []
 
 
 def borrowed(parameters: Iterable[float]) -> Any:
-    """The core's map at these parameters, which this thread keeps for runs like it.
+    """The core's map at these parameters, in the place of one that is kept for it.
 
-    It has to be given back by `give_back`. It is not in its place while it is used: a handler of
-    signals may come here anew.
+    It has to be given back by `give_back`. No other thread, and no handler of signals, has it until
+    then: as many are kept as were ever used at a time.
     """
-    native = _kept.__dict__.pop("map", None)
-    if native is None:
+    try:
+        native = _kept.pop()
+    except IndexError:
         return core.Map(np.array([*parameters]))  # type: ignore[union-attr]
     native.remake(*parameters)
     return native
@@ -33,7 +33,7 @@ def borrowed(parameters: Iterable[float]) -> Any:
 
 def give_back(native: Any) -> None:
     """Keeps a map for the next one who borrows it."""
-    _kept.map = native
+    _kept.append(native)
 
 
 def check(times: NDArray[np.float64], first: float, last: float, name: str = "t") -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -72,6 +71,8 @@ class Labelled:
 
     def _repr_html_(self) -> str:
         """The result in a line, and its first rows as a table, for notebooks."""
+        from html import escape
+
         said = f"<p>{escape(repr(self))}</p>"
         columns: dict[str, NDArray[Any]] = getattr(self, "columns", {})
         if not columns:  # where no orbit is found
@@ -79,9 +80,8 @@ class Labelled:
         count = len(next(iter(columns.values()), ()))
         head = "".join(f"<th>{escape(name)}</th>" for name in columns)
         shown = range(min(count, _MOST_ROWS))
-        rows = "".join(
-            f"<tr>{''.join(_cell(column[i]) for column in columns.values())}</tr>" for i in shown
-        )
+        cells = ([escape(_text(column[i])) for column in columns.values()] for i in shown)
+        rows = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
         more = f"<p>and {count - _MOST_ROWS:,} more</p>" if count > _MOST_ROWS else ""
         table = f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
         return f"{said}{table}{more}"
@@ -132,9 +132,8 @@ def in_units(values: dict[str, Any], device: PhysicalParameters | None) -> dict[
     }
 
 
-def _cell(value: Any) -> str:
-    text = f"{value:.6g}" if isinstance(value, float) else str(value)
-    return f"<td>{escape(text)}</td>"
+def _text(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def package(name: str, extra: str) -> Any:
