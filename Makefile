@@ -100,14 +100,17 @@ check-generated: $(READY)  ## check that generated/ is what the derivation gives
 results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* capsule_sym/_symbolic/*/*.*) | $(READY)
 	$(BIN)/capsule-sym verify --write $@ > /dev/null
 
-SPHINX := $(BIN)/python -m sphinx -q -W --keep-going docs
-docs: results/verify.md  ## build the documentation in docs/_build/html, and run its examples
+# What the pages are built with is installed once, for it takes as long as the pages.
+.venv/.docs: $(READY)
 	$(BIN)/python -m pip install --quiet --editable '.[docs]'
-	$(SPHINX) docs/_build/html
-	$(BIN)/python -m pytest -q -m "long or not long" tests/docs
+	@touch $@
 
-docs-links: results/verify.md  ## follow every link of the documentation
-	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -j auto docs
+docs: results/verify.md .venv/.docs  ## build the documentation in docs/_build/html, and run its examples
+	$(SPHINX) docs/_build/html
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or not long" tests/docs
+
+docs-links: results/verify.md .venv/.docs  ## follow every link of the documentation
 	$(SPHINX) -b linkcheck docs/_build/links
 
 # Octave with mkoctfile, and gnuplot to draw with: octave, octave-dev and gnuplot-nox in Debian.

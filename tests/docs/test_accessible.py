@@ -22,6 +22,21 @@ KINDS = [
     *("glossary.html", "cli.html", "api/run.html", "notebooks/run.html"),
 ]
 LOOKS = {"phone": ("dark", 390, BUILT), "wide": ("light", 1280, BUILT if ALL else KINDS)}
+# Parts of formulas, of which a page has up to ten thousand, say nothing and look as the text beside
+# them, so that each formula can stand for its parts as one text; of axe's findings only violations
+# are told, for the others cost as much again.
+OF_THEIR_OWN = """[...document.querySelectorAll("math")].flatMap((formula) => {
+  const { color } = getComputedStyle(formula.parentElement);
+  return [formula, ...formula.querySelectorAll("*")].filter((part) => {
+    const looks = getComputedStyle(part);
+    return looks.color !== color || looks.backgroundColor !== "rgba(0, 0, 0, 0)"
+      || part.matches("[role], [tabindex], [href], [aria-hidden], [aria-label]");
+  }).map((part) => part.outerHTML);
+})"""
+AS_TEXTS = """document.querySelectorAll("math").forEach((formula) =>
+  formula.replaceChildren(document.createTextNode(formula.textContent)))"""
+VIOLATIONS = """axe.run(document, { resultTypes: ["violations"] }).then((done) =>
+  done.violations.map((one) => [one.id, one.nodes[0].html]))"""
 
 
 @pytest.fixture(scope="module", params=LOOKS)
@@ -48,9 +63,10 @@ def test_axe_finds_no_violation(tab, page) -> None:
     tab.on("request", note := lambda request: asked.append(request.url))
     tab.goto((SITE / page).as_uri())
     tab.remove_listener("request", note)
-    tab.evaluate(AXE.read_text(encoding="utf-8"))
-    found = tab.evaluate("axe.run()")["violations"]
-    assert [(one["id"], one["nodes"][0]["html"]) for one in found] == []
+    assert [url for url in asked if not url.startswith("file:")] == []
     assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert tab.evaluate("document.querySelectorAll('h1').length") == 1
-    assert [url for url in asked if not url.startswith("file:")] == []
+    assert tab.evaluate(OF_THEIR_OWN) == []
+    tab.evaluate(AS_TEXTS)
+    tab.evaluate(AXE.read_text(encoding="utf-8"))
+    assert tab.evaluate(VIOLATIONS) == []
