@@ -21,6 +21,7 @@ extensions = [
     "commands",
     "headers",
     "mathml",
+    "signatures",
 ]
 exclude_patterns = ["_build"]
 nitpicky = False  # types of private modules stand in signatures

@@ -13,6 +13,9 @@ addEventListener("DOMContentLoaded", () => {
       heading.after(told);
     }
   }
+  // An option is not broken after its hyphens, but a long path may be.
+  for (const word of document.querySelectorAll("code > .pre"))
+    if (word.textContent.length < 30) word.classList.add("whole");
   // A drawing that is small on a phone opens by itself, to be enlarged.
   for (const image of document.querySelectorAll("article img")) {
     if (image.closest("a")) continue;

@@ -106,3 +106,9 @@ def test_every_picture_has_a_text() -> None:
     for path in pages():
         for picture in re.findall(r"<img [^>]*>", path.read_text(encoding="utf-8")):
             assert re.search(r'alt="[^"]{10,}"', picture), (path, picture)
+
+
+def test_signatures_name_the_types_of_arrays() -> None:
+    for path in SITE.glob("api/*.html"):
+        text = re.sub(r"<[^>]+>", "", path.read_text(encoding="utf-8"))
+        assert re.findall(r"_SupportsArray|~capsule_sym|&lt;factory&gt;", text) == [], path

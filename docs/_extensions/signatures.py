@@ -1,0 +1,35 @@
+"""Signatures as they are written: by the aliases of array types, which Sphinx spells out."""
+
+import re
+from typing import Any
+
+from sphinx.application import Sphinx
+
+_ARRAYS = r"_SupportsArray\[dtype\[Any\]\]"
+_ARRAY_LIKE = re.compile(
+    rf"_Buffer \| {_ARRAYS} \| _NestedSequence\[{_ARRAYS}\]"
+    r" \| complex \| bytes( \| str)? \| _NestedSequence\[complex \| bytes \| str\]"
+)
+
+
+def shortened(text: str) -> str:
+    """A signature, or a part of one, with the names of NumPy's aliases.
+
+    Defaults that are not Python, such as <factory>, become `...`, so that Sphinx can read the rest.
+    """
+    text = re.sub(r"<\w[^<>]*(<\w+>)?>", "...", text)
+    text = re.sub(r"~(?:numpy|typing)\.(?:\w+\.)*", "", text)  # of `~a.b` only b is shown
+    text = _ARRAY_LIKE.sub("ArrayLike", text)
+    return re.sub(r"ndarray\[tuple\[Any, \.\.\.\], dtype\[(\w+)\]\]", r"NDArray[\1]", text)
+
+
+def _process(
+    _app: Sphinx, _what: str, _name: str, _object: Any, _options: Any, text: str | None, gives: Any
+) -> tuple[str | None, Any]:
+    return text and shortened(text), gives and shortened(gives)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Have every signature shortened."""
+    app.connect("autodoc-process-signature", _process)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
