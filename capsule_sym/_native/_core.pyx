@@ -7,7 +7,7 @@ What takes long stops at Ctrl-C, by the exception of its handler, and at a `Watc
 import threading
 from time import perf_counter
 
-from libc.math cimport INFINITY, M_PI, NAN, cos, sin
+from libc.math cimport INFINITY, M_PI, NAN, cos, fabs, sin
 from libc.stdint cimport int8_t, int32_t, int64_t, uint8_t
 from libc.stdlib cimport calloc, free, malloc
 from libc.string cimport memset
@@ -34,6 +34,15 @@ cdef extern from *:
     """
     double now() noexcept nogil
     int PyErr_CheckSignals() noexcept
+
+cdef extern from "capsule.h" nogil:
+    ctypedef int capsule_quantity
+    ctypedef struct capsule_turn:
+        int kind
+        double time, value
+    int capsule_find_turns(const capsule_constants *c, const capsule_start *start,
+                           capsule_quantity quantity, int zeros, double duration,
+                           capsule_turn *turns, int room)
 
 OUTCOMES = interface.OUTCOMES
 DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
@@ -91,6 +100,7 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
 
 
 cdef enum:
+    MOST_TURNS = 64  # of a quantity in a segment
     MAP_WORK = 32  # what making a map takes for a watch, in expansions
 
 
@@ -171,43 +181,98 @@ cdef class Map:
                      &slopes[0, 0])
         return values, rows
 
-    def chain(self, const int32_t[::1] fields, const double[::1] state, double angle,
-              const double[::1] durations):
+    def turns(self, int field, start, int quantity, int zeros, double duration):
+        """The extrema inside a segment, (kind, time, value) each; None where they stay open.
+
+        `start` is as for `closed_form`, as a tuple; `quantity` is 0 for the gap, 1 for the force, 2
+        for the speed, whose rate's first `zeros` derivatives vanish at the start.
+        """
+        cdef capsule_start begin
+        cdef capsule_turn found[MOST_TURNS]
+        cdef int count
+        if not 1 <= field <= 6 or not 0 <= quantity <= 2 or not 0 <= zeros <= 1:
+            raise ValueError("field must be 1 to 6, quantity 0 to 2, and zeros 0 or 1")
+        (begin.x_r, begin.gap, begin.v_r, begin.v_c, begin.margin, begin.cos_theta,
+         begin.sin_theta) = start
+        with nogil:
+            count = capsule_find_turns(&self.map.field[field - 1], &begin, quantity, zeros, duration,
+                                       found, MOST_TURNS)
+        if count < 0:
+            return None
+        return [(found[i].kind, found[i].time, found[i].value) for i in range(count)]
+
+    def constants(self, int field):
+        """The constants of field F1 to F6, in the order of the kernels' own."""
+        if not 1 <= field <= 6:
+            raise ValueError("field must be 1 to 6")
+        cdef const capsule_constants *c = &self.map.field[field - 1]
+        return (c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b, int(c.contact),
+                int(c.drift), c.m, c.kappa, c.push, c.friction, c.sigma, c.K, c.q, c.nu, c.slow, c.Z2,
+                bool(c.resonant), c.fast, c.rate)
+
+    def chain(self, const int32_t[::1] fields, const double[::1] z, double least):
         """Segments one after another, n of them, by the closed form and without any search.
 
-        Starts off from (x_r, v_r, v_c) at a forcing angle, every segment where the last one ends,
-        its gap and margin computed from the state. Returns states (n + 1, 3), x_c's advances (n,)
-        and Jacobians (n, 4, 12) as `closed_form` gives them; at rest v_c stays what it was.
+        `z` has (x_r, v_r, v_c), the forcing angle and n durations, for which `least` stands where
+        they are smaller. Every segment starts where the last one ends, its gap and margin computed
+        from the state. Returns starts (n, 7) and Jacobians (n, 4, 12) as of `closed_form`, angles
+        (n + 1,), durations (n,), states (n + 1, 3), what x_r, v_c and x_c move by (n, 3), and total
+        derivatives by z and the parameters: of states (n + 1, 3, n + 11), of angles (n + 1, n + 11)
+        and of x_c's advance over all (n + 11,).
         """
-        cdef Py_ssize_t i, count = fields.shape[0]
-        if durations.shape[0] != count or state.shape[0] != 3:
-            raise ValueError("one duration a field, and three numbers of state, are needed")
-        for i in range(count):
+        cdef Py_ssize_t i, j, k, row, n = fields.shape[0], size = n + 11
+        if z.shape[0] != n + 4:
+            raise ValueError("a state, an angle, and one duration a field are needed")
+        for i in range(n):
             if not 1 <= fields[i] <= 6:
                 raise ValueError("fields must be 1 to 6")
-        states, advances = np.empty((count + 1, 3)), np.zeros(count)
-        jacobians = np.zeros((count, 4, 12))
-        cdef double[:, ::1] at = states
-        cdef double[::1] advance = advances
-        cdef double[:, :, ::1] slopes = jacobians
+        closed, jacobians, angles = np.empty((n, 7)), np.zeros((n, 4, 12)), np.empty(n + 1)
+        durations, states, moves = np.empty(n), np.empty((n + 1, 3)), np.empty((n, 3))
+        states_by, angles_by = np.zeros((n + 1, 3, size)), np.zeros((n + 1, size))
+        advance_by = np.zeros(size)
+        cdef double[:, ::1] start = closed, at = states, moved = moves, angle_by = angles_by
+        cdef double[:, :, ::1] rows = jacobians, by = states_by
+        cdef double[::1] angle = angles, lasting = durations, advanced = advance_by
         cdef double values[4]
+        cdef double total, elapsed = 0.0
         cdef const capsule_constants *c
-        cdef capsule_start start
-        at[0, 0], at[0, 1], at[0, 2] = state[0], state[1], state[2]
+        for i in range(3):
+            at[0, i], by[0, i, i] = z[i], 1.0
+        angle[0], angle_by[0, 3] = z[3], 1.0
         with nogil:
-            for i in range(count):
+            for i in range(n):
                 c = &self.map.field[fields[i] - 1]
-                start.x_r, start.v_r, start.v_c = at[i, 0], at[i, 1], at[i, 2]
-                start.gap = start.x_r - c.delta
-                start.margin = capsule_margin_at(c, start.x_r, start.gap, start.v_r)
-                start.cos_theta, start.sin_theta = cos(angle), sin(angle)
-                _closed_form(c, &start, durations[i], values, &slopes[i, 0, 0])
-                at[i + 1, 0] = start.x_r + values[0]
-                at[i + 1, 1] = values[1]
-                at[i + 1, 2] = start.v_c + values[2]
-                advance[i] = values[3]
-                angle = angle + c.omega * durations[i]
-        return states, advances, jacobians
+                start[i, 0], start[i, 2], start[i, 3] = at[i, 0], at[i, 1], at[i, 2]
+                start[i, 1] = at[i, 0] - c.delta
+                start[i, 4] = capsule_margin_at(c, at[i, 0], start[i, 1], at[i, 1])
+                start[i, 5], start[i, 6] = cos(angle[i]), sin(angle[i])
+                lasting[i] = z[4 + i] if fabs(z[4 + i]) > least else least
+                _closed_form(c, <const capsule_start *> &start[i, 0], lasting[i], values,
+                             &rows[i, 0, 0])
+                moved[i, 0], moved[i, 2] = values[0], values[3]
+                moved[i, 1] = values[2] if c.drift != 0.0 else -at[i, 2]
+                at[i + 1, 0], at[i + 1, 1] = at[i, 0] + values[0], values[1]
+                at[i + 1, 2] = at[i, 2] + moved[i, 1]
+                for row in range(4):
+                    for j in range(size):
+                        total = rows[i, row, 3] * angle_by[i, j]
+                        for k in range(3):
+                            total = total + rows[i, row, k] * by[i, k, j]
+                        if j == 4 + i:
+                            total = total + rows[i, row, 4]
+                        elif j >= n + 4:
+                            total = total + rows[i, row, 5 + j - n - 4]
+                        if row < 3:
+                            by[i + 1, row, j] = total
+                        else:
+                            advanced[j] = advanced[j] + total
+                angle[i + 1], elapsed = angle[i] + c.omega * z[4 + i], elapsed + z[4 + i]
+                for j in range(size):
+                    angle_by[i + 1, j] = angle_by[i, j]
+                angle_by[i + 1, 4 + i] = c.omega
+                angle_by[i + 1, n + 5] = elapsed
+        return (closed, jacobians, angles, durations, states, moves, states_by, angles_by,
+                advance_by)
 
     def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
             watch=None, int precision=0):

@@ -304,25 +304,36 @@ def test_the_closed_form_and_its_chain_are_those_of_the_generated_kernels() -> N
         np.testing.assert_allclose(rows[:count], slopes, rtol=1e-11, atol=1e-12)
         assert not values[count:].any()
         assert not rows[count:].any()
-    states, advances, slopes = native_map.chain(
-        np.array([s.field for s in segments], np.int32),
-        np.array(segments[0].start_state),
-        segments[0].start.phase * parameters.omega,
-        np.array([s.duration for s in segments]),
-    )
-    np.testing.assert_allclose(states[1:], [s.end_state for s in segments], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(advances, [s.advance for s in segments], rtol=0, atol=1e-12)
-    assert slopes.shape == (len(segments), 4, 12)
     first = segments[0]
+    z = [*first.start_state, first.start.phase * parameters.omega, *(s.duration for s in segments)]
+    fields = np.array([s.field for s in segments], np.int32)
+    _, slopes, _, durations, states, moved, *_ = native_map.chain(fields, np.array(z), 2.0**-53)
+    np.testing.assert_allclose(states[1:], [s.end_state for s in segments], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(moved[:, 2], [s.advance for s in segments], rtol=0, atol=1e-12)
+    assert durations.tolist() == z[4:]
     _, rows = native_map.closed_form(first.field, np.array(first.closed), first.duration)
     np.testing.assert_allclose(slopes[0], rows, rtol=1e-12, atol=1e-13)
 
 
-@pytest.mark.parametrize("field", [0, 7])
-def test_a_chain_of_unknown_fields_is_refused(field: int) -> None:
-    fields = np.array([field], np.int32)
-    with pytest.raises(ValueError, match="1 to 6"):
-        core.Map(parameter_rows(Parameters())[0]).chain(fields, np.zeros(3), 0.0, np.ones(1))
+def test_a_chain_of_unknown_fields_or_too_few_durations_is_refused() -> None:
+    native_map = core.Map(parameter_rows(Parameters())[0])
+    for field in (0, 7):
+        with pytest.raises(ValueError, match="1 to 6"):
+            native_map.chain(np.array([field], np.int32), np.zeros(5), 2.0**-53)
+        with pytest.raises(ValueError, match="1 to 6"):
+            native_map.constants(field)
+        with pytest.raises(ValueError, match="1 to 6"):
+            native_map.turns(field, (0.0,) * 7, 0, 0, 1.0)
+    with pytest.raises(ValueError, match="one duration a field"):
+        native_map.chain(np.array([1, 2], np.int32), np.zeros(5), 2.0**-53)
+
+
+@pytest.mark.parametrize("field", range(1, 7))
+def test_constants_are_those_of_the_generated_kernels(field: int) -> None:
+    parameters = Parameters(alpha=1.5, zeta=0.7)
+    constants = core.Map(parameter_rows(parameters)[0]).constants(field)
+    expected = NumpyBackend().constants(field, parameters)
+    assert constants == pytest.approx(tuple(expected), rel=1e-15, abs=0)
 
 
 @sampled

@@ -21,6 +21,20 @@ from capsule_sym._orbits.shooting import extrema as module
 from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
 from capsule_sym._orbits.shooting.extrema import Extremum, Quantity, extrema, minima
 
+
+@pytest.fixture
+def by_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reference search, also where the C core would find the extrema."""
+    monkeypatch.setattr(module, "_by_core", lambda *_: None)
+
+
+@pytest.fixture(params=["core", "search"])
+def either(request: pytest.FixtureRequest) -> None:
+    """By the C core, and by the reference search."""
+    if request.param == "search":
+        request.getfixturevalue("by_search")
+
+
 WORDS = {1: "14", 2: "21", 3: "36", 4: "41", 5: "54", 6: "63"}
 Values = tuple[float, ...]  # alpha, omega, delta, zeta, beta, gamma, f_b
 # The last has digits to spare for differences.
@@ -102,6 +116,7 @@ def agree(
     return len(inner)
 
 
+@pytest.mark.usefixtures("either")
 @pytest.mark.parametrize("quantity", Quantity)
 def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantity) -> None:
     seen = 0
@@ -117,6 +132,7 @@ def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantit
     assert seen > 50
 
 
+@pytest.mark.usefixtures("either")
 def test_guards_are_least_where_their_quantities_turn() -> None:
     seen = dict.fromkeys(Guard, 0)
     for seed in range(40):
@@ -137,6 +153,7 @@ def test_guards_are_least_where_their_quantities_turn() -> None:
     assert min(seen.values()) > 10
 
 
+@pytest.mark.usefixtures("either")
 def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
     """x_r = 0.3 cos t without damping and drive: maxima and minima in turn."""
     values = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 1.0)
@@ -148,6 +165,7 @@ def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
     assert [abs(turn.value + 5.0) for turn in every] == pytest.approx([0.3] * 13, abs=1e-13)
 
 
+@pytest.mark.usefixtures("by_search")
 def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyPatch) -> None:
     # The velocity -sin(t + pi - 2.999) vanishes just where an expansion about 0 ends.
     values, begin = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 2.0), math.pi - 2.999
@@ -163,6 +181,7 @@ def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyP
     assert [turn.time for turn in found(span, Quantity.GAP)] != pytest.approx([2.999], abs=1e-3)
 
 
+@pytest.mark.usefixtures("either")
 def test_a_pair_of_extrema_that_sampling_would_miss() -> None:
     # x_r = V sin h + (cos h - cos 3 h)/8: its velocity has a maximum near h = 2.7, and V is such
     # that this is 1e-9 above zero, so that x_r has a minimum and a maximum 5e-5 apart.
@@ -196,6 +215,7 @@ def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: f
                 assert abs(turn.time - n * mp.pi) < error
 
 
+@pytest.mark.usefixtures("either")
 def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
     """Where a slip begins, v_c and v_c' vanish: the start is none of the segment's own extrema."""
     values, x_r = tuple(Parameters(alpha=1.3).to_dict().values()), 0.35
@@ -246,6 +266,7 @@ def counting(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     return made
 
 
+@pytest.mark.usefixtures("by_search")
 @pytest.mark.parametrize(("name", "error"), [("numpy", 100.0), ("mpmath", 1e-30)])
 @pytest.mark.parametrize("zeta", [0.05, 1.0])
 def test_slow_forcing_is_passed_in_few_steps(
@@ -268,6 +289,7 @@ def test_slow_forcing_is_passed_in_few_steps(
     assert len(made) < 3000
 
 
+@pytest.mark.usefixtures("either")
 def test_hidden_extrema_of_slow_forcing_are_not_made_up() -> None:
     """Drifting, overdamped, from far off: one dies away, and then the forcing's own are left."""
     omega = 1e-5

@@ -18,14 +18,20 @@ class ClosedForms:
 
     def __init__(self, numbers: Backend, values: Sequence[Number]) -> None:
         self.numbers, self.values = numbers, tuple(values)
-        native = core is not None and numbers.name != "mpmath"
-        self._map = core.Map(np.array(self.values)) if core is not None and native else None
+        self._map = None if numbers.name == "mpmath" else native_map(self.values)
 
     def constants(self, field: int) -> Any:
         """Constants of the segment of field F`field`."""
         if self.numbers.name == "mpmath":
             return self.numbers.kernels.constants(field, *self.values)
         return _constants(self.numbers.kernels, field, self.values)
+
+    def chain(self, fields: Sequence[int], z: NDArray[Any]) -> tuple[Any, ...] | None:
+        """Segments one after another from unknowns z, as the C core gives them; None without it."""
+        if self._map is None:
+            return None
+        own = np.ascontiguousarray(z, dtype=float)
+        return self._map.chain(np.array(fields, np.int32), own, self.numbers.unit)  # type: ignore[no-any-return]
 
     def run(
         self, field: int, c: Any, closed: Any, h: Number, kept: NDArray[Any] | None = None
@@ -50,9 +56,18 @@ class ClosedForms:
         return values, matrix
 
 
+@lru_cache(maxsize=8)
+def native_map(values: tuple[float, ...]) -> Any:
+    """The C core's map at seven parameter values; None without the core."""
+    return None if core is None else core.Map(np.array(values))
+
+
 # The steps of Newton's method at one parameter set use the same constants again.
 @lru_cache(maxsize=64)
 def _constants(kernels: Any, field: int, values: tuple[float, ...]) -> Any:
+    core_map = native_map(values)
+    if core_map is not None:
+        return kernels.Constants(*core_map.constants(field))
     c = kernels.constants(field, *values)
     # Plain Python numbers make the scalar path several times faster than NumPy's.
     return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,24 +103,87 @@ def shooting(
 
     In 50 digits the segments' derivatives may be those `kept` from unknowns nearby.
     """
-    n, size = len(itinerary), len(itinerary) + 11
-    zero = numbers.number(0)
+    n, zero = len(itinerary), numbers.number(0)
     forms, omega = ClosedForms(numbers, values), values[_OMEGA]
+    chain = _chained(forms, itinerary, z) or _run_all(forms, itinerary, z, kept)
+    residual, by = _zeros(numbers, n + 4), _zeros(numbers, n + 4, n + 11)
+    for i, span in enumerate(chain.spans):
+        guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
+        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i, guard_by)
+    sign, turn = (-1, numbers.full_turn / 2) if itinerary.mirrored else (1, numbers.full_turn)
+    for row in range(3):
+        residual[n + row] = chain.end[row] - sign * z[row]
+        by[n + row] = chain.end_by[row]
+        by[n + row, row] = by[n + row, row] - sign
+    _pin(itinerary, values, z, residual, by)
+    elapsed = sum(z[4:].tolist(), zero)
+    residual[n + 3] = omega * elapsed - itinerary.period_number * turn
+    by[n + 3] = chain.angle_by
+    by[n + 3, 3] = zero
+    advance = sum((span.moved[2] for span in chain.spans), zero)
+    by_z, by_p = by[:, : n + 4], by[:, n + 4 :]
+    return Shooting(residual, by_z, by_p, tuple(chain.spans), advance, chain.advance_by)
+
+
+class _Chain(NamedTuple):
+    """Segments one after another; the state at the end, and total derivatives there."""
+
+    spans: list[SegmentFlow]
+    end: Vector
+    end_by: Matrix
+    angle_by: Vector
+    advance_by: Vector
+
+
+def _chained(forms: ClosedForms, itinerary: Itinerary, z: Vector) -> _Chain | None:
+    """The segments by the C core; None without it."""
+    chain = forms.chain(itinerary.fields, z)
+    if chain is None:
+        return None
+    closed, matrices, angles, durations, states, moved, by, angles_by, advance_by = chain
+    spans = [
+        SegmentFlow(
+            segment=segment,
+            c=forms.constants(segment.field),
+            closed=forms.numbers.kernels.Start(*start),
+            angle=angle,
+            h=h,
+            start=states[i],
+            end=states[i + 1],
+            moved=moved[i],
+            matrix=matrices[i],
+            start_by=by[i],
+            end_by=by[i + 1],
+            angle_by=angles_by[i],
+            column=4 + i,
+        )
+        for i, (segment, start, angle, h) in enumerate(
+            zip(
+                itinerary.segments,
+                closed.tolist(),
+                angles.tolist()[:-1],
+                durations.tolist(),
+                strict=True,
+            )
+        )
+    ]
+    return _Chain(spans, states[-1], by[-1], angles_by[-1], advance_by)
+
+
+def _run_all(forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: Shooting | None) -> _Chain:
+    """The segments one by one, by the kernels of any number system."""
+    numbers, n, size = forms.numbers, len(itinerary), len(itinerary) + 11
+    zero, omega = numbers.number(0), forms.values[_OMEGA]
     # Plain numbers: NumPy's own make the scalar path several times slower.
     angle, *durations = z[3:].tolist()
     state, state_by, angle_by = z[:3], _zeros(numbers, 3, size), _zeros(numbers, size)
     for row in range(3):
         state_by[row, row] = zero + 1
     angle_by[3] = zero + 1
-    residual, by = _zeros(numbers, n + 4), _zeros(numbers, n + 4, size)
-    advance, advance_by, elapsed = zero, _zeros(numbers, size), zero
-    spans = []
+    advance_by, elapsed, spans = _zeros(numbers, size), zero, []
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
         matrix = None if kept is None else kept.spans[i].matrix
-        guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
         span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
-        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i, guard_by)
-        advance = advance + span.moved[2]
         advance_by = advance_by + span.total(span.matrix[3:])[0]
         spans.append(span)
         state, state_by, angle = span.end, span.end_by, angle + omega * h
@@ -128,16 +191,7 @@ def shooting(
         angle_by = angle_by.copy()
         angle_by[4 + i] = angle_by[4 + i] + omega
         angle_by[n + 4 + _OMEGA] = elapsed
-    sign, turn = (-1, numbers.full_turn / 2) if itinerary.mirrored else (1, numbers.full_turn)
-    for row in range(3):
-        residual[n + row] = state[row] - sign * z[row]
-        by[n + row] = state_by[row]
-        by[n + row, row] = by[n + row, row] - sign
-    _pin(itinerary, values, z, residual, by)
-    residual[n + 3] = omega * elapsed - itinerary.period_number * turn
-    by[n + 3] = angle_by
-    by[n + 3, 3] = zero
-    return Shooting(residual, by[:, : n + 4], by[:, n + 4 :], tuple(spans), advance, advance_by)
+    return _Chain(spans, state, state_by, angle_by, advance_by)
 
 
 def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:

@@ -13,6 +13,7 @@ from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.isolation import polish, positive_at, search
 from capsule_sym._map.location import Flow, SegmentStart, Start
+from capsule_sym._orbits.shooting.closed import native_map
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym.generated import formulas
 
@@ -28,6 +29,9 @@ class Quantity(Enum):
     GAP = "gap"  # x_r - delta
     FORCE = "force"  # the interaction force P
     SPEED = "speed"  # v_c, of a drift
+
+
+_NUMBERS = {quantity: number for number, quantity in enumerate(Quantity)}  # as in the C core
 
 
 class Extremum(NamedTuple):
@@ -74,8 +78,29 @@ def extrema(
 
     Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
     where its sign before and after a time at which it cannot differ, one is given. `zeros` is as
-    for `minima`. A segment of duration 0 or less has none.
+    for `minima`. A segment of duration 0 or less has none. In double precision the C core finds
+    them, and this search what it leaves open.
     """
+    vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
+    turns = None if numbers.name == "mpmath" else _by_core(span, quantity, vanishing)
+    return _searched(numbers, span, quantity, zeros) if turns is None else iter(turns)
+
+
+def _by_core(span: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
+    """The extrema by the C core; None without it, and where they stay open."""
+    c = span.c
+    core = native_map((c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b))
+    if core is None:
+        return None
+    start = tuple(map(float, span.closed))
+    found = core.turns(span.segment.field, start, _NUMBERS[quantity], zeros, float(span.h))
+    return None if found is None else [Extremum(*turn) for turn in found]
+
+
+def _searched(
+    numbers: Backend, span: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+) -> Iterator[Extremum]:
+    """The extrema by the expansions of the reference map."""
     c, number = span.c, numbers.number
     # Plain numbers: NumPy's own make this several times slower.
     x_r, gap, v_r, v_c, margin, *_ = map(number, span.closed)
