@@ -131,7 +131,7 @@ static expansion expand(const course *f, double h)
 }
 
 /* The Bernstein coefficients on (0, 1) of a polynomial of powers, in place; the largest size. */
-static double bernstein(double a[SIZE], int count)
+static double bernstein(double *a, int count)
 {
     double binomial = 1.0, largest = 0.0;
     for (int i = 1; i < count; i++) {

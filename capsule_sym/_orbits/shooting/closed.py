@@ -56,10 +56,14 @@ class ClosedForms:
         return values, matrix
 
 
-@lru_cache(maxsize=8)
 def native_map(values: tuple[float, ...]) -> Any:
     """The C core's map at seven parameter values; None without the core."""
-    return None if core is None else core.Map(np.array(values))
+    return None if core is None else _made(values)
+
+
+@lru_cache(maxsize=8)
+def _made(values: tuple[float, ...]) -> Any:
+    return core.Map(np.array(values))  # type: ignore[union-attr]
 
 
 # The steps of Newton's method at one parameter set use the same constants again.
