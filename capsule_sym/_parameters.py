@@ -31,7 +31,7 @@ class Unit(NamedTuple):
 
 _TIME, _LENGTH, _VELOCITY = Unit(0, 0, -1, "s"), Unit(0, 1, 0, "m"), Unit(0, 1, 1, "m/s")
 _FORCE, _ENERGY = Unit(1, 0, 0, "N"), Unit(1, 1, 0, "J")
-METRICS = {
+METRIC_UNITS = {
     **dict.fromkeys(("velocity", "speed"), _VELOCITY),
     "progression": _LENGTH,
     **dict.fromkeys(("work", "damper_loss", "friction_loss"), _ENERGY),
@@ -45,13 +45,18 @@ is `|velocity|`, power is work over the period, speed_per_work is `|progression|
 is average speed over average power; cost_of_transport is work over friction bound and
 `|progression|`."""
 UNITS = {
-    **METRICS,
+    **METRIC_UNITS,
     **dict.fromkeys(("phase", "duration"), _TIME),
     **dict.fromkeys(("x_r", "x_c", "advance"), _LENGTH),
     **dict.fromkeys(("v_r", "v_c", "average_velocity"), _VELOCITY),
     "lyapunov": Unit(0, 0, 1, "1/s"),
 }
 """The units of all results that have one."""
+
+
+def mean_power(work: Any, rate: Any) -> Any:
+    """The mean power of a motion, from its work per excitation period and the frequency."""
+    return work * rate / math.tau
 
 
 def _number(name: str, value: object, *, positive: bool) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 import os
 import re
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._parameters import DRIVEN, UNITS
+from capsule_sym._parameters import DRIVEN, UNITS, mean_power
 
 if TYPE_CHECKING:
     from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
@@ -103,7 +102,7 @@ def in_si(device: PhysicalParameters | None, row: Mapping[str, Any]) -> dict[str
         if name in UNITS and isinstance(number, float):
             found[f"{name} [{UNITS[name].name}]"] = number * device.scale(name)
     if "work [J]" in found:
-        found["power [W]"] = found["work [J]"] * device.Omega / math.tau
+        found["power [W]"] = mean_power(found["work [J]"], device.Omega)
     for name, (tied, unit) in DRIVEN.items():
         if tied in row:
             found[f"{name} [{unit}]"] = row[tied] / device.tie(name)[1]

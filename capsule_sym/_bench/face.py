@@ -88,6 +88,8 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
     with_numpy = best(lambda: _process("-c", "import numpy"))
     yield Figure("import numpy alone", "python", with_numpy * 1e3, "ms", None, None)
     yield Figure("import and first simulate", ours, whole * 1e3, "ms", 150.0, None)
+    rest = (whole - with_numpy) * 1e3
+    yield Figure("of that, what is not NumPy's", ours, rest, "ms", None, None)
     for words in _COMMANDS:
         taken = best(lambda words=words: _process("-m", "capsule_sym", *words))  # type: ignore[misc]
         name = " ".join(("capsule-sym", *words))

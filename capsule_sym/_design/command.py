@@ -143,7 +143,7 @@ def optimise(
     """
     from capsule_sym._design.optimise import optimise as find
     from capsule_sym._design.optimum import OptimumStatus
-    from capsule_sym._design.pareto import pareto
+    from capsule_sym._design.pareto import Front, pareto
 
     metric = maximise if maximise is not None else minimise
     if metric is None or (maximise is not None and minimise is not None):
@@ -166,14 +166,9 @@ def optimise(
         found = pareto(metric, against, bounds_of(over), system, points=points, **asked)
     if found.status is OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
-    if out is not None:
-        _write(out, "optimum" if against is None else "front", found)
-    if as_json:
-        _print_json(found)
-    elif against is None:
-        _print_optimum(found)  # type: ignore[arg-type]
-    else:
-        _print_front(found)  # type: ignore[arg-type]
+    _tell(found, "optimum" if against is None else "front", out, as_json)
+    if not as_json:
+        _print_front(found) if isinstance(found, Front) else _print_optimum(found)
     _end(found)
 
 
@@ -216,11 +211,8 @@ def steer(
         samples=samples,
         seed=seed,
     )
-    if out is not None:
-        _write(out, "steering", found)
-    if as_json:
-        _print_json(found)
-    else:
+    _tell(found, "steering", out, as_json)
+    if not as_json:
         tell_steering(found)
     if found.status is SteeringStatus.NO_OPTIMUM:
         _end(found)
@@ -296,11 +288,8 @@ def fit(
     )
     ranges = {name: found.interval(name) for name in found.values} if intervals else {}
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    if out is not None:
-        _write(out, "fit", found, extra)
-    if as_json:
-        _print_json(found, extra)
-    else:
+    _tell(found, "fit", out, as_json, extra)
+    if not as_json:
         _print_fit(found, ranges)
     _end(found)
 
@@ -316,22 +305,26 @@ def finite(record: Any) -> Any:
     return record
 
 
-def _print_json(found: Any, extra: Mapping[str, Any] | None = None) -> None:
+def _tell(
+    found: Any,
+    name: str,
+    out: Path | None,
+    as_json: bool,
+    extra: Mapping[str, Any] | None = None,
+) -> None:
+    """Write a result's record, table and picture to `out`, and print the record if asked to."""
     from capsule_sym._records import dumps
 
-    click.echo(dumps(finite(found.to_dict() | dict(extra or {}))))
-
-
-def _write(out: Path, name: str, found: Any, extra: Mapping[str, Any] | None = None) -> None:
-    """The record, the table and the picture of a result."""
-    from capsule_sym._records import dumps
-
-    texts = {f"{name}.json": dumps(finite(found.to_dict() | dict(extra or {}))) + "\n"}
-    columns = getattr(found, "columns", {})
-    if columns:
-        texts[f"{name}.csv"] = table_of(found)
-    drawn = columns and len(next(iter(columns.values())))
-    write_all(out, texts, {f"{name}.svg": (name, found)} if drawn else {})
+    text = dumps(finite(found.to_dict() | dict(extra or {}))) if out or as_json else ""
+    if out is not None:
+        texts = {f"{name}.json": text + "\n"}
+        columns = getattr(found, "columns", {})
+        if columns:
+            texts[f"{name}.csv"] = table_of(found)
+        drawn = columns and len(next(iter(columns.values())))
+        write_all(out, texts, {f"{name}.svg": (name, found)} if drawn else {})
+    if as_json:
+        click.echo(text)
 
 
 def write_all(out: Path, texts: Mapping[str, str], pictures: Mapping[str, tuple[str, Any]]) -> None:
@@ -389,12 +382,12 @@ def said(value: float, unit: str) -> str:
 
 def units_of(system: Parameters | PhysicalParameters) -> dict[str, str]:
     """Units of metrics and parameters; empty where all is dimensionless."""
-    from capsule_sym._design.quantities import OF_DEVICE, UNITS
-    from capsule_sym._parameters import PhysicalParameters
+    from capsule_sym._design.quantities import OF_DEVICE
+    from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters
 
     if not isinstance(system, PhysicalParameters):
         return {}
-    return {name: unit.name for name, unit in UNITS.items()} | OF_DEVICE
+    return {name: unit.name for name, unit in METRIC_UNITS.items()} | OF_DEVICE
 
 
 def _print_optimum(found: Optimum) -> None:

@@ -6,9 +6,9 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-from capsule_sym._design.quantities import UNITS, System
+from capsule_sym._design.quantities import System
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._parameters import PhysicalParameters
+from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters
 
 
 class OptimumStatus(StrEnum):
@@ -124,7 +124,7 @@ class Optimum:
                 name: getattr(self.system, name) for name in type(self.system).__slots__
             },
             "metrics": self.metrics,
-            "units": {name: unit.name for name, unit in UNITS.items()} if device else {},
+            "units": {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {},
             "itinerary": list(self.itinerary),
             "residual": self.residual,
             "constraints": [asdict(one) for one in self.constraints],

@@ -16,12 +16,10 @@ from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
-from capsule_sym._parameters import METRICS, Parameters, PhysicalParameters
+from capsule_sym._parameters import METRIC_UNITS, Parameters, PhysicalParameters, mean_power
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
-UNITS = METRICS
-"""The metrics by name, with their units."""
 
 OF_DEVICE = {
     "M_m": "kg",
@@ -81,7 +79,7 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     force = stiff * length
     scaled = {}
     for name, metric in found.items():
-        unit = UNITS[name]
+        unit = METRIC_UNITS[name]
         here = Slope(metric.value, metric.slope @ by.parameters)
         if math.isinf(metric.value):
             scaled[name] = here
@@ -102,7 +100,7 @@ def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slop
     forward = -1 if velocity.value < 0 else 1
     way = forward * found["progression"]
     found["speed"] = forward * velocity
-    found["power"] = work * omega / (2 * math.pi)
+    found["power"] = mean_power(work, omega)
     # A capsule that stands still goes no way at any cost; with no work it has no ratio.
     nowhere = Slope(math.inf, np.zeros(7))
     found["speed_per_work"] = way / work if work.value > 0 else Slope(0.0, np.zeros(7))
@@ -135,7 +133,7 @@ def function_of(field: str, metric: str | Function, system: System) -> Function:
     if not isinstance(metric, str):
         raise InvalidInput(field, metric, "a metric, arithmetic of metrics, or a function of them")
     text = metric.replace("-per-", "_per_")
-    function = arithmetic(field, text, (*UNITS, *names_of(system)))
+    function = arithmetic(field, text, (*METRIC_UNITS, *names_of(system)))
     function.__name__ = text  # its name in messages
     return function
 

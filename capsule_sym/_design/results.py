@@ -11,8 +11,9 @@ from capsule_sym._design.borders import distances
 from capsule_sym._design.kinks import Kink, by_u
 from capsule_sym._design.optimum import Constraint, Optimum, OptimumStatus, Tightest
 from capsule_sym._design.program import KEPT, WHOLE, Place, Program
-from capsule_sym._design.quantities import UNITS, System, names_of, of
+from capsule_sym._design.quantities import System, names_of, of
 from capsule_sym._design.stationary import SOLVED, Stationary, rough
+from capsule_sym._parameters import METRIC_UNITS
 
 
 def told(program: Program, name: str, found: Stationary, kink: Kink | None) -> Optimum:
@@ -135,4 +136,4 @@ def nowhere(program: Program, name: str, status: OptimumStatus, message: str) ->
 def _metrics(place: Place, system: System) -> dict[str, float]:
     """All metrics of the first scenario's motion."""
     found = of(place.motions[0].metrics, system)
-    return {name: float(found[name].value) for name in UNITS}
+    return {name: float(found[name].value) for name in METRIC_UNITS}

@@ -82,8 +82,9 @@ def design(
     asked: dict[str, Any] = {"subject_to": subject_to, "margin": margin}
     steering = steer(system, bounds, **asked)
     front = pareto("speed", "cost_of_transport", bounds, system, points=points, **asked)
+    # The front ends at the fastest drive, where it has points at all.
     found: dict[str, Optimum] = {
-        "fastest": optimise("speed", bounds, system, **asked),
+        "fastest": front.points[-1] if front.points else optimise("speed", bounds, system, **asked),
         "most economical": optimise("speed_per_work", bounds, system, **asked),
     }
     if tolerances:

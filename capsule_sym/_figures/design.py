@@ -30,12 +30,13 @@ if TYPE_CHECKING:
 
 def _label(name: str, system: Any) -> str:
     """A quantity with its unit where the system is a device, else as elsewhere."""
-    from capsule_sym._design.quantities import OF_DEVICE, UNITS
+    from capsule_sym._design.quantities import OF_DEVICE
+    from capsule_sym._parameters import METRIC_UNITS
 
     if not isinstance(system, PhysicalParameters):
         return LABELS.get(name, name.replace("_", " "))
-    unit = UNITS[name].name if name in UNITS else OF_DEVICE.get(name, "")
-    told = name.replace("_", " ") if name in UNITS else name
+    unit = METRIC_UNITS[name].name if name in METRIC_UNITS else OF_DEVICE.get(name, "")
+    told = name.replace("_", " ") if name in METRIC_UNITS else name
     return f"{told} ({unit})" if unit else told
 
 

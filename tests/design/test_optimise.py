@@ -20,7 +20,8 @@ from capsule_sym import (
 from capsule_sym._design import evaluation
 from capsule_sym._design.borders import distances
 from capsule_sym._design.evaluation import beside, settle
-from capsule_sym._design.quantities import UNITS, dimensionless_slopes, of
+from capsule_sym._design.quantities import dimensionless_slopes, of
+from capsule_sym._parameters import METRIC_UNITS
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5), "delta": (0.0, 0.5)}
 DEVICE = PhysicalParameters(
@@ -212,7 +213,7 @@ def test_metrics_of_a_device_change_with_its_parameters_as_differences_say() -> 
             moved = beside(motion, device.dimensionless())
             assert moved is not None
             ends.append(of(moved.metrics, device))
-        for metric in UNITS:
+        for metric in METRIC_UNITS:
             slope = (ends[1][metric].value - ends[0][metric].value) / (2 * step)
             assert found[metric].slope[column] == pytest.approx(slope, rel=1e-5, abs=1e-8)
     assert dimensionless_slopes(DEVICE).shape == (7, 10)
