@@ -10,6 +10,7 @@ import sysconfig
 import tarfile
 import tomllib
 import zipfile
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -83,6 +84,31 @@ def test_every_public_name_resolves_and_no_other_does() -> None:
         assert name in dir(capsule_sym)
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         _ = capsule_sym.nonsense
+
+
+def private_imports(path: Path) -> list[str]:
+    """Public names that a file imports from the modules behind them."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("capsule_sym."):
+            names = [alias.name for alias in node.names if alias.name in dir(capsule_sym)]
+            home = import_module(node.module) if names else None
+            # A module may have the name of what is in it.
+            found += [n for n in names if getattr(home, n, None) is getattr(capsule_sym, n)]
+    return found
+
+
+@pytest.mark.parametrize("folder", ["tests", "docs"])
+def test_public_names_are_imported_from_the_package_alone(folder: str) -> None:
+    used = {str(path): private_imports(path) for path in (ROOT / folder).rglob("*.py")}
+    assert used
+    assert {path: names for path, names in used.items() if names} == {}
+
+
+def test_a_private_import_would_be_seen(tmp_path: Path) -> None:
+    file = tmp_path / "one.py"
+    file.write_text("from capsule_sym._parameters import UNITS, Parameters as P\n")
+    assert private_imports(file) == ["Parameters"]
 
 
 @pytest.mark.parametrize("absent", ["flint", "zarr"])

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from capsule_sym import Bifurcation, continue_bifurcation, continue_from, continue_orbit
+from capsule_sym import Bifurcation, Branch, continue_bifurcation, continue_from, continue_orbit
 from capsule_sym._orbits.continuation.bifurcations import PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.continuation import Branch
 from capsule_sym._orbits.continuation.events import GENERALIZED_DOUBLING
 from tests.orbits.branches import settled
 

@@ -15,14 +15,16 @@ from capsule_sym import (
     Orbit,
     Parameters,
     Performance,
+    Performances,
     floquet_multipliers,
     performance,
+    performance_many,
     simulate,
     solve_itinerary,
     solve_orbit,
 )
 from capsule_sym._native import Watch, core
-from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
+from capsule_sym._orbits.metrics.many import METRICS
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 

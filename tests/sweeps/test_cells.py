@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, Outcome, Parameters, SteadyMotion, Sweep, simulate
+from capsule_sym import Axis, Outcome, Parameters, Performances, SteadyMotion, Sweep, simulate
 from capsule_sym._native import core
-from capsule_sym._orbits.metrics.many import Performances
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.itineraries import code
