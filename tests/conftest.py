@@ -10,6 +10,7 @@ import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
+import capsule_sym._symbolic  # noqa: F401 - before anything imports SymPy
 from capsule_sym._cli import main
 from tests.sampling import ALL
 

@@ -1,1 +1,7 @@
 """The theory: model, closed forms, geometry and switching, derived and proved with SymPy."""
+
+import os
+
+# SymPy forgets all but its last 1,000 results by default, and derives the others again: proofs take
+# a third longer. It reads this when it is imported.
+os.environ.setdefault("SYMPY_CACHE_SIZE", "100000")
