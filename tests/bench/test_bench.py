@@ -267,10 +267,10 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
     assert {long for *_, long in runs} == {0.1}
 
 
-def test_the_figure_draws_what_a_quick_study_leaves(done, command, tmp_path) -> None:
+def test_the_figure_draws_what_a_quick_study_leaves(done, inside, tmp_path) -> None:
     results = tmp_path / "results"
     copytree(done[0] / "results", results)
-    process = command("figure", "work-precision", "--out", "x.svg", cwd=tmp_path)
+    process = inside("figure", "work-precision", "--out", "x.svg", cwd=tmp_path)
     assert (process.returncode, process.stderr) == (0, "wrote x.svg\n")
 
 

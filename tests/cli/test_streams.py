@@ -76,7 +76,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @needs_full
 @pytest.mark.usefixtures("short")
-@pytest.mark.parametrize("option", ["", "--json", "--help"])
+@pytest.mark.parametrize("option", ["", pytest.param("--json", marks=pytest.mark.long), "--help"])
 @pytest.mark.parametrize("name", SHORT)
 def test_a_full_disk_is_one_line(
     name: str, option: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

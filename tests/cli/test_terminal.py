@@ -44,7 +44,7 @@ ENDS = {
     "orbit": ["--starts", "2"],
     "figure": ["margins", "--out", "margins.svg"],
 }
-QUICK = {"paper", "verify", "sweep", "orbit"}  # of Ctrl-C; the others take as long together
+QUICK = {"paper", "sweep", "orbit"}  # of Ctrl-C; the others take as long together
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from capsule_sym.codegen._rounding import sizes, units
 from capsule_sym.generated import formulas
 from capsule_sym.generated.mp import kernels as exact
 from capsule_sym.generated.py import kernels as double
+from tests.sampling import many, sampled
 
 mp = MPContext()
 mp.dps = 50
@@ -73,12 +74,13 @@ ARGUMENTS = {
 }
 
 
+@sampled
 @pytest.mark.parametrize("name", ARGUMENTS)
 def test_no_formula_is_off_by_more_and_some_by_a_good_part(name: str) -> None:
-    """On 2,000 draws in double precision, beside 50 digits of the same doubles."""
+    """On many draws in double precision, beside 50 digits of the same doubles."""
     draw, worst = random.Random(name), 0.0
     allowed = getattr(formulas, f"{name.upper()}_UNITS")
-    for _ in range(2000):
+    for _ in range(many(2000, 600)):
         p = [draw.uniform(0, 2) * 10 ** draw.uniform(-2, 2) for _ in range(7)]
         field = draw.randint(1, 6)
         c = double.constants(field, *p)

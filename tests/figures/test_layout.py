@@ -56,7 +56,13 @@ def test_so_it_is_for_another_system(name: str, store: Store) -> None:
     assert looked_at(FIGURES[name].make(Study(store, other, chosen=True))) == []
 
 
-@pytest.mark.parametrize("draw", [plot_bifurcations, plot_energies, plot_diagram])
+@pytest.mark.parametrize(
+    "draw",
+    [
+        plot_diagram,
+        *(pytest.param(d, marks=pytest.mark.long) for d in (plot_bifurcations, plot_energies)),
+    ],
+)
 def test_so_it_is_for_branches(draw: Callable[[Any], Any], branch) -> None:
     assert looked_at(draw({**branch, "switched": [], "origin": None})) == []
 

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from capsule_sym import Axis, InvalidInput, Parameters, Sweep, load_sweep, read_plan
 from capsule_sym._sweeps.quantities import TAKEN
+from tests.sampling import many, sampled
 
 GOOD = {"alpha": [0.5, 0.7]}
 RANGE = {"from": 0.1, "to": 1.0, "count": 4}
@@ -335,7 +336,8 @@ def taken(read: Callable[[], Sweep]) -> tuple[Sweep | None, str]:
         return None, str(refused)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, database=None)
+@sampled
+@settings(max_examples=many(40, 20), deadline=None, derandomize=True, database=None)
 @given(plans)
 def test_any_plan_is_a_sweep_or_refused_in_one_line(plan: dict[str, Any]) -> None:
     sweep, message = taken(lambda: read_plan(plan))

@@ -209,7 +209,9 @@ def renames(patch: pytest.MonkeyPatch, most: int) -> list[int]:
     return moved
 
 
-@pytest.mark.parametrize("share", [0.1, 0.6, 0.999])
+@pytest.mark.parametrize(
+    "share", [0.6, *(pytest.param(s, marks=pytest.mark.long) for s in (0.1, 0.999))]
+)
 def test_a_full_disk_stops_the_run_and_leaves_a_store_that_goes_on(
     share: float, whole: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
