@@ -37,12 +37,12 @@ cdef extern from *:
 
 cdef extern from "capsule.h" nogil:
     ctypedef int capsule_quantity
-    ctypedef struct capsule_turn:
+    ctypedef struct capsule_extremum:
         int kind
         double time, value
-    int capsule_find_turns(const capsule_constants *c, const capsule_start *start,
+    int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                            capsule_quantity quantity, int zeros, double duration,
-                           capsule_turn *turns, int room)
+                           capsule_extremum *extrema, int room)
 
 OUTCOMES = interface.OUTCOMES
 DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
@@ -100,7 +100,7 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
 
 
 cdef enum:
-    MOST_TURNS = 64  # of a quantity in a segment
+    MOST_EXTREMA = 64  # of a quantity in a segment
     MAP_WORK = 32  # what making a map takes for a watch, in expansions
 
 
@@ -181,22 +181,22 @@ cdef class Map:
                      &slopes[0, 0])
         return values, rows
 
-    def turns(self, int field, start, int quantity, int zeros, double duration):
+    def extrema(self, int field, start, int quantity, int zeros, double duration):
         """The extrema inside a segment, (kind, time, value) each; None where they stay open.
 
         `start` is as for `closed_form`, as a tuple; `quantity` is 0 for the gap, 1 for the force, 2
         for the speed, whose rate's first `zeros` derivatives vanish at the start.
         """
         cdef capsule_start begin
-        cdef capsule_turn found[MOST_TURNS]
+        cdef capsule_extremum found[MOST_EXTREMA]
         cdef int count
         if not 1 <= field <= 6 or not 0 <= quantity <= 2 or not 0 <= zeros <= 1:
             raise ValueError("field must be 1 to 6, quantity 0 to 2, and zeros 0 or 1")
         (begin.x_r, begin.gap, begin.v_r, begin.v_c, begin.margin, begin.cos_theta,
          begin.sin_theta) = start
         with nogil:
-            count = capsule_find_turns(&self.map.field[field - 1], &begin, quantity, zeros, duration,
-                                       found, MOST_TURNS)
+            count = capsule_find_extrema(&self.map.field[field - 1], &begin, quantity, zeros, duration,
+                                       found, MOST_EXTREMA)
         if count < 0:
             return None
         return [(found[i].kind, found[i].time, found[i].value) for i in range(count)]

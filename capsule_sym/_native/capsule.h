@@ -211,22 +211,22 @@ typedef struct {
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);
 
-/* What turns inside a segment: x_r - delta, the interaction force, or v_c of a drift. */
+/* What has extrema inside a segment: x_r - delta, the interaction force, or v_c of a drift. */
 typedef enum { CAPSULE_GAP, CAPSULE_FORCE, CAPSULE_SPEED } capsule_quantity;
 
 /* An interior extremum: 1 for a minimum, -1 for a maximum; how long after the start; its value. */
 typedef struct {
     int kind;
     double time, value;
-} capsule_turn;
+} capsule_extremum;
 
 /* Finds all interior extrema of a quantity in a segment of a duration, in the order of time: between
    two of them its rate is proved to keep its sign. The first `zeros` derivatives of the rate, itself
    included, vanish at the start: 0, or 1 of the speed where a slip begins. Returns how many there
    are, -1 where double precision leaves that open, there are more than `room`, or it takes long. */
-int capsule_find_turns(const capsule_constants *c, const capsule_start *start,
+int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
-                       capsule_turn *turns, int room);
+                       capsule_extremum *extrema, int room);
 
 /* P - friction at a state. */
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);

@@ -323,7 +323,7 @@ def test_a_chain_of_unknown_fields_or_too_few_durations_is_refused() -> None:
         with pytest.raises(ValueError, match="1 to 6"):
             native_map.constants(field)
         with pytest.raises(ValueError, match="1 to 6"):
-            native_map.turns(field, (0.0,) * 7, 0, 0, 1.0)
+            native_map.extrema(field, (0.0,) * 7, 0, 0, 1.0)
     with pytest.raises(ValueError, match="one duration a field"):
         native_map.chain(np.array([1, 2], np.int32), np.zeros(5), 2.0**-53)
 

@@ -82,8 +82,8 @@ def extrema(
     them, and this search what it leaves open.
     """
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
-    turns = None if numbers.name == "mpmath" else _by_core(span, quantity, vanishing)
-    return _searched(numbers, span, quantity, zeros) if turns is None else iter(turns)
+    found = None if numbers.name == "mpmath" else _by_core(span, quantity, vanishing)
+    return _searched(numbers, span, quantity, zeros) if found is None else iter(found)
 
 
 def _by_core(span: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
@@ -93,8 +93,8 @@ def _by_core(span: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum
     if core is None:
         return None
     start = tuple(map(float, span.closed))
-    found = core.turns(span.segment.field, start, _NUMBERS[quantity], zeros, float(span.h))
-    return None if found is None else [Extremum(*turn) for turn in found]
+    found = core.extrema(span.segment.field, start, _NUMBERS[quantity], zeros, float(span.h))
+    return None if found is None else [Extremum(*one) for one in found]
 
 
 def _searched(

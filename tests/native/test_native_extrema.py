@@ -25,7 +25,7 @@ pytestmark = [
 
 GAP, FORCE, SPEED = range(3)
 # Remainders are small: they are looked at where expansions reach sixteen times as far, each in the
-# segments of one seed. That of the slope is not shown: no turn that it hides has been found.
+# segments of one seed. That of the slope is not shown: no extremum that it hides has been found.
 LONGER = 16.0
 REMAINDERS = {
     "factor * inverse": 4,
@@ -43,14 +43,14 @@ ROUNDINGS = (
 LEFT_OUT = (*REMAINDERS, *ROUNDINGS)
 
 
-class Turn(ctypes.Structure):
-    """A capsule_turn."""
+class Extremum(ctypes.Structure):
+    """A capsule_extremum."""
 
     _fields_ = (("kind", ctypes.c_int), ("time", ctypes.c_double), ("value", ctypes.c_double))
 
 
 class Segment(NamedTuple):
-    """A segment and what turns in it, with the kinds of its turns after a time."""
+    """A segment and a quantity, with the kinds of its extrema after a time."""
 
     parameters: Parameters
     field: int
@@ -63,61 +63,61 @@ class Segment(NamedTuple):
 
 
 class Library:
-    """`capsule_find_turns`, from which one term may be left out, expansions longer or not."""
+    """`capsule_find_extrema`, from which one term may be left out, expansions longer or not."""
 
     def __init__(self, directory: Path) -> None:
-        text = (LIBRARY / "turns.c").read_text()
+        text = (LIBRARY / "extrema.c").read_text()
         for number, old in enumerate(LEFT_OUT):
             assert text.count(old) == 1, old
             text = text.replace(old, f"(weak & {1 << number} ? 0.0 : {old})")
         text = text.replace("#define REACH_OF_RATE 3.0", "#define REACH_OF_RATE (3.0 * longer)")
-        (directory / "turns.c").write_text("int weak;\ndouble longer = 1.0;\n" + text)
+        (directory / "extrema.c").write_text("int weak;\ndouble longer = 1.0;\n" + text)
         command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-w"]
-        command += [f"-I{LIBRARY}", f"-I{KERNELS}", "turns.c", str(KERNELS / "capsule_kernels.c")]
-        subprocess.run([*command, "-lm", "-o", "turns"], cwd=directory, check=True)
-        self.library = ctypes.CDLL(str(directory / "turns"))
+        command += [f"-I{LIBRARY}", f"-I{KERNELS}", "extrema.c", str(KERNELS / "capsule_kernels.c")]
+        subprocess.run([*command, "-lm", "-o", "extrema"], cwd=directory, check=True)
+        self.library = ctypes.CDLL(str(directory / "extrema"))
         self.constants = (ctypes.c_double * 32)()
 
     def judged(
         self, segments: list[Segment], without: str | None = None, longer: float = 1.0
     ) -> tuple[int, int]:
-        """How many segments have turns of other kinds than they should have, and stay open."""
+        """How many segments have extrema of other kinds than they should have, and stay open."""
         weak = 0 if without is None else 1 << LEFT_OUT.index(without)
         ctypes.c_int.in_dll(self.library, "weak").value = weak
         ctypes.c_double.in_dll(self.library, "longer").value = longer
-        found = [self.turns(one) for one in segments]
+        found = [self.extrema(one) for one in segments]
         wrong = sum(
             kinds not in (None, one.kinds) for kinds, one in zip(found, segments, strict=True)
         )
         return wrong, found.count(None)
 
-    def turns(self, one: Segment) -> tuple[int, ...] | None:
-        """The kinds of the turns after a time; None where they stay open."""
+    def extrema(self, one: Segment) -> tuple[int, ...] | None:
+        """The kinds of the extrema after a time; None where they stay open."""
         values = map(ctypes.c_double, one.parameters.to_dict().values())
         self.library.capsule_constants_of(one.field, *values, self.constants)
-        turns = (Turn * 64)()
-        count = self.library.capsule_find_turns(
+        found = (Extremum * 64)()
+        count = self.library.capsule_find_extrema(
             self.constants,
             (ctypes.c_double * 7)(*one.start),
             one.quantity,
             one.zeros,
             ctypes.c_double(one.duration),
-            turns,
+            found,
             64,
         )
         if count < 0:
             return None
-        return tuple(turn.kind for turn in turns[:count] if turn.time > one.after)
+        return tuple(extremum.kind for extremum in found[:count] if extremum.time > one.after)
 
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    return Library(tmp_path_factory.mktemp("turns"))
+    return Library(tmp_path_factory.mktemp("extrema"))
 
 
 @pytest.fixture(scope="module")
 def sampled() -> list[Segment]:
-    """Random segments, whose turns dense samples of the rate show."""
+    """Random segments, whose extrema dense samples of the rate show."""
     return [one for seed in range(150) for one in random_segments(seed)]
 
 
@@ -149,7 +149,7 @@ def random_segments(seed: int) -> list[Segment]:
     for quantity, rate in rates.items():
         signs = np.sign(rate)
         kinds = tuple(int(b) for a, b in pairwise(signs) if a != b)
-        # What turns within a sample or two of an end is not seen of the force.
+        # What is within a sample or two of an end is not seen of the force.
         if len(set(signs[:4])) == len(set(signs[-4:])) == 1:
             result.append(Segment(parameters, field, start, quantity, 0, duration, 0.0, kinds))
     return result
@@ -180,7 +180,7 @@ def close() -> list[Segment]:
 
 
 @pytest.mark.parametrize("longer", [1.0, LONGER])
-def test_turns_are_those_of_dense_samples(
+def test_extrema_are_those_of_dense_samples(
     longer: float, library: Library, sampled: list[Segment]
 ) -> None:
     assert len(sampled) > 300
@@ -188,7 +188,7 @@ def test_turns_are_those_of_dense_samples(
 
 
 @pytest.mark.parametrize("term", REMAINDERS)
-def test_without_its_remainder_a_turn_is_missed(term: str, library: Library) -> None:
+def test_without_its_remainder_an_extremum_is_missed(term: str, library: Library) -> None:
     segments = random_segments(REMAINDERS[term])
     assert library.judged(segments, longer=LONGER)[0] == 0
     assert library.judged(segments, term, longer=LONGER)[0] > 0
@@ -214,5 +214,5 @@ def test_a_rate_that_vanishes_at_the_start_is_divided_out(library: Library) -> N
     v_r = (p.f_b - x_r - p.beta * (x_r - p.delta)) / (2 * p.zeta)
     start = (x_r, x_r - p.delta, v_r, 0.0, 0.0, np.cos(0.2), np.sin(0.2))
     one = Segment(p, 4, start, SPEED, 1, 2.0, 0.0, (-1,))
-    assert library.turns(one) == (-1,)
-    assert library.turns(one._replace(zeros=0)) is None
+    assert library.extrema(one) == (-1,)
+    assert library.extrema(one._replace(zeros=0)) is None

@@ -1,4 +1,4 @@
-/* All turns of a quantity inside a segment, each proved: where its rate changes sign, and that it
+/* All extrema of a quantity inside a segment, each proved: where its rate changes sign, and that it
    keeps its sign elsewhere. The rate is expanded as the guards of the reference map are, with the
    same bounds on remainder and rounding; its sign is told by Bernstein coefficients. What double
    precision leaves open, or takes many stretches, is left to the caller. */
@@ -14,7 +14,7 @@
 #define FORM_UNITS 8.0   /* of the closed form, measured: below 4 */
 #define FAINT 32.0       /* errors of a rate, below which its sign is not taken for granted */
 
-/* A segment and what turns in it. */
+/* A segment and the quantity that is looked at. */
 typedef struct {
     const capsule_constants *c;
     segment_sizes sizes;
@@ -173,7 +173,8 @@ static int shown(const expansion *e, double sign, int zeros, double h)
 }
 
 /* The root of the rate in a bracket with one, and the quantity there. */
-static void turn_in(const course *f, double sign, double low, double high, capsule_turn *turn)
+static void extremum_in(const course *f, double sign, double low, double high,
+                        capsule_extremum *extremum)
 {
     double h = 0.5 * (low + high);
     for (int round = 0; round < 80; round++) {
@@ -190,13 +191,13 @@ static void turn_in(const course *f, double sign, double low, double high, capsu
         if (close)
             break;
     }
-    turn->time = h;
-    turn->value = expand(f, h).value;
+    extremum->time = h;
+    extremum->value = expand(f, h).value;
 }
 
-int capsule_find_turns(const capsule_constants *c, const capsule_start *start,
+int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
-                       capsule_turn *turns, int room)
+                       capsule_extremum *extrema, int room)
 {
     const course f = course_of(c, start, quantity);
     double now = 0.0, ahead = REACH_OF_RATE / c->rate, sign = 0.0;
@@ -218,8 +219,8 @@ int capsule_find_turns(const capsule_constants *c, const capsule_start *start,
         if (how < 0) {
             if (found == room)
                 return -1;
-            turns[found].kind = (int)-sign;
-            turn_in(&f, sign, now, now + h, &turns[found++]);
+            extrema[found].kind = (int)-sign;
+            extremum_in(&f, sign, now, now + h, &extrema[found++]);
             sign = -sign;
         }
         if (tried == MOST_STRETCHES)
