@@ -12,6 +12,7 @@ from capsule_sym._figures.style import (
     SERIES,
     STABLE,
     UNSTABLE,
+    canvas,
     describe,
     figure_of,
     figure_style,
@@ -21,7 +22,7 @@ from capsule_sym._parameters import PhysicalParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from capsule_sym._design.fit import Fit
     from capsule_sym._design.pareto import Front
@@ -65,10 +66,13 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
 
 
-def plot_steering(steering: Steering, *, width: float = PAGE) -> Figure:
+def plot_steering(
+    steering: Steering, *, width: float = PAGE, figure: Figure | SubFigure | None = None
+) -> Figure:
     """The velocity, and the largest multiplier, along the path between two drives.
 
     `steering` is what `steer` gives; without a path it is the straight one, as far as it goes.
+    Drawn into `figure`, a figure or a part of one, if it is given.
     """
     columns, system = steering.columns, steering.forward.system
     count = len(columns["leg"])
@@ -79,8 +83,8 @@ def plot_steering(steering: Steering, *, width: float = PAGE) -> Figure:
     along = np.concatenate([[0.0], np.cumsum(steps)]) if count else np.zeros(0)
     share = along / along[-1] if count > 1 and along[-1] > 0 else along
     with figure_style():
-        figure = new_figure(width, 0.75 * width, layout="constrained")
-        upper, middle, lower = figure.subplots(3, sharex=True)
+        page = canvas(figure, width, 0.75 * width, layout="constrained")
+        upper, middle, lower = page.subplots(3, sharex=True)
         upper.plot(share, columns["velocity"], color=STABLE)
         upper.axhline(0.0, color="0.6", linewidth=0.6)
         upper.set_ylabel(_label("velocity", system))
@@ -92,19 +96,23 @@ def plot_steering(steering: Steering, *, width: float = PAGE) -> Figure:
         lower.axhline(1.0, color="0.6", linewidth=0.6)
         lower.set_ylabel("largest multiplier")
         lower.set_xlabel("share of the path, from forward to backward")
-        return describe(figure, "From the best drive forward to the best backward")
+        return describe(page, "From the best drive forward to the best backward")
 
 
-def plot_residuals(fit: Fit, *, width: float = PAGE) -> Figure:
+def plot_residuals(
+    fit: Fit, *, width: float = PAGE, figure: Figure | SubFigure | None = None
+) -> Figure:
     """The residuals of a fit over time, a row for each measured column.
 
-    They are in units of the noise; bands show one and two of it.
+    They are in units of the noise; bands show one and two of it. Drawn into `figure`, a figure or
+    a part of one, if it is given.
     """
     data, system = fit.problem.data, fit.system
     noise = fit.noise or 1.0
     with figure_style():
-        figure = new_figure(width, (0.15 + 0.22 * len(data.names)) * width, layout="constrained")
-        rows = figure.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
+        height = (0.15 + 0.22 * len(data.names)) * width
+        page = canvas(figure, width, height, layout="constrained")
+        rows = page.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
         for place, (row, name) in enumerate(zip(rows, data.names, strict=True)):
             chosen = data.column == place
             row.axhspan(-2, 2, color="0.93", linewidth=0)
@@ -113,4 +121,4 @@ def plot_residuals(fit: Fit, *, width: float = PAGE) -> Figure:
             row.set_ylabel(f"{name}, residual over noise")
         unit = "s" if isinstance(system, PhysicalParameters) else "dimensionless"
         rows[-1].set_xlabel(f"time ({unit})")
-        return describe(figure, "Residuals of a fit", status=str(fit.status))
+        return describe(page, "Residuals of a fit", status=str(fit.status))

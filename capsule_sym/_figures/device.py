@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, figure_style, new_figure
+from capsule_sym._figures.style import canvas, describe, figure_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 _INK, _SHELL, _MASS, _SOFT = "#16202c", "#eef1f5", "#56B4E9", "#52606f"
 _HALF, _HIGH, _ROUND = 2.6, 1.1, 0.55  # half length, height and rounding of the shell
@@ -98,11 +98,14 @@ def ground(axes: Axes, left: float, right: float) -> None:
     axes.set_axis_off()
 
 
-def plot_fig1(*, width: float = PAGE) -> Figure:
-    """The capsule with its mass, springs, damper and gap, and the symbols of each (Fig. 1)."""
+def plot_fig1(*, width: float = PAGE, figure: Figure | SubFigure | None = None) -> Figure:
+    """The capsule with its mass, springs, damper and gap, and the symbols of each (Fig. 1).
+
+    Drawn into `figure`, a figure or a part of one, if it is given.
+    """
     with figure_style():
-        figure = new_figure(width, 0.41 * width)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        page = canvas(figure, width, 0.41 * width)
+        axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
         ground(axes, -4.4, 4.4)
         axes.set_ylim(-0.85, 2.75)
         draw_capsule(axes, Frame())
@@ -134,4 +137,4 @@ def plot_fig1(*, width: float = PAGE) -> Figure:
             arrowprops={"arrowstyle": "<->", "color": _INK, "linewidth": 0.7, "shrinkA": 0,
                         "shrinkB": 0},
         )  # fmt: skip
-        return describe(figure, "Capsule, inner mass, springs, damper and gap")
+        return describe(page, "Capsule, inner mass, springs, damper and gap")

@@ -15,10 +15,11 @@ from capsule_sym._figures.statespace import along, projected
 from capsule_sym._figures.style import (
     LOOKS,
     Colours,
+    canvas,
     describe,
     figure_style,
     mathematical,
-    new_figure,
+    size_of,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Motion, cycle
@@ -26,7 +27,7 @@ from capsule_sym._study.boundaries import lines as boundary_lines
 from capsule_sym._study.events import Event, nearest
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 
 _STYLES: dict[int, Any] = {
@@ -42,17 +43,18 @@ def plot_events(
     *,
     colours: Colours = "safe",
     width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
     """The motions of each event in the state space, and the view of its line magnified.
 
     Fig. 8 with the events `CROSSINGS`, Fig. 9 with `SLIDINGS`; the motions of an event are those
-    at its `alphas`, in their order.
+    at its `alphas`, in their order. Drawn into `figure`, a figure or a part of one, if it is given.
     """
     with figure_style():
-        height = 2.1 * len(events) + 0.45
-        figure = new_figure(width, height)
-        names = Names(figure)
-        grid = figure.add_gridspec(
+        page = canvas(figure, width, 2.1 * len(events) + 0.45)
+        _, height = size_of(page)
+        names = Names(page)
+        grid = page.add_gridspec(
             len(events), 2, left=0.0, right=0.97, bottom=0.2 / height, top=1 - 0.45 / height,
             wspace=0.0, hspace=0.16,
         )  # fmt: skip
@@ -63,7 +65,7 @@ def plot_events(
             middle = drawn[event.alphas.index(event.middle)]
             close = whole.around(nearest(middle, event, parameters), event.zoom)
             for column, box in enumerate((whole, close)):
-                axes = add_space(figure, grid[row, column], box)
+                axes = add_space(page, grid[row, column], box)
                 draw_space(parameters, axes, box, colours)
                 for one, alpha in zip(drawn, event.alphas, strict=True):
                     style = _STYLES[int(np.sign(alpha - event.middle))]
@@ -72,11 +74,11 @@ def plot_events(
                 letter = "abcdefgh"[2 * row + column]
                 title = _title(event, group) if column == 0 else "magnified"
                 axes.set_title(f"({letter})  {title}", loc="left", x=0.03, y=0.92)
-        handles = [*field_handles(figure, colours), *_style_handles(events)]
-        figure.legend(handles=handles, loc="upper center", ncols=9, columnspacing=1.2)
+        handles = [*field_handles(page, colours), *_style_handles(events)]
+        page.legend(handles=handles, loc="outside upper center", ncols=9, columnspacing=1.2)
         names.settle()
         system = motions[0][0].parameters
-        return describe(figure, "Motions around bifurcations", parameters=system)
+        return describe(page, "Motions around bifurcations", parameters=system)
 
 
 def _title(event: Event, group: Sequence[Motion]) -> str:

@@ -14,6 +14,7 @@ from capsule_sym._figures.style import (
     LABELS,
     SEAMLESS,
     Colours,
+    canvas,
     column_edges,
     describe,
     field_colour,
@@ -25,7 +26,7 @@ from capsule_sym._study.arcs import Motion, cycle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 
 def plot_fig6(
@@ -34,11 +35,15 @@ def plot_fig6(
     *,
     colours: Colours = "safe",
     width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
-    """Motions in (x_r, v_r), one behind the other by alpha; the `heavy` in wide lines (Fig. 6)."""
+    """Motions in (x_r, v_r), one behind the other by alpha; the `heavy` in wide lines (Fig. 6).
+
+    Drawn into `figure`, a figure or a part of one, if it is given.
+    """
     with figure_style():
-        figure = new_figure(width, 4.8)
-        axes: Any = figure.add_axes((0.0, 0.05, 1.0, 0.95), projection="3d", computed_zorder=False)
+        page = canvas(figure, width, 4.8)
+        axes: Any = page.add_axes((0.0, 0.05, 1.0, 0.95), projection="3d", computed_zorder=False)
         axes.view_init(20, -62)
         axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
         # The least alpha is nearest to the eye, and so is drawn last.
@@ -65,9 +70,9 @@ def plot_fig6(
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.pane.set_visible(False)
             axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
-        figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
+        page.legend(handles=field_handles(page, colours), loc="outside upper center", ncols=6)
         system = motions[0].parameters
-        return describe(figure, "Phase trajectories over the amplitude", parameters=system)
+        return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
 
 def plot_itineraries(

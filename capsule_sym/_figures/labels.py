@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
     from matplotlib.path import Path as Curve
     from matplotlib.text import Text
 
@@ -55,7 +55,7 @@ class _Name:
 class Names:
     """Names of a figure's lines, points and areas, given one by one and placed together."""
 
-    figure: Figure
+    figure: Figure | SubFigure
     _names: list[_Name] = field(default_factory=list)
 
     def on(
@@ -123,14 +123,15 @@ class Names:
 
         if not self._names:
             return
-        renderer = FigureCanvasAgg(self.figure).get_renderer()  # type: ignore[no-untyped-call]
-        self.figure.draw_without_rendering()
-        # Nothing moves any more, and drawing it takes half the time.
-        self.figure.set_layout_engine("none")
+        whole: Figure = self.figure.get_figure(root=True)
+        renderer = FigureCanvasAgg(whole).get_renderer()  # type: ignore[no-untyped-call]
+        whole.draw_without_rendering()
+        if whole is self.figure:  # nothing moves any more, and drawing it takes half the time
+            whole.set_layout_engine("none")
         taken = [_box(text, renderer) for text in _texts(self.figure)]
         curves = _curves(self.figure)
         extents = np.array([_extent(curve) for _, curve in curves]).reshape(-1, 4)
-        scale = self.figure.dpi / 72
+        scale = whole.dpi / 72
         for name in self._names:
             name.text.set_visible(True)
             x0, y0, x1, y1 = _box(name.text, renderer)
@@ -195,7 +196,7 @@ def _box(text: Text, renderer: Any) -> Box:
     return tuple(Text.get_window_extent(text, renderer).extents)  # type: ignore[return-value]
 
 
-def _texts(figure: Figure) -> Iterable[Text]:
+def _texts(figure: Figure | SubFigure) -> Iterable[Text]:
     from matplotlib.text import Text
 
     for text in figure.findobj(Text):
@@ -203,7 +204,7 @@ def _texts(figure: Figure) -> Iterable[Text]:
             yield text
 
 
-def _curves(figure: Figure) -> list[tuple[Artist, Curve]]:
+def _curves(figure: Figure | SubFigure) -> list[tuple[Artist, Curve]]:
     """All that is drawn as a line, in pixels, with what draws it."""
     from matplotlib.collections import LineCollection
     from matplotlib.patches import FancyArrowPatch

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import describe, figure_style, new_figure
+from capsule_sym._figures.style import canvas, describe, figure_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 Row = Mapping[str, Any]
 _MARKERS = "osD^v<>ph*XP"
@@ -24,18 +24,24 @@ _TITLES = {
 }
 
 
-def plot_work_precision(record: Mapping[str, Any], *, width: float = PAGE) -> Figure:
+def plot_work_precision(
+    record: Mapping[str, Any],
+    *,
+    width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
+) -> Figure:
     """Time per excitation period against the largest error, one curve a tool and way to use it.
 
     `record` is what `capsule-sym bench` writes; the way is what follows the tolerance in a
     row's setting. A hollow marker says that the tool missed or invented switches there.
+    Drawn into `figure`, a figure or a part of one, if it is given.
     """
     rows = {name: _measured(record.get(name, ())) for name in _TITLES}
     shown = [name for name in _TITLES if rows[name]]
     ways = list(dict.fromkeys(_way(row) for name in shown for row in rows[name]))
     with figure_style():
-        figure = new_figure(width, 4.2, layout="constrained")
-        panels = figure.subplots(1, max(1, len(shown)), squeeze=False, sharey=True)
+        page = canvas(figure, width, 4.2, layout="constrained")
+        panels = page.subplots(1, max(1, len(shown)), squeeze=False, sharey=True)
         for axes, name in zip(panels.flat, shown, strict=False):
             _draw(rows[name], ways, axes)
             axes.set_title(_TITLES[name], loc="left")
@@ -43,8 +49,8 @@ def plot_work_precision(record: Mapping[str, Any], *, width: float = PAGE) -> Fi
         panels[0, 0].set_ylabel("largest error of the final state")
         lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
         drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
-        figure.legend(handles=drawn, loc="outside lower center", ncols=4)
-        return describe(figure, "Work against precision")
+        page.legend(handles=drawn, loc="outside lower center", ncols=4)
+        return describe(page, "Work against precision")
 
 
 def _measured(rows: Sequence[Row]) -> list[Row]:

@@ -13,11 +13,11 @@ from capsule_sym._figures.space import Box, add_space, draw_space, walls
 from capsule_sym._figures.style import (
     LOOKS,
     Colours,
+    canvas,
     describe,
     field_colour,
     figure_style,
     mathematical,
-    new_figure,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
@@ -25,7 +25,7 @@ from capsule_sym._study.sections import SCHEMATIC, line_point
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 
 GAPS = (0.4, 1.0, 1.6)
@@ -48,29 +48,36 @@ def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, 
 
 
 def plot_fig2(
-    parameters: Parameters = SCHEMATIC, *, colours: Colours = "safe", width: float = PAGE
+    parameters: Parameters = SCHEMATIC,
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
-    """The state space with Omega1-6, S1-S10 and L1-L9, and top views for three gaps (Fig. 2)."""
+    """The state space with Omega1-6, S1-S10 and L1-L9, and top views for three gaps (Fig. 2).
+
+    Drawn into `figure`, a figure or a part of one, if it is given.
+    """
     with figure_style():
-        figure = new_figure(width, 6.6)
-        names = Names(figure)
-        grid = figure.add_gridspec(
+        page = canvas(figure, width, 6.6)
+        names = Names(page)
+        grid = page.add_gridspec(
             2, 3, height_ratios=(1.8, 1), left=0.06, right=0.985, bottom=0.065, top=0.97,
             wspace=0.22, hspace=0.16,
         )  # fmt: skip
         x_r, v_r = window(parameters, 1.85, 1.2)
         box = Box(x_r, v_r, (-2.5 * parameters.f_b, 2.5 * parameters.f_b))
-        axes = add_space(figure, grid[0, :], box, eye=(24.0, -50.0), zoom=1.4)
+        axes = add_space(page, grid[0, :], box, eye=(24.0, -50.0), zoom=1.4)
         draw_space(parameters, axes, box, colours)
         _name_space(axes, parameters, box, names)
         relation = ("<", "=", ">")[int(np.sign(parameters.delta - parameters.f_b)) + 1]
         axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=0.98)
         for index, gap in enumerate(_gaps(parameters)):
-            below = figure.add_subplot(grid[1, index])
+            below = page.add_subplot(grid[1, index])
             top_view(gap, below, box.x_r, box.v_r, names, colours)
             below.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
         names.settle()
-        return describe(figure, "State space", parameters=parameters)
+        return describe(page, "State space", parameters=parameters)
 
 
 def _gaps(parameters: Parameters) -> list[Parameters]:

@@ -19,7 +19,7 @@ from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 Colours = Literal["safe", "paper"]
 _FIELDS: dict[str, tuple[str, ...]] = {
@@ -124,9 +124,23 @@ def new_figure(width: float, height: float, **options: Any) -> Figure:
     return Shown(figsize=(width, height), **options)
 
 
-def figure_of(axes: Axes) -> Figure:
-    """The figure that holds axes, themselves perhaps in a part of it."""
-    figure: Figure = axes.get_figure(root=True)  # type: ignore[assignment]
+def canvas(figure: Figure | SubFigure | None, width: float, height: float, **options: Any) -> Any:
+    """What a composed picture is drawn into: the figure or part of one that is given, or a new one.
+
+    Sizes are in inches, and as `options` they are those of a new figure.
+    """
+    return new_figure(width, height, **options) if figure is None else figure
+
+
+def size_of(figure: Figure | SubFigure) -> tuple[float, float]:
+    """Width and height in inches of a figure, or of a part of one as it is now."""
+    dots = figure_of(figure).dpi
+    return figure.bbox.width / dots, figure.bbox.height / dots
+
+
+def figure_of(drawn: Axes | Figure | SubFigure) -> Figure:
+    """The figure that holds axes or a part of it, or itself."""
+    figure: Figure = drawn.get_figure(root=True)  # type: ignore[assignment]
     return figure
 
 
@@ -144,11 +158,12 @@ def column_edges(middles: NDArray[np.float64]) -> NDArray[np.float64]:
 _ABOUT: WeakKeyDictionary[Any, dict[str, Any]] = WeakKeyDictionary()
 
 
-def describe(figure: Figure, title: str, **about: Any) -> Figure:
+def describe(drawn: Figure | SubFigure, title: str, **about: Any) -> Figure:
     """Keep with a figure what it shows, for the metadata of its file: a title, and values by name.
 
-    Values are plain data for JSON, or have `to_dict`, as parameters do.
+    Gives the whole figure. Values are plain data for JSON, or have `to_dict`, as parameters do.
     """
+    figure = figure_of(drawn)
     plain = {k: v.to_dict() if hasattr(v, "to_dict") else v for k, v in about.items()}
     _ABOUT[figure] = {**_ABOUT.get(figure, {}), **plain, "title": title}
     return figure

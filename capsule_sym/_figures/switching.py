@@ -12,7 +12,7 @@ from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.statespace import top_view, window
-from capsule_sym._figures.style import Colours, describe, figure_style, mathematical, new_figure
+from capsule_sym._figures.style import Colours, canvas, describe, figure_style, mathematical
 from capsule_sym._map import Trajectory
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, lines
@@ -20,7 +20,7 @@ from capsule_sym._study.sections import SCHEMATIC, Section, derivatives, line_po
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
 Bundles = Sequence[Sequence[Trajectory]]
 
@@ -39,21 +39,23 @@ def plot_fig3(
     *,
     colours: Colours = "safe",
     width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
     """Trajectories through S1, S5 and S7, with the normals and fields in one point (Fig. 3).
 
     `bundles` are those of the first of `sections` at the parameters, in their order.
+    Drawn into `figure`, a figure or a part of one, if it is given.
     """
     with figure_style():
-        figure = new_figure(width, 2.7, layout="constrained")
+        page = canvas(figure, width, 2.7, layout="constrained")
         for index, (axes, section, bundle) in enumerate(
-            zip(figure.subplots(1, 3), sections(parameters)[0], bundles, strict=True)
+            zip(page.subplots(1, 3), sections(parameters)[0], bundles, strict=True)
         ):
             draw_section(section, bundle, axes, colours)
             _vectors(section, parameters, axes)
             axes.set_title(f"({'abc'[index]})  {mathematical(section.name)}", loc="left")
-        figure.legend(handles=field_handles(figure, colours), loc="outside upper center", ncols=6)
-        return describe(figure, "Switching on surfaces", parameters=parameters)
+        page.legend(handles=field_handles(page, colours), loc="outside upper center", ncols=6)
+        return describe(page, "Switching on surfaces", parameters=parameters)
 
 
 def plot_fig4(
@@ -62,19 +64,21 @@ def plot_fig4(
     *,
     colours: Colours = "safe",
     width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
     """The plane P1 = 0 with the directions across L1 to L4, and sections of them (Fig. 4).
 
     `bundles` are those of the second of `sections`, in their order. Of the two arrows in a point
     one is the field of stick when the excitation is largest, one when it is least: on L2^(2) and
     L3^(2) they are on different sides of the line.
+    Drawn into `figure`, a figure or a part of one, if it is given.
     """
 
     def arrows(axes: Axes) -> None:
         for name, field in (("L1", 2), ("L2", 2), ("L3", 5), ("L4", 5)):
             _fields(parameters, name, field, axes)
 
-    return _plane_and_sections(parameters, 1, bundles, arrows, colours, width)
+    return _plane_and_sections(parameters, 1, bundles, arrows, colours, width, figure)
 
 
 def plot_fig5(
@@ -83,17 +87,19 @@ def plot_fig5(
     *,
     colours: Colours = "safe",
     width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
     """The plane P1 = 0 with the directions across L5 to L8, and sections of them (Fig. 5).
 
     `bundles` are those of the third of `sections`, in their order; arrows as in `plot_fig4`.
+    Drawn into `figure`, a figure or a part of one, if it is given.
     """
 
     def arrows(axes: Axes) -> None:
         for name, field in (("L5", 4), ("L6", 5), ("L7", 2), ("L8", 3)):
             _fields(parameters, name, field, axes)
 
-    return _plane_and_sections(parameters, 2, bundles, arrows, colours, width)
+    return _plane_and_sections(parameters, 2, bundles, arrows, colours, width, figure)
 
 
 def _plane_and_sections(
@@ -103,24 +109,25 @@ def _plane_and_sections(
     arrows: Callable[[Axes], None],
     colours: Colours,
     width: float,
+    figure: Figure | SubFigure | None,
 ) -> Figure:
     shown = sections(parameters)[which]
     with figure_style():
-        figure = new_figure(width, 4.4, layout="constrained")
+        page = canvas(figure, width, 4.4, layout="constrained")
         columns = -(-len(shown) // 2)
-        grid = figure.add_gridspec(2, 1 + columns, width_ratios=(1.75, *[1] * columns))
-        plane = figure.add_subplot(grid[:, 0])
-        names = Names(figure)
+        grid = page.add_gridspec(2, 1 + columns, width_ratios=(1.75, *[1] * columns))
+        plane = page.add_subplot(grid[:, 0])
+        names = Names(page)
         top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
         arrows(plane)
         plane.set_title(f"(a)  plane $P_1=0$; {_KEY}", loc="left", fontsize=6.3)
         for index, (section, bundle) in enumerate(zip(shown, bundles, strict=True)):
-            axes = figure.add_subplot(grid[index // columns, 1 + index % columns])
+            axes = page.add_subplot(grid[index // columns, 1 + index % columns])
             draw_section(section, bundle, axes, colours)
             axes.set_title(f"({'bcdefg'[index]})  {mathematical(section.name)}", loc="left")
-        figure.legend(handles=field_handles(figure, colours), loc="outside upper center", ncols=6)
+        page.legend(handles=field_handles(page, colours), loc="outside upper center", ncols=6)
         names.settle()
-        return describe(figure, "Switching on lines", parameters=parameters)
+        return describe(page, "Switching on lines", parameters=parameters)
 
 
 def _fields(parameters: Parameters, name: str, field: int, axes: Axes) -> None:

@@ -1,0 +1,136 @@
+"""Composed figures in a part of a figure of one's own: the same artists, and nothing beside it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import capsule_sym
+from capsule_sym import (
+    Parameters,
+    fit,
+    plot_events,
+    plot_fig1,
+    plot_fig2,
+    plot_fig3,
+    plot_fig4,
+    plot_fig5,
+    plot_fig6,
+    plot_fig7,
+    plot_residuals,
+    plot_steering,
+    plot_work_precision,
+    simulate,
+)
+from capsule_sym._study.events import CROSSINGS
+from capsule_sym._study.sections import FIG3, FIG4, FIG5, SCHEMATIC
+from tests.figures.test_precision import RECORD
+
+
+def bundles(shown: Any) -> Any:
+    return [[simulate(SCHEMATIC, (0.0, 1.0, 0.5), periods=1)] for _ in shown]
+
+
+def fitted() -> Any:
+    times = np.linspace(0.0, 20.0, 60)
+    x_r, *_, x_c = simulate(Parameters(), periods=3)(times, position=True).T
+    return fit({"t": times, "x_m": x_r + x_c, "x_c": x_c}, Parameters(alpha=0.71), ("alpha",))
+
+
+STEERING = SimpleNamespace(
+    columns={
+        "leg": np.zeros(3),
+        "alpha": np.array([0.5, 0.7, 1.0]),
+        "omega": np.array([0.9, 0.8, 0.7]),
+        "velocity": np.array([0.1, 0.0, -0.1]),
+        "largest_multiplier": np.array([0.5, 0.9, 0.4]),
+    },
+    forward=SimpleNamespace(system=Parameters()),
+    names=("alpha", "omega"),
+)
+
+Composed = Callable[..., Figure]
+COMPOSED: dict[Composed, Callable[[Any], tuple[Any, ...]]] = {
+    plot_fig1: lambda settled: (),
+    plot_fig2: lambda settled: (),
+    plot_fig3: lambda settled: (bundles(FIG3),),
+    plot_fig4: lambda settled: (bundles(FIG4),),
+    plot_fig5: lambda settled: (bundles(FIG5),),
+    plot_fig6: lambda settled: ([settled(0.7), settled(1.9)],),
+    plot_fig7: lambda settled: ([settled(0.7), settled(1.2), settled(1.9)],),
+    plot_events: lambda settled: (CROSSINGS[:1], [[settled(a) for a in CROSSINGS[0].alphas]]),
+    plot_work_precision: lambda settled: (RECORD,),
+    plot_steering: lambda settled: (STEERING,),
+    plot_residuals: lambda settled: (fitted(),),
+}
+
+
+def drawn(axes: Any) -> dict[str, Any]:
+    """What axes show, by the data of their artists; names without what only their place decides."""
+    lines = [
+        np.column_stack([np.asarray(one, dtype=float) for one in data]).tolist()
+        for line in axes.lines
+        for data in [line.get_data_3d() if axes.name == "3d" else line.get_data()]
+    ]
+    return {
+        "lines": lines,
+        "collections": [type(one).__name__ for one in axes.collections],
+        "patches": len(axes.patches),
+        "texts": [one.get_text() for one in axes.texts],
+        "titles": [axes.get_title(loc=loc) for loc in ("left", "center")],
+        "labels": (axes.get_xlabel(), axes.get_ylabel()),
+    }
+
+
+# The others take more time to draw, or are drawn as these are.
+QUICK = {plot_fig1, plot_fig3, plot_fig6, plot_work_precision, plot_steering, plot_residuals}
+
+
+@pytest.mark.parametrize("layout", [None, "constrained"])
+@pytest.mark.parametrize(
+    "function",
+    [
+        pytest.param(one, id=one.__name__, marks=[] if one in QUICK else [pytest.mark.long])
+        for one in COMPOSED
+    ],
+)
+def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(function, layout, settled) -> None:
+    arguments = COMPOSED[function](settled)
+    alone = function(*arguments)
+    figure = Figure(figsize=(15, 7), layout=layout)
+    left, right = figure.subfigures(1, 2)
+    beside = right.subplots()
+    assert function(*arguments, figure=left) is figure
+    assert list(map(drawn, left.axes)) == list(map(drawn, alone.axes))
+    assert left.axes
+    assert right.axes == [beside]
+    assert not beside.has_data()
+    assert len(left.legends) == len(alone.legends)
+    assert (figure.legends, right.legends) == ([], [])
+    figure.draw_without_rendering()
+    middle = figure.bbox.width / 2
+    for axes in left.axes:
+        assert axes.bbox.x1 <= middle + 1
+    assert (figure.get_layout_engine() is None) == (layout is None)  # the rest is still laid out
+
+
+def test_a_whole_figure_can_be_given_as_well(settled) -> None:
+    figure = Figure(figsize=(7, 4))
+    assert plot_fig7([settled(0.7)], figure=figure) is figure
+    assert len(figure.axes) == 4
+
+
+@pytest.mark.parametrize("name", [one for one in capsule_sym.__all__ if one.startswith("plot_")])
+def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
+    taken = inspect.signature(getattr(capsule_sym, name)).parameters
+    assert len({"axes", "figure"} & set(taken)) == 1
+    place = "axes" if "axes" in taken else "figure"
+    required = taken[place].default is inspect.Parameter.empty
+    assert required or f"`{place}`" in (getattr(capsule_sym, name).__doc__ or "")
+    assert (getattr(capsule_sym, name) in COMPOSED) == (place == "figure")
