@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions attraction lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -78,7 +78,16 @@ regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); re
 
 attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more (3600); resumes
 	@mkdir -p results
-	$(BIN)/capsule-sym enclose --from-rest results/from-rest.jsonl --seconds $(SECONDS)
+	$(BIN)/capsule-sym enclose --from-rest results/from-rest.jsonl --seconds $(SECONDS) --json \
+	    > results/attraction.json.part
+	@mv results/attraction.json.part results/attraction.json
+	@cat results/attraction.json
+
+everywhere: $(READY)  ## prove that every motion tends to one orbit, at two small alpha
+	@mkdir -p results
+	$(BIN)/capsule-sym enclose --everywhere --json > results/everywhere.json.part
+	@mv results/everywhere.json.part results/everywhere.json
+	@cat results/everywhere.json
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

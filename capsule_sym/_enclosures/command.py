@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     help="Prove where the motions from rest go instead, going on with FILE.",
 )
 @click.option(
+    "--everywhere", is_flag=True, help="Prove where all motions go instead, at two small alpha."
+)
+@click.option(
     "--seconds",
     type=click.FloatRange(min=0),
     default=3600.0,
@@ -48,6 +51,7 @@ def enclose(
     thresholds: bool,
     region: Path | None,
     from_rest: Path | None,
+    everywhere: bool,
     seconds: float,
     out: Path | None,
     as_json: bool,
@@ -64,12 +68,16 @@ def enclose(
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
     stable orbit with one itinerary all over each. With --from-rest, at both mass ratios and for
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
-    interval. Both tell what share of the whole is proved.
+    interval. Both tell what share of the whole is proved. With --everywhere, at both mass ratios
+    and alpha = 0.005 and 0.02, every motion is proved to tend to one orbit.
     """
-    if region is not None and from_rest is not None:
+    if (region is not None) + (from_rest is not None) + everywhere > 1:
         raise click.UsageError(
-            "--region and --from-rest are two different proofs; give one of them."
+            "--region, --from-rest and --everywhere are different proofs; give one of them."
         )
+    if everywhere:
+        _cover(as_json)
+        return
     if region is not None or from_rest is not None:
         _parts(region, from_rest, seconds, as_json)
         return
@@ -140,6 +148,32 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
     console = make_console()
     console.print(table)
     console.print(f"{plane.patches} parts, {plane.work:.0f} s of one core")
+
+
+def _cover(as_json: bool) -> None:
+    from capsule_sym._enclosures.covering import ALPHAS, record
+    from capsule_sym._enclosures.section4 import EXACT, GAMMAS
+
+    with undisturbed():
+        pool = spawning(2)
+        given = [EXACT | {"alpha": alpha, "gamma": gamma} for gamma in GAMMAS for alpha in ALPHAS]
+        covered = [pool.submit(record, one) for one in given]
+    try:
+        results = (one.result() for one in covered)
+        records = list(track(results, "Covering all starts", len(given)))
+    finally:
+        end(pool)
+    if as_json:
+        click.echo(json.dumps({"everywhere": records}))
+    else:
+        table = make_table("gamma", "alpha", "every motion tends to", "starts", "periods")
+        for one in records:
+            fields = " ".join(one["itinerary"]) if not one["failed"] else one["failed"]
+            counts = (str(one.get(name, "")) for name in ("cells", "periods"))
+            table.add_row(one["gamma"], one["alpha"], fields, *counts)
+        make_console().print(table)
+    if any(one["failed"] for one in records):
+        raise click.exceptions.Exit(1)
 
 
 def _proved(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from click.testing import CliRunner
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._cli import group
-from capsule_sym._enclosures import checker, section4
+from capsule_sym._enclosures import checker, command, covering, section4
 from capsule_sym._enclosures.balls import Unproved
 from capsule_sym._enclosures.trajectories import enclose_run
 from capsule_sym._map.trajectory import Kept
@@ -116,3 +117,26 @@ def test_certificates_of_section_4_are_accepted_and_a_changed_digit_is_not(
     angle = held[1]["angle"]
     with pytest.raises(checker.Rejected):
         checker.check_certificate({**held[1], "angle": angle[:-1] + str((int(angle[-1]) + 5) % 10)})
+
+
+def test_two_proofs_at_once_are_refused() -> None:
+    run = CliRunner().invoke(group, ["enclose", "--everywhere", "--region", "plane.jsonl"])
+    assert run.exit_code == 2
+    assert "give one of them" in run.output
+
+
+def test_where_all_motions_go_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(command, "spawning", lambda workers: ThreadPoolExecutor(1))
+    monkeypatch.setattr(command, "end", lambda pool: None)
+    monkeypatch.setattr(covering, "ALPHAS", ("0.001", "0.03"))
+    run = CliRunner().invoke(group, ["enclose", "--everywhere", "--json"])
+    assert run.exit_code == 1
+    found = json.loads(run.stdout)["everywhere"]
+    assert [(one["gamma"], one["alpha"]) for one in found] == [
+        (gamma, alpha) for gamma in ("3.3", "3.0") for alpha in ("0.001", "0.03")
+    ]
+    assert [one["failed"][:8] for one in found] == ["", "trapping"] * 2
+    assert found[0]["itinerary"] == ["F2"]
+    told = CliRunner().invoke(group, ["enclose", "--everywhere"]).output
+    assert "F2" in told
+    assert "the force is not below" in " ".join(told.split())

@@ -56,9 +56,33 @@ def test_a_motion_from_far_away_comes_into_the_bounded_set(beta: float) -> None:
 
 
 def test_the_argument_needs_each_of_its_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    _, one = items()
+    *_, one = items()
     assert one.check(ENERGY)
     for step in ("_rigid", "_momentum", "_brakes"):
         with monkeypatch.context() as patch:
             patch.setattr(attraction, step, lambda *_: False)
             assert not one.check(ENERGY)
+
+
+@pytest.mark.parametrize("start", [(0.1, 0.2, 1.5), (-0.3, 0.4, -0.7)])
+def test_the_capsule_comes_to_rest_as_told(start) -> None:
+    """The rate of W along motions with and without contact and drift, by differences."""
+    p = Parameters(alpha=0.3)
+    run = simulate(p, start, periods=2)
+    times = np.linspace(0.01, 2 * p.period - 0.01, 400)
+
+    def bound(time: np.ndarray) -> np.ndarray:
+        x, v, c = run(time).T
+        springs = x**2 / 2 + p.beta / 2 * np.maximum(x - p.delta, 0) ** 2
+        u = v + c
+        return u**2 / 2 + p.gamma * c**2 / 2 + springs + p.zeta * x * u + (p.zeta * x) ** 2
+
+    x, v, c = run(times).T
+    spring = x + p.beta * np.maximum(x - p.delta, 0)
+    told = p.alpha * np.cos(p.omega * times) * (v + c + p.zeta * x) - p.zeta * v**2
+    told += p.zeta * v * c - p.zeta * x * spring - p.f_b * abs(c)
+    step = 1e-5
+    found = (bound(times + step) - bound(times - step)) / (2 * step)
+    assert np.any(c > 0.1) or np.any(c < -0.1)
+    assert np.median(abs(found - told)) < 1e-9
+    assert np.max(abs(found - told)) < 1e-4  # a switch within a difference

@@ -39,6 +39,9 @@ ENERGY = (x_r**2 + (v_r + v_c) ** 2 + gamma * v_c**2) / 2
 BOUND = v_r**2 / 2 + (v_r + 2 * _INERTIA * zeta * x_r) ** 2 / 2
 """What, with twice the springs' energy, bounds the motion of the inner mass on the capsule."""
 
+RESTING = (v_r + v_c) ** 2 / 2 + gamma * v_c**2 / 2 + zeta * x_r * (v_r + v_c) + (zeta * x_r) ** 2
+"""What, with the springs' energy, falls to where the capsule rests, if the force is small."""
+
 
 def _zero(expression: sp.Expr) -> bool:
     return bool(sp.expand(sp.together(expression)) == 0)
@@ -130,6 +133,20 @@ def _bounded(bound: sp.Expr) -> bool:
     return by_friction and forces and _zero(gained - told) and _momentum()
 
 
+def _comes_to_rest(bound: sp.Expr) -> bool:
+    """Whether the bound and the springs' energy change as the proof says, along every field."""
+
+    def told(one: Segment) -> bool:
+        spring = one.interaction - 2 * zeta * v_r
+        rates = zip(STATE, one.field, strict=True)
+        gained = sum((bound.diff(x) * rate for x, rate in rates), spring * v_r)
+        change = alpha * sp.cos(omega * tau) * (v_r + v_c + zeta * x_r) - zeta * v_r**2
+        change += zeta * v_r * v_c - zeta * x_r * spring + one.friction * v_c
+        return _zero((gained - change).subs({v_c: 0} if one.stick else {}))
+
+    return all(map(told, SEGMENTS))
+
+
 def _one_orbit(energy: sp.Expr) -> bool:
     return _loses_energy(energy) and _rigid() and _bounded(BOUND)
 
@@ -151,6 +168,23 @@ def items() -> tuple[Item, ...]:
             "negative outside an ellipse. So x_r, v_r and the forces are bounded in the end. A "
             "drift that is fast enough keeps its direction for a period, in which v_r + (1 + "
             "gamma) v_c loses f_b 2 pi/omega",
+        ),
+        Item(
+            id="attraction.rest",
+            equation="beyond the paper",
+            statement="for zeta > 0 and a force so small that its bound on the springs is below "
+            "f_b, the capsule of every motion comes to rest for good",
+            claim=RESTING,
+            check=_comes_to_rest,
+            mutant=RESTING - (zeta * x_r) ** 2,
+            formula=lambda: "W=" + sp.latex(RESTING) + "+G(x_r)",
+            proof="with G the energy of both springs, of force g, W changes at the rate alpha "
+            "cos(omega tau) (v_r + v_c + zeta x_r) - zeta v_r^2 + zeta v_r v_c - zeta x_r g - f_b "
+            "|v_c|, at most alpha |v_r| + zeta alpha |x_r| - zeta v_r^2 - zeta x_r^2 - (f_b - "
+            "alpha - zeta |v_r|) |v_c|. In the end |v_r| is bounded (attraction.bounded); if there "
+            "zeta |v_r| < f_b - alpha, W falls to its largest value where that rate is not "
+            "negative. If for all such W the force |g + 2 zeta v_r| < f_b, a capsule that moves "
+            "loses its speed at a rate, and one at rest stays so",
         ),
         Item(
             id="attraction.beta0",
