@@ -72,7 +72,7 @@ class Plane:
     patches: int = 0
     seconds: float = 0.0
     work: float = 0.0
-    open: list[tuple[float, Any, tuple[float, ...]]] = field(default_factory=list)
+    open: list[tuple[float, list[int], Any, tuple[float, ...]]] = field(default_factory=list)
 
     @property
     def share(self) -> float:
@@ -89,8 +89,8 @@ class Plane:
         return ()
 
     def add(self, cell: Part, state: tuple[float, ...]) -> None:
-        """Put down a part as open."""
-        heapq.heappush(self.open, (-cell.area, cell, state))
+        """Put down a part as open; of equal ones the first places of all come first."""
+        heapq.heappush(self.open, (-cell.area, [*cell][::-1], cell, state))
 
 
 def code() -> str:
@@ -185,7 +185,7 @@ def prove(
             while True:
                 late = perf_counter() - start > seconds
                 while plane.open and not late and len(pending) < _AHEAD:
-                    _, cell, state = heapq.heappop(plane.open)
+                    *_, cell, state = heapq.heappop(plane.open)
                     with undisturbed():
                         pending[pool.submit(task.attempt, cell, state)] = cell
                 if not pending:

@@ -196,7 +196,7 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     path = tmp_path / "regions.jsonl"
     fresh = begun(path)
     assert sum(-area for area, *_ in fresh.open) == pytest.approx(1.0)
-    first, second = (cell for _, cell, _ in sorted(fresh.open)[:2])
+    first, second = (cell for *_, cell, _ in sorted(fresh.open)[:2])
     low, high = second.halved((1,))
     records = (
         {"cell": first, "seconds": 1.0, "work": 0.5, "itinerary": "F5 F2"},
@@ -210,7 +210,7 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     again = begun(path)
     assert again.share == first.area + low.area
     assert (again.patches, again.seconds, again.work) == (2, 3.0, 1.25)
-    open_cells = {cell for _, cell, _ in again.open}
+    open_cells = {cell for *_, cell, _ in again.open}
     assert high in open_cells
     assert not {first, second, low} & open_cells
     total = again.share + sum(-area for area, *_ in again.open)
