@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -52,6 +53,16 @@ _NAMES = {
 _COUNTED = ("period", "evaluations", "period_number")
 _MOST_POINTS = 100_000
 _MOST_ROWS = 8  # of a table in a notebook
+
+
+def lock(result: Any) -> None:
+    """Makes the arrays of a result read-only, by views: whoever else holds them may write on."""
+    for field in fields(result):
+        value = getattr(result, field.name)
+        if isinstance(value, np.ndarray):
+            view = value.view()
+            view.flags.writeable = False
+            object.__setattr__(result, field.name, view)
 
 
 class Labelled:

@@ -16,6 +16,7 @@ from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.batch import checked_rows, final_states, spread
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.keep import checked
+from capsule_sym._map.labelled import lock
 from capsule_sym._map.segments import Segments, Tangencies, records_of
 from capsule_sym._map.simulate import simulate
 from capsule_sym._map.trajectory import Trajectory
@@ -32,7 +33,7 @@ class Trajectories:
 
     `kept[offsets[i]:offsets[i + 1]]` is what was kept of run i, and `self[i]` gives it: records of
     its segments or switches, its stroboscopic states (3), or its states (x_r, v_r, v_c, x_c) at the
-    times asked for (4). All quantities are dimensionless.
+    times asked for (4). All quantities are dimensionless, and all arrays read-only.
     """
 
     parameters: NDArray[np.float64]
@@ -53,6 +54,9 @@ class Trajectories:
     """What was kept of all runs, one after another."""
     tangencies: Tangencies
     """Contacts that did not end a segment, by the index of the segment in `kept`."""
+
+    def __post_init__(self) -> None:
+        lock(self)
 
     def __len__(self) -> int:
         return len(self.parameters)
@@ -161,7 +165,7 @@ def _rows(parameters: Sequence[Parameters] | NDArray[np.float64]) -> NDArray[np.
     if isinstance(parameters, np.ndarray):
         if parameters.ndim != 2 or parameters.shape[1] != 7 or parameters.dtype.kind not in "iuf":
             raise InvalidInput("parameters", parameters.shape, "real numbers of shape (n, 7)")
-        return np.ascontiguousarray(parameters, dtype=float)
+        return np.array(parameters, dtype=float, order="C")  # the caller may change theirs
     if isinstance(parameters, Parameters) or not all(
         isinstance(one, Parameters) for one in parameters
     ):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import Number
-from capsule_sym._map.labelled import Labelled, draw
+from capsule_sym._map.labelled import Labelled, draw, lock
 from capsule_sym._map.segments import (
     Instant,
     Records,
@@ -66,12 +66,16 @@ class Kept:
     times: NDArray[np.float64] | None = None
     states: NDArray[np.float64] | None = None  # with positions, times.shape + (4,)
 
+    def __post_init__(self) -> None:
+        lock(self)
+
 
 @dataclass(frozen=True, eq=False)
 class Trajectory(Labelled):
     """A run of the exact map: what was asked to be kept of it, and how it went.
 
     All quantities are dimensionless. What was not kept raises InvalidInput when it is asked for.
+    Arrays that it keeps, and views of them such as columns, are read-only.
     """
 
     parameters: Parameters
@@ -191,7 +195,9 @@ class Trajectory(Labelled):
     @cached_property
     def records(self) -> Records:
         """The segments as records of `capsule_segment`, in double precision."""
-        return records_of(self.segments, self.parameters.omega)
+        records = records_of(self.segments, self.parameters.omega)
+        records.flags.writeable = False
+        return records
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

@@ -17,10 +17,12 @@ from capsule_sym import (
     Trajectory,
     continue_orbit,
     simulate,
+    simulate_many,
     solve_itinerary,
     solve_orbit,
 )
 from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._native import core
 from capsule_sym._orbits.shooting.orbit import NoOrbit
 
 
@@ -47,6 +49,9 @@ def test_many_times_in_many_segments_take_one_call_a_field(
     assert 0 < len(calls) <= 6 < len(run.segments)
     assert states.shape == (50, 40, 3)
     np.testing.assert_allclose(states[0], one_by_one, rtol=0, atol=1e-15)
+
+
+KEPT = ("segments", "switches", "stroboscopic")
 
 
 def test_no_times_give_no_states(run: Trajectory) -> None:
@@ -88,3 +93,36 @@ def test_reprs_fit_a_line() -> None:
 def test_a_tolerance_that_is_none_is_refused(run: Trajectory, tolerance: Any) -> None:
     with pytest.raises(InvalidInput, match=r"tolerance = .* finite number > 0"):
         run.steady(tolerance)
+
+
+def test_arrays_that_a_result_keeps_are_read_only() -> None:
+    """And what a caller gave, or gets as a copy, stays the caller's."""
+    rows = np.array([[*Parameters().to_dict().values()]])
+    times = np.array([0.5, 1.0])
+    for backend in ("c", "numpy") if core is not None else ("numpy",):
+        runs = {
+            keep: simulate(Parameters(), periods=3, keep=keep, backend=backend) for keep in KEPT
+        }
+        at = simulate(Parameters(), periods=3, keep=times, backend=backend)
+        kept = [runs["segments"].records, runs["switches"].switches, at.times, at.states]
+        kept += [at.positions, runs["stroboscopic"].stroboscopic]
+        kept += [runs["stroboscopic"].stroboscopic_periods]
+        for array in kept:
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = array[0]
+    many = simulate_many(rows, periods=3, keep="stroboscopic")
+    for array in (
+        many.parameters,
+        many.states,
+        many.advances,
+        many.status,
+        many.offsets,
+        many.kept,
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = array[0]
+    rows[0, 0] = times[0] = 2.0
+    assert many.parameters[0, 0] == Parameters().alpha
+    assert at.times[0] == 0.5
+    with pytest.raises(ValueError, match="read-only"):
+        runs["segments"].columns["x_r"][:] = 9.0
