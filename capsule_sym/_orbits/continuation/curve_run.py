@@ -7,9 +7,24 @@ from dataclasses import replace
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._orbits.continuation.bifurcations import SmoothEvent, noise
+from capsule_sym._orbits.continuation.bifurcations import (
+    SmoothEvent,
+    evaluate_test_functions,
+    noise,
+    rotations,
+)
 from capsule_sym._orbits.continuation.curve_points import CodimensionTwoPoint, CurvePoint
-from capsule_sym._orbits.continuation.events import DEGENERATE, BorderCollision, Place, place
+from capsule_sym._orbits.continuation.events import (
+    DEGENERATE,
+    FOLD,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    RESONANCE_1_1,
+    RESONANCE_1_2,
+    BorderCollision,
+    Place,
+    place,
+)
 from capsule_sym._orbits.continuation.following import FIRST, Follower
 from capsule_sym._orbits.continuation.states import Ending, Event, State, Stop, where
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -20,6 +35,8 @@ _MOST_POINTS = 5_000
 _UNIT = 2.0**-53
 _ROUNDINGS = 8
 _ILL = 1e-8  # uncertainty from which on a system of equations is taken for singular
+_SADDLES = "the multipliers of product 1 are real"
+_RESONANT = 1e-6  # derivative of the characteristic polynomial at a double multiplier
 _NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
 
 
@@ -79,7 +96,10 @@ class CurveRun:
     def _step(self, state: State, step: float) -> tuple[State, float]:
         new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
         for name, one in smooth:
-            self._meet_smooth(name, one, state, new)
+            self._meet_smooth(_named(self.kind, name, one.orbit), one, state, new)
+        if self.kind == NEIMARK_SACKER and not rotations(new.orbit):
+            last = self.meetings[-1].orbit if smooth else state.orbit
+            raise Stop(Ending.CODIMENSION_TWO, f"{where(last, self.axes)}; beyond, {_SADDLES}")
         if event is not None:
             return self._cross(state, event), step
         self._add(new)
@@ -209,3 +229,11 @@ class CurveRun:
                 segments=located.segments,
             )
         )
+
+
+def _named(kind: str, name: str, orbit: Orbit) -> str:
+    """What vanishes at an orbit: a resonance where both multipliers of a rotation are 1 or -1."""
+    resonance = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}.get(name, name)
+    if kind != NEIMARK_SACKER or abs(evaluate_test_functions(orbit)[resonance]) > _RESONANT:
+        return name
+    return resonance

@@ -19,8 +19,10 @@ from capsule_sym._orbits.continuation.curve_run import CurveRun
 from capsule_sym._orbits.continuation.events import (
     CUSP,
     DEGENERATE,
+    FOLD,
     GENERALIZED_DOUBLING,
     NEIMARK_SACKER,
+    PERIOD_DOUBLING,
     RESONANCE_1_1,
     RESONANCE_1_2,
 )
@@ -46,6 +48,9 @@ _OTHER = {
     RESONANCE_1_1: NEIMARK_SACKER,
     RESONANCE_1_2: NEIMARK_SACKER,
 }
+
+
+_RESONANT = {RESONANCE_1_1: FOLD, RESONANCE_1_2: PERIOD_DOUBLING}  # on a curve of rotations
 
 
 @dataclass(frozen=True)
@@ -163,7 +168,8 @@ def curves_from(
 
     At a multiplier 1 or -1 on a curve of border collisions it is that of folds or period doublings,
     at two border collisions, or at a degenerate one, that of the other collision, at a 1:1 or 1:2
-    resonance that of Neimark-Sacker bifurcations. None leaves a cusp: the curve of folds itself
+    resonance that of Neimark-Sacker bifurcations, or from these that of folds or period doublings.
+    None leaves a cusp: the curve of folds itself
     passes. At a generalized period doubling none is sought. Each curve is given once, and none that
     is among those `known`. The ranges are dimensionless. Raises InvalidInput as
     `continue_bifurcation` does.
@@ -172,7 +178,7 @@ def curves_from(
     found: list[Curve] = []
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         for point in curve.codimension_two:
-            kind = _OTHER.get(point.types[1], point.types[1]) or ""
+            kind = _other(curve.type, point.types[1])
             passed = (_passes(one, kind, point) for one in (curve, *known, *found))
             if not kind or any(passed):
                 continue
@@ -189,6 +195,13 @@ def curves_from(
                 origin = f"{point.types[0]} and {point.types[1]}"
                 found.append(replace(new, codimension_two=meetings, origin=origin))
     return tuple(found)
+
+
+def _other(kind: str, meets: str) -> str:
+    """The type of the other curve through a point of a curve; empty where there is none."""
+    if kind == NEIMARK_SACKER and meets in _RESONANT:
+        return _RESONANT[meets]
+    return _OTHER.get(meets, meets) or ""
 
 
 class _Start(NamedTuple):
