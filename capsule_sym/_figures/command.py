@@ -183,7 +183,7 @@ def diagram(
     type=click.Path(path_type=Path, dir_okay=False),
     multiple=True,
     metavar="FILE",
-    help="A file of `curve --json`, whose curve bounds the regions of a chart; any number.",
+    help="A file of `curve --json` or --out, whose curves bound a chart's regions; any number.",
 )
 @_width_option
 @_dpi_option
@@ -210,7 +210,7 @@ def sweep_figure(
         from capsule_sym._figures import charts, sweeps
         from capsule_sym._figures.style import save_figure
 
-        lines = [_curve(path) for path in curves]
+        lines = [one for path in curves for one in _curves(path)]
         with open_results(store) as results:
             if kind is None:
                 kind = "basin" if "attractor" in results else "chart"
@@ -224,19 +224,20 @@ def sweep_figure(
     tell_written(out, as_json=as_json, figure=kind)
 
 
-def _curve(path: Path) -> Any:
-    """A curve as `curve --json` gives it; raises InvalidInput for anything else."""
+def _curves(path: Path) -> list[Any]:
+    """The curves of a file of `curve`, or one of them by itself; raises InvalidInput for others."""
     import json
 
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        # What a chart reads of it.
-        _ = [dict(point) for point in record["points"]], record["codimension_two"], record["type"]
+        found = [*record["curves"]] if "curves" in record else [record]
+        for one in found:  # what a chart reads of it
+            _ = [dict(point) for point in one["points"]], one["codimension_two"], one["type"]
     except OSError as error:
         raise InvalidInput("--curve", str(path), f"readable ({error.strerror})") from error
     except (ValueError, LookupError, TypeError) as error:
         raise InvalidInput("--curve", str(path), "a file of `curve --json`") from error
-    return record
+    return found
 
 
 @click.command("report")

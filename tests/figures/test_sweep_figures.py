@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from capsule_sym import InvalidInput, Parameters, performance, solve_orbit
-from capsule_sym._figures import sweeps
+from capsule_sym._figures import charts, sweeps
 from tests.figures.test_command import run_here
 
 pytest.importorskip("zarr")
@@ -71,6 +72,24 @@ def test_the_command_draws_what_the_store_holds(stores: Path, tmp_path, store, m
     done = run_here("sweep-figure", str(stores / store), "--out", "x.png", *more, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "wrote x.png\n")
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("alone", [False, True])
+def test_curves_that_the_command_wrote_are_drawn(
+    alone: bool, stores: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = []
+    monkeypatch.setattr(
+        charts, "plot_chart", lambda _, lines, width: drawn.append(lines) or Figure()
+    )
+    line = ["curve", "--alpha", "0.8:1.1", "--omega", "0.79:0.81", "--bifurcation", "adding"]
+    done = run_here(*line, "--points", "1", "--json", cwd=tmp_path)
+    whole = json.loads(done.stdout)
+    (tmp_path / "c.json").write_text(json.dumps(whole["curves"][0] if alone else whole))
+    line = ["sweep-figure", str(stores / "grid"), "--out", "x.png", "--curve", "c.json"]
+    assert run_here(*line, cwd=tmp_path).returncode == 0
+    ((curve,),) = drawn
+    assert (curve["type"], curve["points"]) == ("adding-sliding", whole["curves"][0]["points"])
 
 
 def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:

@@ -5,7 +5,14 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from capsule_sym import Curve, Ending, InvalidInput, continue_bifurcation, continue_orbit
+from capsule_sym import (
+    Bifurcation,
+    Curve,
+    Ending,
+    InvalidInput,
+    continue_bifurcation,
+    continue_orbit,
+)
 from capsule_sym._orbits.continuation.bifurcations import (
     FOLD,
     PERIOD_DOUBLING,
@@ -26,6 +33,7 @@ from capsule_sym._orbits.continuation.records import codimension_two_rows, curve
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
+DEGENERATE = (1.34731122382007, 4.1674541499034)
 
 
 @lru_cache
@@ -144,6 +152,53 @@ def test_multipliers_at_a_sliding_bifurcation_are_those_on_both_sides(kind: str)
     for side in (-1e-7, 1e-7):
         beside = settled(alpha=alpha + side, gamma=gamma)
         assert point.multipliers == pytest.approx(sorted_multipliers(beside), abs=1e-5)
+
+
+def test_both_multipliers_at_a_grazing_sliding_bifurcation_are_those_of_its_sides() -> None:
+    """The map's slope jumps there: each side's motion settles by itself."""
+    curve = traced(GRAZING_SLIDING)
+    for point in (curve.points[0], curve.points[-1]):
+        alpha, gamma = point.values
+        sides = [settled(alpha=alpha + side, gamma=gamma) for side in (-1e-9, 1e-9)]
+        longer, shorter = sorted(sides, key=lambda one: -len(one.itinerary))
+        assert len(longer.itinerary) > len(shorter.itinerary)
+        assert point.multipliers == pytest.approx(sorted_multipliers(longer), abs=1e-5)
+        assert point.multipliers_without == pytest.approx(sorted_multipliers(shorter), abs=1e-5)
+        assert abs(point.multipliers[0] - point.multipliers_without[0]) > 1e-3
+    smooth = traced(SWITCHING).points[0]
+    assert smooth.multipliers_without == pytest.approx(smooth.multipliers, abs=1e-9)
+
+
+def test_a_crossing_sliding_curve_has_a_degenerate_point_once() -> None:
+    branch = continue_orbit(settled(alpha=1.3, gamma=4.4), "alpha", 1.35, points=4)
+    (one,) = (b for b in branch.bifurcations if b.type == CROSSING)
+    curve = continue_bifurcation(one, "gamma", ((1.2, 1.5), (4.1, 4.5)), points=4)
+    near = [p for p in curve.codimension_two if p.values == pytest.approx(DEGENERATE, abs=1e-6)]
+    (point,) = near
+    assert point.values == pytest.approx(DEGENERATE, abs=1e-12)
+
+
+def test_two_folds_end_on_a_border_between_them() -> None:
+    """Of a branch w = e b s + a s^2 with a of either sign on the two sides of a border s = 0.
+
+    For one sign of e each side has its fold, (e b)^2/(4 a) from the border, for the other none has.
+    """
+
+    def events(alpha: float) -> list[Bifurcation]:
+        start = settled(alpha=alpha, beta=10.0, omega=0.865)
+        found = continue_orbit(start, "omega", 0.867, points=2).bifurcations
+        return [one for one in found if one.type in (FOLD, CROSSING)]
+
+    one = next(one for one in events(1.2235) if one.type == FOLD)
+    curve = continue_bifurcation(one, "alpha", ((0.865, 0.867), (1.223, 1.225)), points=2)
+    (point,) = (p for p in curve.codimension_two if p.types[1] == CROSSING)
+    assert max(point.uncertainties) < 1e-11
+    far, near = events(point.values[1] - 2e-4), events(point.values[1] - 1e-4)
+    assert [one.type for one in far] == [one.type for one in near] == [FOLD, CROSSING, FOLD]
+    for k in (0, 2):
+        apart = [abs(found[k].value - found[1].value) for found in (far, near)]
+        assert apart[0] / apart[1] == pytest.approx(4, rel=0.1)
+    assert [one.type for one in events(point.values[1] + 1e-4)] == [CROSSING]
 
 
 def test_a_multiplier_passes_minus_one_on_an_adding_sliding_curve() -> None:

@@ -2,40 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Iterator
 
 import numpy as np
 
-from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend
-from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.bifurcations import (
-    SMOOTH,
-    SmoothEvent,
-    evaluate_test_functions,
-    gradient_of_test_function,
-    noise,
-    rotations,
-    zero_of_test_function,
-)
-from capsule_sym._orbits.continuation.events import (
-    CUSP,
-    DEGENERATE,
-    FOLD,
-    GENERALIZED_DOUBLING,
-    NEIMARK_SACKER,
-    PERIOD_DOUBLING,
-    RESONANCE_1_1,
-    RESONANCE_1_2,
-    BorderCollision,
-    Condition,
-    Vanishing,
-    solve_event,
-)
-from capsule_sym._orbits.continuation.normal_forms import cubic, degeneracy, quadratic
+from capsule_sym._orbits.continuation.events import FOLD, BorderCollision
+from capsule_sym._orbits.continuation.family import EXACT, Family
+from capsule_sym._orbits.continuation.locating import first_event, hides, matching, smooth_between
 from capsule_sym._orbits.continuation.path import (
-    Evaluation,
     Solution,
     Vector,
     corrected,
@@ -44,39 +19,22 @@ from capsule_sym._orbits.continuation.path import (
     tangent,
 )
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Step, Stop, where
-from capsule_sym._orbits.shooting.admissibility import (
-    DURATION,
-    LANDING,
-    MINIMUM,
-    Inequality,
-    inequalities,
-)
-from capsule_sym._orbits.shooting.changes import Change, exchanged, inserted, shortened
-from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
+from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
+from capsule_sym._orbits.shooting.changes import Change, exchanged, shortened
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at, whole_orbit
+from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at
 
 FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
 _LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
 _TURN = 0.95  # least cosine between tangents of neighbours
-_TOGETHER = 1e-7  # shares of a step that are one event
 _AROUND = 1e-3  # distance from a point at which the curves that cross there are told apart
 _CROSSING = 1e-9  # least singular value over the largest where two curves of solutions cross
 _DIRECTIONS = 16
 _FINEST = 1e-5  # a step not longer than this is not looked through for two bifurcations
 _CLEAR = 0.1  # share of what is at a step's ends, above which a cubic stays clear of 0 between
 _SMALL = 0.3  # a test function below this may vanish twice within a step
-_BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
-_DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
-_EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # functions of the monodromy matrix
-# What else may vanish along a curve of a smooth bifurcation; a cusp is seen by the curve's tangent.
-_WATCHED = {
-    FOLD: (PERIOD_DOUBLING, RESONANCE_1_1),
-    PERIOD_DOUBLING: (FOLD, RESONANCE_1_2, GENERALIZED_DOUBLING),
-    NEIMARK_SACKER: (FOLD, PERIOD_DOUBLING),
-}
 
 
 def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
@@ -101,13 +59,8 @@ def vanishing(orbit: Orbit, segment: int) -> Event:
     return Event(failed, segment, same_itinerary, located, 0.0)
 
 
-class Follower:
-    """Orbits of one itinerary with free parameters, and a condition for each but one of them.
-
-    The condition is that the segment `born` has the duration 0, or that the test function
-    `critical` of a smooth bifurcation vanishes. The unknowns u are z, without the duration of a
-    segment `born`, and q of each axis.
-    """
+class Follower(Family):
+    """A family that is followed step by step, from one itinerary to the next."""
 
     def __init__(
         self,
@@ -117,123 +70,9 @@ class Follower:
         born: int | None = None,
         critical: str | None = None,
     ) -> None:
-        self.numbers, self.axes = numbers, axes
-        self.itinerary, self.born, self.critical = orbit.itinerary, born, critical
-        self.values = [float(value) for value in orbit.values]
+        super().__init__(numbers, orbit, axes, born, critical)
         self.unlocated: list[str] = []
         self._falls = False  # whether the parameter grows ever more slowly along the path
-
-    def unknowns(self, z: Vector, values: tuple[float, ...]) -> Vector:
-        """The unknowns of an orbit."""
-        z = np.array(z, dtype=float)
-        kept = z if self.born is None else np.delete(z, 4 + self.born)
-        return np.array([*kept, *(axis.share(values) for axis in self.axes)])
-
-    def orbit(self, u: Vector) -> Orbit:
-        """The orbit, or what is to become one, of these unknowns."""
-        count = len(self.axes)
-        z, values = u[:-count], list(self.values)
-        if self.born is not None:
-            z = np.insert(z, 4 + self.born, 0.0)
-        for axis, q in zip(self.axes, u[-count:], strict=True):
-            values = axis.placed(values, float(q))
-        shot = shooting(self.numbers, values, self.itinerary, z)
-        return Orbit(tuple(values), self.itinerary, z, shot, self.numbers.name)
-
-    def equations(self, u: Vector) -> Evaluation:
-        """The equations at u, and the orbit."""
-        orbit = self.orbit(u)
-        shot = orbit.shot
-        by_z = shot.by_z if self.born is None else np.delete(shot.by_z, 4 + self.born, axis=1)
-        by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
-        by, residual = np.column_stack([by_z, *by_q]), shot.residual
-        if self.critical is not None:
-            row = self._row(orbit, self.critical)
-            residual = np.append(residual, evaluate_test_functions(orbit)[self.critical])
-            by = np.vstack([by, row])
-        return Evaluation(residual, by, orbit)
-
-    def _row(self, orbit: Orbit, name: str) -> Vector:
-        """Gradient of a test function by the unknowns."""
-        row = self._gradient(orbit, name)
-        row[-len(self.axes) :] *= [axis.end - axis.begin for axis in self.axes]
-        return row if self.born is None else np.delete(row, 4 + self.born)
-
-    def _gradient(self, orbit: Orbit, name: str) -> Vector:
-        """Gradient of a test function of the monodromy matrix by z and what varies."""
-        unit = np.eye(len(PARAMETERS))
-        along = [axis.path.along(unit, axis.value(orbit.values)) for axis in self.axes]
-        return gradient_of_test_function(self.numbers, orbit, name, np.array(along))
-
-    def state(self, u: Vector, along: Vector, solution: Solution | None = None) -> State:
-        """The state at u, which a solution may be of, with its tangent in the direction `along`."""
-        _, by, orbit = solution.at if solution else self.equations(u)
-        orbit = replace(orbit, iterations=solution.steps if solution else 0)
-        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.born)
-        try:
-            direction = tangent(by, along)
-        except np.linalg.LinAlgError:
-            raise Stop(Ending.NOT_CONVERGED, f"no tangent at {where(orbit, self.axes)}") from None
-        return State(u, orbit, held, direction, self.tests(orbit))
-
-    @property
-    def watched(self) -> tuple[str, ...]:
-        """The test functions that are looked at along the path."""
-        if self.critical is not None:
-            return _WATCHED[self.critical]
-        return SMOOTH if self.born is None else (*SMOOTH, DEGENERATE)
-
-    def tests(self, orbit: Orbit) -> dict[str, float]:
-        """The test functions at an orbit of the path."""
-        found = evaluate_test_functions(orbit)
-        others = (name for name in self.watched if name not in found)
-        return found | {name: self._test(name, orbit) for name in others}
-
-    def _test(self, name: str, orbit: Orbit) -> float:
-        if name == DEGENERATE and self.born is not None:
-            return degeneracy(self.numbers, orbit, self.born)
-        if name == GENERALIZED_DOUBLING:
-            there = cubic(self.numbers, orbit)
-            return there.term / there.closing
-        return evaluate_test_functions(orbit)[name]
-
-    def _condition(self, name: str, like: Vector) -> Condition:
-        def value(orbit: Orbit) -> Vanishing:
-            if name in _EXACT:
-                found, gradient = self._test(name, orbit), self._gradient(orbit, name)
-                return Vanishing(found, noise(orbit), gradient)
-            if name == CUSP:
-                return Vanishing(quadratic(self.numbers, orbit, like).term, noise(orbit))
-            return Vanishing(self._test(name, orbit), noise(orbit))
-
-        return value
-
-    def solved(
-        self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
-    ) -> BorderCollision | None:
-        """The orbit near a guess at which test functions vanish and segments have the duration 0.
-
-        All as one system of equations; None where Newton's method finds none.
-        """
-        free = tuple(axis.path for axis in self.axes)
-        like = np.linalg.svd(orbit.shot.by_z)[2][-1]
-        conditions = [self._condition(name, like) for name in names]
-        try:
-            return solve_event(
-                self.numbers, orbit.values, free, orbit.itinerary, orbit.z, segments, conditions
-            )
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError):
-            return None
-
-    def tightest(self, state: State) -> Inequality:
-        """The inequality with the least value. Raises Stop where it fails."""
-        least = min(state.held, key=lambda one: float(one.value))
-        if least.value <= 0:
-            detail = (
-                f"{least.named(state.orbit.itinerary)} fails at {where(state.orbit, self.axes)}"
-            )
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
-        return least
 
     def advance(self, state: State, length: float, largest: float) -> Step:
         """A step of this length or a shorter one; no q changes by more than about `largest`.
@@ -273,12 +112,12 @@ class Follower:
         if length > _FINEST and self._may_skip_two(state, new):
             return None
         failing = [one for one in new.held if one.value <= 0]
-        event = self._first(state, new, failing)
+        event = first_event(self, state, new, failing)
         self.unlocated = []
-        if failing and (event is None or self._hides(state, new, event)):
+        if failing and (event is None or hides(self, state, new, event)):
             self.unlocated = [one.named(self.itinerary) for one in failing]
             return None
-        smooth = self._smooth(state, new, event.share if event else 1.0)
+        smooth = smooth_between(self, state, new, event.share if event else 1.0)
         further = 2 * length if solution.steps <= 3 else length
         return Step(new, smooth, event, outside is not None, FIRST if event else further)
 
@@ -298,7 +137,7 @@ class Follower:
             clear = _CLEAR * max(slopes) if falls else 0.0
             if min(slopes) > 0 and least_slope_between(chord, slopes) < clear:
                 return True
-        for name in _EXACT:
+        for name in EXACT:
             if name not in self.watched or (name == FOLD and len(self.axes) == 1):
                 continue
             ends = np.array([old.tests[name], new.tests[name]])
@@ -311,7 +150,7 @@ class Follower:
 
     def _slope(self, name: str, state: State) -> float:
         """The derivative of a test function along the path."""
-        return float(self._row(state.orbit, name) @ state.tangent)
+        return float(self.row(state.orbit, name) @ state.tangent)
 
     def _outside(self, u: Vector) -> tuple[int, float] | None:
         """Index and border of the first q that has left [0, 1]."""
@@ -327,133 +166,6 @@ class Follower:
         normal = np.zeros(len(guess))
         normal[k] = 1.0
         return corrected(self.equations, guess, normal)
-
-    def _smooth(self, old: State, new: State, until: float) -> list[tuple[str, SmoothEvent]]:
-        """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
-        change = new.u - old.u
-        normal = change / np.linalg.norm(change)
-
-        def between(share: float) -> Orbit | None:
-            solution = corrected(self.equations, old.u + share * change, normal)
-            return solution.at.made if solution else None
-
-        names = [name for name in self.watched if old.tests[name] * new.tests[name] < 0]
-        # The parameters turn back along a curve of folds.
-        turns = self.critical == FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0
-        found = []
-        for name in (*names, *((CUSP,) if turns else ())):
-            one = self._meeting(name, old, new, between)
-            if one is None and name in SMOOTH:
-                one = zero_of_test_function(name, between)
-            if one is not None and one.share <= until:
-                found.append((name, one))
-        return sorted(found, key=lambda pair: pair[1].share)
-
-    def _meeting(
-        self, name: str, old: State, new: State, between: Callable[[float], Orbit | None]
-    ) -> SmoothEvent | None:
-        """Where a test function vanishes between two states of a curve, by its extended system.
-
-        None where that has no solution between: what changes its sign at a pole has no zero.
-        """
-        if name == CUSP:
-            first, last = (float(np.linalg.norm(state.tangent[-2:])) for state in (old, new))
-        else:
-            first, last = abs(old.tests[name]), abs(new.tests[name])
-        guess = between(first / (first + last))
-        conditions = tuple(one for one in (self.critical, name) if one is not None)
-        born = () if self.born is None else (self.born,)
-        found = self.solved(guess, conditions, born) if guess is not None else None
-        if found is None:
-            return None
-        step = new.u - old.u
-        share = float(step @ (self.unknowns(found.z, found.values) - old.u) / (step @ step))
-        if not 0 <= share <= 1:
-            return None
-        orbit, errors = found.orbit(self.numbers.name), found.uncertainties
-        residual, steps = float(found.residual), found.iterations
-        if name == NEIMARK_SACKER and not rotations(orbit):
-            return None
-        return SmoothEvent(share, orbit, 0.0, residual, steps, orbit.status, errors)
-
-    def _first(self, old: State, new: State, failing: list[Inequality]) -> Event | None:
-        """The first event between two states; None if nothing fails or it is not located."""
-        shares = [_failing_share(old.held, failed) for failed in failing]
-        found = [self._locate(old, new, *one) for one in zip(failing, shares, strict=True)]
-        events = [one for one in found if one is not None]
-        if not events:
-            return None
-        nearest = min(one.share for one in events)
-        for share, one in zip(shares, found, strict=True):
-            if one is None and share < nearest - _DOUBT:
-                return None
-        together = [one for one in events if one.share - nearest < _TOGETHER]
-        # A segment that shrinks to nothing may take other inequalities with it: it is the event.
-        return min(together, key=lambda one: one.failed.kind != DURATION)
-
-    def _hides(self, old: State, new: State, event: Event) -> bool:
-        """Whether another inequality fails before the event, which beyond it is not asked for."""
-        if event.failed.kind == MINIMUM:
-            return False
-        change = new.u - old.u
-        u = old.u + max(event.share - _BEFORE, event.share / 2) * change
-        solution = corrected(self.equations, u, change / np.linalg.norm(change))
-        if solution is None:
-            return True
-        orbit = solution.at.made
-        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.born)
-        return any(one.value <= 0 for one in held)
-
-    def _locate(self, old: State, new: State, failed: Inequality, share: float) -> Event | None:
-        orbit, there = self.orbit(old.u + share * (new.u - old.u)), new.orbit
-        if failed.guard is Guard.GAP:
-            # The second spring is on one side only: its touch has no mirror image.
-            orbit, there = whole_orbit(orbit), whole_orbit(there)
-        itinerary = orbit.itinerary
-        if failed.kind == DURATION:
-            change, segment = (
-                Change(itinerary, orbit.z, tuple(range(len(itinerary)))),
-                failed.segment,
-            )
-        else:
-            try:
-                change, segment = inserted(self.numbers, itinerary, orbit.z, there.shot, failed)
-            except InvalidInput:
-                return None
-        segments: tuple[int, ...] = (segment,)
-        if self.born is not None:
-            before = change.kept[self.born]
-            if before is None:
-                return None
-            segments = (before, segment)
-        like = replace(orbit, itinerary=change.itinerary, z=change.z)
-        names = () if self.critical is None else (self.critical,)
-        located = self.solved(like, names, segments)
-        if located is None:
-            return None
-        here = self._collapsed(old, failed, located)
-        step = new.u - old.u
-        if here is None:
-            q = self.unknowns(old.orbit.z, located.values)[-1]
-            along = float((q - old.u[-1]) / step[-1])
-        else:
-            along = float(step @ (here - old.u) / (step @ step))
-        if not -1e-6 <= along <= 1 + 1e-6:
-            return None
-        return Event(failed, segment, change, located, along)
-
-    def _collapsed(self, old: State, failed: Inequality, located: BorderCollision) -> Vector | None:
-        """The unknowns, in the present itinerary, of an event in that with another segment."""
-        z, segment = located.z, 4 + failed.segment
-        if failed.kind == LANDING:
-            z = np.delete(z, segment + 1)
-        elif failed.kind == MINIMUM:
-            if self.itinerary.segments[0].guard is None:
-                return None
-            z = np.array(
-                [*z[:segment], z[segment] + z[segment + 1] + z[segment + 2], *z[segment + 3 :]]
-            )
-        return self.unknowns(z[: 4 + len(self.itinerary)], located.values)
 
     def cross(self, event: Event) -> State | None:
         """Go on in the itinerary beyond an event: a state a little further; None if there is none.
@@ -542,26 +254,8 @@ class Follower:
         return self.state(solution.u, direction, solution) if solution else None
 
 
-def _failing_share(held: list[Inequality], failed: Inequality) -> float:
-    """The share of a step after which an inequality fails, by its values at both ends."""
-    before = _matching(held, failed)
-    if before is None or before.value <= 0:
-        return 1.0
-    return float(before.value / (before.value - failed.value))
-
-
 def _margin(state: State | None, inequality: Inequality) -> float:
     if state is None:
         return -float("inf")
-    matching = _matching(state.held, inequality)
-    return float(matching.value) if matching else float("inf")
-
-
-def _matching(held: list[Inequality], wanted: Inequality) -> Inequality | None:
-    """The inequality of the same kind, segment and guard, of several minima the nearest in time."""
-    same = [
-        i
-        for i in held
-        if (i.kind, i.segment, i.guard) == (wanted.kind, wanted.segment, wanted.guard)
-    ]
-    return min(same, key=lambda i: abs(float(i.time - wanted.time)), default=None)
+    found = matching(state.held, inequality)
+    return float(found.value) if found else float("inf")

@@ -177,6 +177,18 @@ def parameter_path(name: str, ties: Mapping[str, Function | str] | None = None) 
     return ParameterPath(name, tuple(functions), tuple(texts))
 
 
+def chosen_path(
+    name: str,
+    known: Callable[[], ParameterPath],
+    parameter: str | None,
+    ties: Mapping[str, Function | str] | None,
+) -> ParameterPath:
+    """The path of what is given, or where nothing is the known one, on which `name` varies."""
+    if parameter is None and ties is None:
+        return known()
+    return parameter_path(parameter or name, ties)
+
+
 def device_path(device: PhysicalParameters, name: str) -> dict[str, str]:
     """The tie of a device's P_d, Omega, G, c or k2 (SI units), for `parameter_path`.
 

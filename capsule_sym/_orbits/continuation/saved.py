@@ -13,7 +13,12 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.continuation import BranchPoint, ends
-from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
+from capsule_sym._orbits.continuation.parameter_paths import (
+    Function,
+    ParameterPath,
+    chosen_path,
+    parameter_path,
+)
 from capsule_sym._orbits.continuation.records import FORMAT
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
@@ -44,17 +49,20 @@ def labelled_point(
             named |= _named(one, f"{one['origin']}/")
         if label not in named:
             raise InvalidInput("label", label, f"one of {', '.join(named)}")
-        if parameter is None and ties is None:
-            ties = record["ties"]
-            lost = [name for name, text in record["ties"].items() if text is None]
-            if lost:
-                raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")
-        varying = parameter_path(parameter or record["parameter"], ties)
+        varying = chosen_path(record["parameter"], lambda: _path(record), parameter, ties)
         return varying, _point(varying, named[label])
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput("file", str(path), "a whole branch.json, which this is not") from None
+
+
+def _path(record: Record) -> ParameterPath:
+    """What varies on a branch that was written."""
+    lost = [name for name, text in record["ties"].items() if text is None]
+    if lost:
+        raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")
+    return parameter_path(record["parameter"], record["ties"])
 
 
 def _named(record: Record, origin: str) -> Iterator[tuple[str, Record]]:

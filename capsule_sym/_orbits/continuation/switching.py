@@ -22,7 +22,7 @@ from capsule_sym._orbits.continuation.continuation import (
 )
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.following import Follower, first_half, vanishing
-from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
+from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.admissibility import tightest
@@ -64,9 +64,8 @@ def continue_from(
     that the parameter cannot have, and where no branch leaves that way.
     """
     if isinstance(source, Branch):
-        path, point = source.axis.path, source.at(label)
-        if parameter is not None or ties is not None:
-            path = parameter_path(parameter or path.name, ties)
+        own, point = source.axis.path, source.at(label)
+        path = chosen_path(own.name, lambda: own, parameter, ties)
     else:
         from capsule_sym._orbits.continuation.saved import labelled_point
 
