@@ -124,7 +124,7 @@ docs-links: results/verify.md .venv/.docs  ## follow every link of the documenta
 
 # Octave with mkoctfile, and gnuplot to draw with: octave, octave-dev and gnuplot-nox in Debian.
 octave: $(READY)  ## run the functions for MATLAB in Octave, which has to be there
-	@command -v octave-cli mkoctfile > /dev/null || { echo 'octave-cli or mkoctfile is missing' >&2; exit 1; }
+	@command -v octave-cli > /dev/null && command -v mkoctfile > /dev/null || { echo 'octave-cli or mkoctfile is missing' >&2; exit 1; }
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -q -m "long or not long" tests/octave
 
 # The explorer's page needs Node.js, to be built, and Chromium, to be tested and measured.

@@ -20,6 +20,7 @@ def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Have help texts taken as they are meant."""
+    """Have help texts taken as they are meant, and the reference made anew with every build."""
+    app.connect("env-get-outdated", lambda *_: ["cli"])
     app.connect("sphinx-click-process-description", _escape)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

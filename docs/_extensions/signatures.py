@@ -29,7 +29,15 @@ def _process(
     return text and shortened(text), gives and shortened(gives)
 
 
+def _untold(
+    _app: Sphinx, _what: str, _name: str, _object: Any, _options: Any, lines: list[str]
+) -> None:
+    """Without what Python says of each field of a named tuple."""
+    lines[:] = [line for line in lines if not line.startswith("Alias for field number ")]
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Have every signature shortened."""
     app.connect("autodoc-process-signature", _process)
+    app.connect("autodoc-process-docstring", _untold)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

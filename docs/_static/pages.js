@@ -16,6 +16,11 @@ addEventListener("DOMContentLoaded", () => {
   // An option is not broken after its hyphens, but a long path may be.
   for (const word of document.querySelectorAll("code > .pre"))
     if (word.textContent.length < 30) word.classList.add("whole");
+  // Nor is the name of a mode in a table, such as NC-FD.
+  for (const cell of document.querySelectorAll("td > p, td"))
+    for (const text of cell.childNodes)
+      if (text.nodeType === Node.TEXT_NODE)
+        text.data = text.data.replace(/\b(N?C)-(?=(FD|BD|S)\b)/g, "$1\u2011");
   // A drawing that is small on a phone opens by itself, to be enlarged.
   for (const image of document.querySelectorAll("article img")) {
     if (image.closest("a")) continue;

@@ -51,11 +51,11 @@ _DIFFERENCE = 1e-3
 class NormalForm(NamedTuple):
     """The leading terms of a bifurcation's normal form; dimensionless.
 
-    Beside the bifurcation the parameter differs from its value by `growth` times s^`order`.
+    Beside the bifurcation the parameter differs from its value by `growth * s**order`.
     `coefficient` is that of the Poincare map reduced to one variable: s -> s + coefficient s^2 at a
     fold, s -> -s + coefficient s^3 at a period doubling, supercritical where it is positive. At a
     border collision it is None, and `discontinuity` is what a segment of duration s does to (x_r,
-    v_r, v_c), over s^`power`: the leading term of the difference between the maps of the two
+    v_r, v_c), over `s**power`: the leading term of the difference between the maps of the two
     itineraries. `scenario` is "supercritical" or "subcritical" at a period doubling; at a border
     collision "persistence" where each of the two itineraries has its orbit on a side of its own,
     "non-smooth fold" where both are on one; empty at a fold, and where the multipliers beyond would
