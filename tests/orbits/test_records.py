@@ -18,7 +18,7 @@ from capsule_sym import (
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation import following
+from capsule_sym._orbits.continuation import family, locating
 from capsule_sym._orbits.continuation.bifurcations import (
     PERIOD_DOUBLING,
     SmoothEvent,
@@ -109,8 +109,8 @@ def first_doubling(branch: Branch) -> Bifurcation:
 def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, failing) -> None:
     whole = first_doubling(doubled())
     # Newton's method on all equations at once finds none, and the search along the path fails.
-    monkeypatch.setattr(following, "solve_event", lambda *_: None)
-    monkeypatch.setattr(following, "zero_of_test_function", failing)
+    monkeypatch.setattr(family, "solve_event", lambda *_: None)
+    monkeypatch.setattr(locating, "zero_of_test_function", failing)
     branch = doubled.__wrapped__()
     one = first_doubling(branch)
     # Where it is stays true, with the uncertainty that is left: all of the step.
