@@ -30,9 +30,9 @@ def read_plan(plan: Mapping[str, Any]) -> Sweep:
 
     Tables `axes`, `parameters` and `start` (x_r, v_r, v_c, phase); keys `periods`, `tolerance`,
     `compute` and `chunk`. A table `device` in SI units takes the place of `parameters`; P_d, Omega,
-    G, c and k2 may then be axes, in SI units. An axis is a list of values, a table with `from`,
-    `to`, `count` and perhaps `spacing = "log"`, or a table with `sobol` (ranges by name), `count`
-    and `seed`. Raises InvalidInput for what is not allowed.
+    G, c and k2 may then be axes, or vary in a design, in SI units. An axis is a list of values, a
+    table with `from`, `to`, `count` and perhaps `spacing = "log"`, or a design: a table with
+    `sobol` (ranges by name), `count` and `seed`. Raises InvalidInput for what is not allowed.
     """
     if not isinstance(plan, Mapping):
         raise InvalidInput("plan", plan, "a table")
@@ -70,7 +70,8 @@ def _axis(name: str, given: Any, device: PhysicalParameters | None) -> Axis:
         raise InvalidInput(name, given, "a list of values or a table")
     if "sobol" in given:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
-        axis = Axis.sobol(given["sobol"], given["count"], given["seed"])
+        ranges = given["sobol"] if device is None else _box(device, given["sobol"])
+        axis = Axis.sobol(ranges, given["count"], given["seed"])
         return Axis(name, axis.quantities, axis.values)
     _check_table(name, given, ("from", "to", "count", "spacing"), needed=("from", "to", "count"))
     spacing = given.get("spacing", "linear")
@@ -85,10 +86,33 @@ def _in_units(device: PhysicalParameters, name: str, given: Any) -> Axis:
         return Axis.of_device(device, name, given)
     _check_table(name, given, ("from", "to", "count", "spacing"))
     tied, factor = device.tie(name)
-    ends = {end: given[end] * factor for end in ("from", "to") if is_real(given.get(end))}
+    ends = {end: _scaled(given[end], factor) for end in ("from", "to") if end in given}
     count = len(_axis(tied, {**given, **ends}, None))  # which checks them all
     spaced = np.geomspace if given.get("spacing") == "log" else np.linspace
     return Axis.of_device(device, name, spaced(given["from"], given["to"], count))
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    """A number in other units; what is none, or too large for a double, as it is."""
+    try:
+        return value * factor if is_real(value) else value
+    except OverflowError:
+        return value
+
+
+def _box(device: PhysicalParameters, ranges: Any) -> Any:
+    """Ranges by name, those in SI units as ranges of the parameters in proportion to them."""
+    if not isinstance(ranges, Mapping):
+        return ranges
+    box = {}
+    for name, ends in ranges.items():
+        tied, factor = device.tie(name) if name in DRIVEN else (name, 1.0)
+        if tied in box:
+            raise InvalidInput("sobol", [*ranges], f"a table in which {tied} varies once")
+        if isinstance(ends, list | tuple):
+            ends = [_scaled(end, factor) for end in ends]
+        box[tied] = ends
+    return box
 
 
 def _check_table(

@@ -355,3 +355,34 @@ def test_any_text_is_a_sweep_or_refused_in_one_line(text: str) -> None:
         path.write_text("[axes]\nalpha = " + text, encoding="utf-8")
         _, message = taken(lambda: load_sweep(path))
         assert "\n" not in message
+
+
+DEVICE = {"M_m": 0.5, "M_c": 1.6, "k1": 30.0, "k2": 45.0, "c": 0.4, "G": 0.004, "mu": 0.3}
+DEVICE |= {"P_d": 4.0, "Omega": 6.0}
+
+
+def designed(**ranges: Any) -> dict[str, Any]:
+    return {"device": DEVICE, "axes": {"sample": {**SOBOL, "sobol": ranges}}}
+
+
+def test_a_design_of_a_device_varies_what_it_has_in_its_units() -> None:
+    friction = 0.3 * (0.5 + 1.6) * 9.81
+    (axis,) = read_plan(designed(P_d=[3, 6], gamma=[1, 5])).axes
+    (plain,) = read_plan(sobol(sobol={"alpha": [3 / friction, 6 / friction], "gamma": [1, 5]})).axes
+    assert axis.quantities == ("alpha", "gamma")
+    assert axis.values == pytest.approx(plain.values, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "ranges", [{"P_d": [3, 6], "alpha": [0, 1]}, {"P_d": [3, HUGE]}, {"P_d": ["3", 6]}, {"P_d": 3}]
+)
+def test_a_bad_design_of_a_device_is_refused_in_one_line(ranges: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        read_plan(designed(**ranges))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_range_too_large_for_a_double_is_refused_in_units_too() -> None:
+    axes = {"P_d": {"from": 1, "to": HUGE, "count": 3}}
+    with pytest.raises(InvalidInput):
+        read_plan({"device": DEVICE, "axes": axes})
