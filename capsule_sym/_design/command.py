@@ -195,7 +195,7 @@ def steer(
     """Find the best drives forward and backward, and a path of stable orbits between them.
 
     The drive is alpha and omega, or P_d and Omega of a device. The straight path is tried first,
-    then those by a corner; where each is broken is told, and by which bifurcation.
+    then those by a corner; a broken one says where, and by which bifurcation.
 
     Exits with 3 where one of the drives is not found. A broken path is a result.
     """

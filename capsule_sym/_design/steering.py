@@ -149,7 +149,7 @@ def steer(
     `over` has bounds of what the drive varies: alpha and omega, or P_d and Omega of a device in SI
     units; without it they go from a tenth of the friction bound, and half the natural frequency,
     to two and one and a half times these. The straight path is tried first, then those by a
-    corner. Where a path is broken it is told at which drive, and by which bifurcation.
+    corner. A broken path says at which drive, and by which bifurcation.
     `subject_to`, `margin`, `samples` and `seed` are as in `optimise`.
 
     Raises InvalidInput as `optimise` does, and for a drive by anything else.

@@ -21,7 +21,7 @@ _FAR = 1e-13  # from here on, double precision is expected to decide
 @json_option
 @click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
 def hardcases(as_json: bool, only: str) -> None:
-    """Run every hard case and judge the switches found by 50 digits.
+    """Run every hard case and compare the switches found with 50 digits.
 
     The error is that of the worst switching time t*, in units of u (t* + M/|g'(t*)|) with M the
     largest term of the guard g; 8 are allowed. Beside it stands what two plain approaches find:
@@ -68,7 +68,7 @@ def _print(rows: list[Row], median: float, most: int) -> None:
         f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
         f"sampling finds all switches in {_all(rows, 'sampling')}, "
         f"solve_ivp in {_all(rows, 'solve_ivp')}; "
-        f"{sum(row.settled for row in rows)} decisions settled by 50 digits.\n"
+        f"{sum(row.settled for row in rows)} decisions made by 50 digits.\n"
         f"Evaluations per segment over the case study: median {median:g}, maximum {most}."
     )
 
@@ -109,7 +109,7 @@ def _print_tally(total: Tally) -> None:
     console = make_console(width=_WIDTH)
     for problem in total.disagreements + total.inaccurate:
         console.print(f"[red]{problem['problem']}[/red]  {problem}")
-    columns = ("distance from", "starts", "settled by 50 digits", "open to 50 digits")
+    columns = ("distance from", "starts", "decided by 50 digits", "open to 50 digits")
     table = make_table(*columns, right=columns)
     for decade in sorted(total.distances, key=_size):
         table.add_row(decade, *map(str, total.distances[decade]))
@@ -124,7 +124,7 @@ def _print_tally(total: Tally) -> None:
         f"\n{total.starts} starts, {len(total.disagreements)} disagreements, "
         f"{len(total.inaccurate)} times outside the accuracy contract. Judged: {backends}.\n"
         f"Outcomes: {outcomes}.\n"
-        f"Left open by double precision and settled by 50 digits: {total.settled}, of which "
+        f"Left open by double precision and decided by 50 digits: {total.settled}, of which "
         f"{sum(n[1] for n in far)} among the {sum(n[0] for n in far)} starts from {_FAR:g} on; "
         f"open to 50 digits as well: {total.undecided}.\n"
         f"Largest error of a switching time: {total.worst:.2f} of 8 allowed.\n"
