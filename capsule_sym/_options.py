@@ -288,7 +288,7 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
 
 
 class WritablePath(click.Path):
-    """A directory or file to write; what is in the way is an error before anything is computed."""
+    """A directory, or a file, to write; what is in the way is refused before work begins."""
 
     def __init__(self, file: bool = False) -> None:
         super().__init__(file_okay=file, dir_okay=not file)
