@@ -59,8 +59,8 @@ static void errors_at(const course *f, double h, double x_r, double *of_x, doubl
     const double units = FORM_UNITS * UNIT * (1.0 + phase + c->omega * h);
     const double carried = 2.0 * (1.0 + c->zeta) * f->gap_error;
     const double late = 2.0 * UNIT * TWO_PI * c->alpha;
-    *of_x = units * x_terms + UNIT * fabs(x_r) + carried + late * forced_x;
-    *of_v = units * v_terms + root_K * carried + late * forced_v;
+    *of_x = units * x_terms + UNIT * fabs(x_r) + carried + late * forced_x + UNDERFLOW;
+    *of_v = units * v_terms + root_K * carried + late * forced_v + UNDERFLOW;
 }
 
 static expansion expand(const course *f, double h)
@@ -72,7 +72,7 @@ static expansion expand(const course *f, double h)
     const double cosine = s->cos_theta * co - s->sin_theta * si;
     const double sine = s->sin_theta * co + s->cos_theta * si;
     const double late = 2.0 * UNIT * (TWO_PI + turned) + 8.0 * UNIT;
-    double x_error = f->gap_error, v_error = 0.0, change[3] = {0.0, 0.0, 0.0};
+    double x_error = f->gap_error + UNDERFLOW, v_error = UNDERFLOW, change[3] = {0.0, 0.0, 0.0};
     double x[ORDER + 3], size[ORDER + 3], margin = s->margin;
     double x_r = s->x_r, gap = s->gap, v_r = s->v_r;
     if (h > 0.0) {
@@ -100,7 +100,7 @@ static expansion expand(const course *f, double h)
     const double slack = (8.0 * (ORDER + 3) + 8.0) * UNIT + late;
     const double high = fabs(x[last + 1]) + slack * size[last + 1];
     const double low = fabs(x[last]) + slack * size[last];
-    double factor = (1.0 + 8.0 * UNIT) * sqrt(high * high + c->K * low * low), inverse = 1.0;
+    double factor = (1.0 + 8.0 * UNIT) * hypot(high, sqrt(c->K) * low), inverse = 1.0;
     double forcing = c->alpha * pow(c->omega, last) * (1.0 + 32.0 * UNIT);
     expansion e = {.value = gaps ? gap : speed ? s->v_c + change[2] : margin + c->friction};
     if (!gaps)
@@ -123,10 +123,10 @@ static expansion expand(const course *f, double h)
             e.rate[n] = by * force_change(c, x[k], x[k + 1]);
             e.error[n] = by * rounded * force_change_size(b, size[k], size[k + 1]);
         }
-        e.rate[n] *= inverse, e.error[n] *= inverse;
+        e.rate[n] *= inverse, e.error[n] = e.error[n] * inverse + UNDERFLOW;
         inverse /= n + 1;
     }
-    e.rest = factor * inverse, e.growth = forcing * inverse;
+    e.rest = factor * inverse + UNDERFLOW, e.growth = forcing * inverse + UNDERFLOW;
     return e;
 }
 
@@ -168,7 +168,7 @@ static int shown(const expansion *e, double sign, int zeros, double h)
     for (int i = 0; i < count; i++)
         positive &= lower[i] > 32.0 * UNIT * least;
     for (int i = 1; i < count; i++)
-        falls &= slope[i] < -32.0 * UNIT * falling;
+        falls &= slope[i] < -32.0 * UNIT * falling - UNDERFLOW;
     return positive ? 1 : falls ? -1 : 0;
 }
 
@@ -202,6 +202,8 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
     const course f = course_of(c, start, quantity);
     double now = 0.0, ahead = REACH_OF_RATE / c->rate, sign = 0.0;
     int found = 0;
+    if (isnan(duration))
+        return -1;
     for (int tried = 0; now < duration; tried++) {
         const expansion e = expand(&f, now);
         const int skipped = now == 0.0 ? zeros : 0;

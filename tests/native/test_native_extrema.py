@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import shutil
 import subprocess
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -30,8 +31,8 @@ LONGER = 16.0
 REMAINDERS = {
     "factor * inverse": 4,
     "forcing * inverse": 6,
-    "high * high": 4,
-    "c->K * low * low": 1541,
+    "fabs(x[last + 1]) + slack * size[last + 1]": 4,
+    "sqrt(c->K) * low": 1541,
     "force_per_energy(c, sqrt(c->K))": 30,
 }
 # The units of the coefficients' own roundings stand behind these.
@@ -216,3 +217,35 @@ def test_a_rate_that_vanishes_at_the_start_is_divided_out(library: Library) -> N
     one = Segment(p, 4, start, SPEED, 1, 2.0, 0.0, (-1,))
     assert library.extrema(one) == (-1,)
     assert library.extrema(one._replace(zeros=0)) is None
+
+
+def test_the_remainder_of_a_tiny_motion_is_bounded(library: Library) -> None:
+    """Below 1e-154 squares are 0; a motion and its forces may be scaled."""
+    by = 2.0**-600
+    tiny = [
+        one._replace(
+            parameters=replace(
+                one.parameters,
+                alpha=one.parameters.alpha * by,
+                delta=one.parameters.delta * by,
+                f_b=one.parameters.f_b * by,
+            ),
+            start=(*(value * by for value in one.start[:5]), *one.start[5:]),
+        )
+        for one in random_segments(REMAINDERS["fabs(x[last + 1]) + slack * size[last + 1]"])
+    ]
+    assert library.judged(tiny, longer=LONGER) == (0, 0)
+
+
+def test_what_underflow_hides_stays_open() -> None:
+    """As `close`, but with roundings of 0: minimum at 2.59374245, maximum at 2.59374625."""
+    at = core.Map(np.array((8.487983164e-314, 3, 0, 0, 0, 1, 100)))
+    assert at.extrema(2, (0, 0, 3.0714703855e-314, 0, 0, 1, 0), 0, 0, 3.1) is None
+
+
+@pytest.mark.parametrize(("duration", "found"), [(np.nan, None), (0.0, []), (-1.0, [])])
+def test_a_segment_without_duration_has_no_extrema(
+    duration: float, found: list[object] | None
+) -> None:
+    at = core.Map(np.array((1.0, 3, 5, 0, 0, 1, 100)))
+    assert at.extrema(2, (0, -5, 0.3, 0, 0, 1, 0), 0, 0, duration) == found
