@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 from capsule_sym._enclosures import margins
-from capsule_sym._enclosures.balls import arb, ball, floats, precision, symmetric, thin
+from capsule_sym._enclosures.balls import ball, floats, precision, symmetric, thin
 from capsule_sym._enclosures.cells import EXACT
 from capsule_sym._enclosures.fields import SIZE, Field
 from capsule_sym._enclosures.guards import Line, Watch
@@ -80,6 +80,41 @@ def test_a_guard_is_positive_only_beyond_each_of_its_bounds(
     assert table.positive(0, margins._Start(place, around), 0, 1) is (held or part != "around")
 
 
+@pytest.mark.parametrize(
+    ("row", "state"),
+    [((1.0, -1 + 2.0**-50), (1.0, 1.0)), ((1e-200, 0.0), (1e-100, 0.0))],
+    ids=["roundings", "underflow"],
+)
+def test_a_guard_is_not_positive_within_what_its_own_product_may_lose(
+    row: tuple[float, float], state: tuple[float, float]
+) -> None:
+    table = margins._Table(Line(field(1), 1), 1)
+    table._found = [[]]
+    middle, place = np.zeros((1, 1, SIZE)), np.zeros(SIZE)
+    middle[0, 0, :2], place[:2] = row, state
+    assert (middle @ place).item() > 0
+    table._bounds = [(middle, abs(middle), np.zeros_like(middle), np.zeros(1))]
+    assert not table.positive(0, margins._Start(place, np.zeros(SIZE)), 0, 1)
+
+
+def test_a_field_at_other_parameters_has_a_table_of_its_own() -> None:
+    watch, one = QuickWatch(), field(2)
+    other = Field(2, {name: ball(value) for name, value in (VALUES | {"zeta": "0.3"}).items()})
+    kept = watch._table(one)
+    assert watch._table(one) is kept
+    assert watch._table(other) is not kept
+    assert watch._table(other)._line is watch.line(other, 1)
+
+
+@pytest.mark.parametrize("longest", [0.5, np.inf, np.nan])
+def test_short_and_unbounded_segments_are_left_to_balls(
+    longest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Watch, "_guard", lambda *_: "balls")
+    form = thin(np.ones((SIZE, 2)))
+    assert QuickWatch()._guard(field(2), 1, 0, 0, form, form, longest) == "balls"
+
+
 def test_starts_are_all_states_of_their_form() -> None:
     with precision(80):
         form = thin(np.array([[1.0, -0.5, 0.0]] + [[0.0] * 3] * 5))
@@ -103,11 +138,15 @@ def test_all_of_a_segment_is_watched(
     seen: list[tuple[float, float]] = []
     answers = {"table": True, "ends": True}
 
-    def positive(self, guard, start, first, end):
+    def positive(self, guard, begun, first, end):
+        assert guard == 1
+        assert begun.place[0] == 3.0
         seen.append((first * margins._LENGTH, end * margins._LENGTH))
         return answers["table"]
 
     def pieces(self, field, sense, guard, order, state, reach, part):
+        assert guard == 1
+        assert state is (start if sense == 1 else end)
         assert order == (before if sense == 1 else after)
         seen.append((0.0, reach) if sense == 1 else (longest - reach, longest))
         return answers["ends"]
@@ -115,11 +154,10 @@ def test_all_of_a_segment_is_watched(
     monkeypatch.setattr(margins._Table, "positive", positive)
     monkeypatch.setattr(QuickWatch, "_pieces", pieces)
     monkeypatch.setattr(Watch, "_guard", lambda *_: "balls")
-    form, one = thin(np.zeros((SIZE, 2))), field(2)
-    form[0, 0] = arb(0)
+    start, end, one = thin(np.full((SIZE, 2), 3.0)), thin(np.full((SIZE, 2), 5.0)), field(2)
 
     def watched() -> object:
-        return QuickWatch()._guard(one, 1, before, after, form, form, longest)
+        return QuickWatch()._guard(one, 1, before, after, start, end, longest)
 
     assert watched() is True
     reached = 0.0
