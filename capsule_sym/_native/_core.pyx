@@ -35,15 +35,6 @@ cdef extern from *:
     double now() noexcept nogil
     int PyErr_CheckSignals() noexcept
 
-cdef extern from "capsule.h" nogil:
-    ctypedef int capsule_quantity
-    ctypedef struct capsule_extremum:
-        int kind
-        double time, value
-    int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
-                           capsule_quantity quantity, int zeros, double duration,
-                           capsule_extremum *extrema, int room)
-
 OUTCOMES = interface.OUTCOMES
 DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
 cdef int _OPEN = OPEN, _REFUSED = REFUSED

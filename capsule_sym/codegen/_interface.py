@@ -73,9 +73,11 @@ def cython_interface(config: dict[str, list[Entry]], header: str) -> str:
 
 
 def _cython_functions(header: str) -> str:
-    """Structs and functions of the library's headers, for the binding."""
+    """Enumerations, structs and functions of the library's headers, for the binding."""
     text = re.sub(r"/\*.*?\*/|\brestrict ", "", header, flags=re.DOTALL)
     out = 'cdef extern from "capsule.h" nogil:\n'
+    for name in re.findall(r"typedef enum \{[^{}]*\} (\w+);", text):
+        out += f"    ctypedef int {name}\n"
     for body, name in re.findall(r"typedef struct \{([^{}]*)\} (\w+);", text):
         fields = [" ".join(field.split()) for field in body.split(";") if field.strip()]
         out += f"    ctypedef struct {name}:\n"
