@@ -35,6 +35,8 @@ _MOST_POINTS = 5_000
 _UNIT = 2.0**-53
 _ROUNDINGS = 8
 _ILL = 1e-8  # uncertainty from which on a system of equations is taken for singular
+RESONANCES = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}
+"""What a curve of rotations meets where both multipliers are those of a smooth bifurcation."""
 _SADDLES = "the multipliers of product 1 are real"
 _RESONANT = 1e-6  # derivative of the characteristic polynomial at a double multiplier
 _NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
@@ -233,7 +235,7 @@ class CurveRun:
 
 def _named(kind: str, name: str, orbit: Orbit) -> str:
     """What vanishes at an orbit: a resonance where both multipliers of a rotation are 1 or -1."""
-    resonance = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}.get(name, name)
+    resonance = RESONANCES.get(name, name)
     if kind != NEIMARK_SACKER or abs(evaluate_test_functions(orbit)[resonance]) > _RESONANT:
         return name
     return resonance

@@ -15,14 +15,12 @@ from capsule_sym._map.labelled import Labelled
 from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Bifurcation
 from capsule_sym._orbits.continuation.continuation import check_points
 from capsule_sym._orbits.continuation.curve_points import CodimensionTwoPoint, CurvePoint
-from capsule_sym._orbits.continuation.curve_run import CurveRun
+from capsule_sym._orbits.continuation.curve_run import RESONANCES, CurveRun
 from capsule_sym._orbits.continuation.events import (
     CUSP,
     DEGENERATE,
-    FOLD,
     GENERALIZED_DOUBLING,
     NEIMARK_SACKER,
-    PERIOD_DOUBLING,
     RESONANCE_1_1,
     RESONANCE_1_2,
 )
@@ -50,7 +48,7 @@ _OTHER = {
 }
 
 
-_RESONANT = {RESONANCE_1_1: FOLD, RESONANCE_1_2: PERIOD_DOUBLING}  # on a curve of rotations
+_RESONANT = {resonance: kind for kind, resonance in RESONANCES.items()}
 
 
 @dataclass(frozen=True)

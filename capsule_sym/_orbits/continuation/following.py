@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from capsule_sym._map.backend import Backend
 from capsule_sym._orbits.continuation.events import FOLD, BorderCollision
 from capsule_sym._orbits.continuation.family import EXACT, Family
 from capsule_sym._orbits.continuation.locating import first_event, hides, matching, smooth_between
@@ -62,17 +61,10 @@ def vanishing(orbit: Orbit, segment: int) -> Event:
 class Follower(Family):
     """A family that is followed step by step, from one itinerary to the next."""
 
-    def __init__(
-        self,
-        numbers: Backend,
-        orbit: Orbit,
-        axes: tuple[Axis, ...],
-        born: int | None = None,
-        critical: str | None = None,
-    ) -> None:
-        super().__init__(numbers, orbit, axes, born, critical)
-        self.unlocated: list[str] = []
-        self._falls = False  # whether the parameter grows ever more slowly along the path
+    unlocated: Sequence[str] = ()
+    """The inequalities that fail in the last step tried, at no event that was located."""
+    _falls = False
+    """Whether the parameter grows ever more slowly along the path."""
 
     def advance(self, state: State, length: float, largest: float) -> Step:
         """A step of this length or a shorter one; no q changes by more than about `largest`.
@@ -113,7 +105,7 @@ class Follower(Family):
             return None
         failing = [one for one in new.held if one.value <= 0]
         event = first_event(self, state, new, failing)
-        self.unlocated = []
+        self.unlocated = ()
         if failing and (event is None or hides(self, state, new, event)):
             self.unlocated = [one.named(self.itinerary) for one in failing]
             return None
