@@ -40,6 +40,7 @@ def cases() -> Iterator[Case]:
         _onsets,
         _short,
         _corners,
+        _slow_corners,
         _twins,
         _places,
         _damping,
@@ -206,6 +207,27 @@ def _corners() -> Iterator[Case]:
     ):
         start = partial(_meeting, _CORNERS, field, v_r, 0.25, 0.25)
         yield Case(f"corner on {line} from F{field}", "x_r = delta and v_c = 0 at once", start)
+
+
+def _slowly(parameters: Parameters, field: int, speed: float) -> Start:
+    """A corner after a duration of 1, passed at a speed, which is affine in v_r at the start."""
+    with backend("mpmath") as numbers:
+        at_zero, at_one = (
+            flow_from(numbers, parameters, field, start.state[0], v_r, 0, 0.0)(
+                numbers.number(1)
+            ).v_r
+            for v_r in (0.0, 1.0)
+            for start in (_meeting(parameters, field, v_r, 1.0, 1.0),)
+        )
+    return _meeting(parameters, field, float((speed - at_zero) / (at_one - at_zero)), 1.0, 1.0)
+
+
+def _slow_corners() -> Iterator[Case]:
+    for field, sign in ((3, 1), (4, -1)):
+        for speed in (1e-2, 1e-3, 1e-4, 1e-6):
+            name = f"corner from F{field} at a speed of {speed:.0e}"
+            start = partial(_slowly, _CORNERS, field, sign * speed)
+            yield Case(name, "rounding moves the impact far, the stop not", start)
 
 
 def _twins() -> Iterator[Case]:
