@@ -11,11 +11,11 @@ from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import PIECES
 from capsule_sym._symbolic.model.model import P3, SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, example, implies, sign_under
+from capsule_sym._symbolic.model.proof import consistent, example, sign_under
 from capsule_sym._symbolic.model.symbols import alpha, delta, f_b, v_r, x_r, zeta
-from capsule_sym._symbolic.paper.compare import as_read, comparison
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, CREST, Erratum, described, erratum_item
-from capsule_sym._symbolic.paper.fields import equal
+from capsule_sym._symbolic.paper.compare import comparison
+from capsule_sym._symbolic.paper.erratum import CASE_STUDY, CREST, at_crest, erratum_item
+from capsule_sym._symbolic.paper.fields import equal, follow
 from capsule_sym._symbolic.paper.formula import formula, relations, same
 from capsule_sym._symbolic.paper.products import points
 from capsule_sym._symbolic.proofs.appendices import BOUNDS, Part, part, unsettled
@@ -132,19 +132,16 @@ def _appendix_b(paper: Paper) -> Iterator[Item]:
     entry = paper["appendix.B"]
     zero = sp.Eq(_OUT, 0)
     yield erratum_item(
-        Erratum(
-            id="appendix.B.1",
-            equation="Eq. (B.1)",
-            printed=as_read(entry, f"on L2, ⟨∇P3-, F2⟩ = {entry['B.1']}"),
-            derived="as Eq. (23) has to read: -v_r - 2*zeta*f_b - 2*zeta*alpha*cos(omega*tau)",
-            proof="see the erratum on Eq. (23)",
-            consequence="Appendix B repeats Eq. (23), so that it is no misprint of the equation.",
-            scope=_ON_L2,
-            printed_relation=sp.Eq(_OUT, formula(entry["B.1"])),
-            derived_scope=_ON_L2,
-            derived_relation=sp.Eq(_OUT, outward("L2")),
-            values=CASE_STUDY,
-        )
+        entry,
+        "appendix.B.1",
+        f"on L2, ⟨∇P3-, F2⟩ = {entry['B.1']}",
+        place="Eq. (B.1)",
+        derived="as Eq. (23) has to read: -v_r - 2*zeta*f_b - 2*zeta*alpha*cos(omega*tau)",
+        proof="see the erratum on Eq. (23)",
+        consequence="Appendix B repeats Eq. (23), so that it is no misprint of the equation.",
+        scope=_ON_L2,
+        printed_relation=sp.Eq(_OUT, formula(entry["B.1"])),
+        derived_relation=sp.Eq(_OUT, outward("L2")),
     )
     first, second = entry["B.2"]
     here = (*_ON_L2, zero)
@@ -154,31 +151,23 @@ def _appendix_b(paper: Paper) -> Iterator[Item]:
         f"where (23) vanishes, {first}",
         first,
         (here, (first,)),
-        _follow,
+        follow,
         (here, (second,)),
         proof="v_r = -2 zeta (f_b + alpha cos omega tau) there",
     )
     yield erratum_item(
-        Erratum(
-            id="appendix.B.2",
-            equation="Eq. (B.2)",
-            printed=as_read(entry, f"where (23) vanishes, {second}"),
-            derived="where (23) vanishes, -2 zeta (f_b + alpha) <= v_r <= -2 zeta (f_b - alpha)",
-            proof="v_r = -2 zeta (f_b + alpha cos omega tau) there",
-            consequence="The interval is that of the printed Eq. (23).",
-            scope=here,
-            printed_relation=relations([second])[0],
-            derived_scope=here,
-            derived_relation=sp.Le(v_r, -2 * zeta * (f_b - alpha)),
-            values=CASE_STUDY,
-        )
+        entry,
+        "appendix.B.2",
+        f"where (23) vanishes, {second}",
+        place="Eq. (B.2)",
+        derived="where (23) vanishes, -2 zeta (f_b + alpha) <= v_r <= -2 zeta (f_b - alpha)",
+        proof="v_r = -2 zeta (f_b + alpha cos omega tau) there",
+        consequence="The interval is that of the printed Eq. (23).",
+        scope=here,
+        printed_relation=relations([second])[0],
+        derived_relation=sp.Le(v_r, -2 * zeta * (f_b - alpha)),
     )
     yield from _intervals(paper)
-
-
-def _follow(claim: tuple[tuple[Relation, ...], tuple[str, ...]]) -> bool:
-    hypotheses, texts = claim
-    return all(implies(hypotheses, r) for r in relations(texts))
 
 
 def _derived(one: Part) -> tuple[Relation, ...]:
@@ -257,7 +246,7 @@ def _intervals(paper: Paper) -> Iterator[Item]:
 
 
 def _point(one: Part, texts: tuple[str, ...]) -> dict[str, str]:
-    return described(example(_beyond(one, texts), CASE_STUDY))
+    return at_crest(_beyond(one, texts))
 
 
 _KIND = {"<": sp.Lt, ">": sp.Gt}
@@ -285,42 +274,33 @@ def _signs(paper: Paper) -> Iterator[Item]:
         here = one.relations
         printed = signs[name]
         yield erratum_item(
-            Erratum(
-                id=f"appendix.B.{name}.sign",
-                equation=signs.place,
-                printed=as_read(signs, f"on {name}, ⟨∇P3-, F2⟩ {printed} 0"),
-                derived=f"on {name} it is {'positive' if side > 0 else 'negative'}: the normal "
-                "points from S2 to S3, so that out of stick is positive",
-                proof="-v_r - 2 zeta (f_b + alpha cos omega tau) on the derived interval",
-                consequence="The printed sign contradicts both Eq. (23) and the text beside it; "
-                f"the role of {name} in the text (stick {way}) is right.",
-                scope=here,
-                printed_relation=_KIND[printed](_OUT, 0),
-                derived_scope=here,
-                derived_relation=sp.Gt(side * _OUT, 0),
-                values=CASE_STUDY,
-            )
+            signs,
+            f"appendix.B.{name}.sign",
+            f"on {name}, ⟨∇P3-, F2⟩ {printed} 0",
+            derived=f"on {name} it is {'positive' if side > 0 else 'negative'}: the normal "
+            "points from S2 to S3, so that out of stick is positive",
+            proof="-v_r - 2 zeta (f_b + alpha cos omega tau) on the derived interval",
+            consequence="The printed sign contradicts both Eq. (23) and the text beside it; "
+            f"the role of {name} in the text (stick {way}) is right.",
+            scope=here,
+            printed_relation=_KIND[printed](_OUT, 0),
+            derived_relation=sp.Gt(side * _OUT, 0),
         )
         interval = (*_ON_L2, *relations(intervals[name]), _DAMPED)
         if name == "L2^(1)":
             yield erratum_item(
-                Erratum(
-                    id=f"appendix.B.{name}.role",
-                    equation=intervals.place,
-                    printed=as_read(
-                        intervals, f"for {' and '.join(intervals[name])} stick {way}, at all times"
-                    ),
-                    derived="stick ends at all times for v_r < -2 zeta (f_b + alpha) only",
-                    proof="n >= -v_r - 2 zeta (f_b + alpha), positive on the derived interval",
-                    consequence="At v_r between -2 zeta (f_b + alpha) and 2 zeta (f_b - alpha) "
-                    "stick may begin on L2; with alpha = 0.7 of the case study the printed "
-                    "L2^(1) reaches to +0.03, the derived one to -0.17.",
-                    scope=interval,
-                    printed_relation=sp.Gt(side * _OUT, 0),
-                    derived_scope=here,
-                    derived_relation=sp.Gt(side * _OUT, 0),
-                    values=CASE_STUDY,
-                )
+                intervals,
+                f"appendix.B.{name}.role",
+                f"for {' and '.join(intervals[name])} stick {way}, at all times",
+                derived="stick ends at all times for v_r < -2 zeta (f_b + alpha) only",
+                proof="n >= -v_r - 2 zeta (f_b + alpha), positive on the derived interval",
+                consequence="At v_r between -2 zeta (f_b + alpha) and 2 zeta (f_b - alpha) "
+                "stick may begin on L2; with alpha = 0.7 of the case study the printed "
+                "L2^(1) reaches to +0.03, the derived one to -0.17.",
+                scope=interval,
+                printed_relation=sp.Gt(side * _OUT, 0),
+                derived_scope=here,
+                derived_relation=sp.Gt(side * _OUT, 0),
             )
     one = part("L2", 2)
     yield comparison(
@@ -342,20 +322,17 @@ def _end(entry: Entry) -> Item:
     last = entry[name][-1]
     corner = (*PIECES["O1"].relations, *relations([last]), _DAMPED)
     return erratum_item(
-        Erratum(
-            id="appendix.B.L3.end",
-            equation=entry.place,
-            printed=as_read(entry, f"{name} is closed, {last}: it holds the corner O1"),
-            derived="O1 has x_r = delta, so by Eq. (14) it is not on L3 (nor O2 on L2)",
-            proof="Eq. (14) gives L3 with P2 > delta, and O1 has P2 = delta",
-            consequence="Motion through a corner is a case of its own; see the errata on O1, O2. "
-            "The scan tells the closed end by its bracket.",
-            scope=corner,
-            printed_relation=sp.Gt(x_r, delta),
-            derived_scope=PIECES["O1"].relations,
-            derived_relation=sp.Eq(x_r, delta),
-            values=CASE_STUDY,
-        )
+        entry,
+        "appendix.B.L3.end",
+        f"{name} is closed, {last}: it holds the corner O1",
+        derived="O1 has x_r = delta, so by Eq. (14) it is not on L3 (nor O2 on L2)",
+        proof="Eq. (14) gives L3 with P2 > delta, and O1 has P2 = delta",
+        consequence="Motion through a corner is a case of its own; see the errata on O1, O2. "
+        "The scan tells the closed end by its bracket.",
+        scope=corner,
+        printed_relation=sp.Gt(x_r, delta),
+        derived_scope=PIECES["O1"].relations,
+        derived_relation=sp.Eq(x_r, delta),
     )
 
 

@@ -28,6 +28,7 @@ from capsule_sym._symbolic.paper.changes import Change, change, common
 from capsule_sym._symbolic.paper.compare import comparison, listed
 from capsule_sym._symbolic.paper.motions import PROOF, maps_of, moves, shown
 from capsule_sym._symbolic.proofs.appendices import PARTS
+from capsule_sym._symbolic.proofs.inner_products import FIELDS
 from capsule_sym._symbolic.proofs.items import Item
 
 
@@ -47,7 +48,7 @@ def number_of(line: str, motion: Settled, place: int, at: Point) -> int:
 def line_parts(line: str, at: Point) -> set[str]:
     """The parts of a line on which the segments that begin there begin."""
     motion = settled(at)
-    stick, drift = {"L1": (2, 1), "L2": (2, 3), "L3": (5, 4), "L4": (5, 6)}[line]
+    drift, stick, _ = FIELDS[line]
     fields = motion.fields
     return {
         f"{line}^({number_of(line, motion, i, at)})"

@@ -23,6 +23,7 @@ from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
 from capsule_sym._symbolic.model.symbols import PARAMETERS
+from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 
 OTHER = "3.0"
 """The mass ratio at which the printed order of the bifurcations comes out."""
@@ -31,8 +32,6 @@ Itinerary = tuple[int, ...]
 """The fields of one period in order of time."""
 Maps = tuple[LocalMap, ...]
 T = TypeVar("T")
-_IMPACT_PLANES = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
-"""The plane on which a moving capsule's impact begins a field."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ def maps(itinerary: Itinerary) -> Maps:
     def plane(before: int, after: int) -> str:
         old, new = SEGMENTS[before - 1], SEGMENTS[after - 1]
         impact = old.drift == new.drift != 0
-        return _IMPACT_PLANES[after] if impact else f"Σ{after}"
+        return ENTRY_PLANE[after] if impact else f"Σ{after}"
 
     if len(itinerary) == 1:
         return ()

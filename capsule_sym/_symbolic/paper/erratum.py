@@ -7,17 +7,18 @@ printed relation is false.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import sympy as sp
 
-from capsule_sym._paper import read
+from capsule_sym._paper import Entry, read
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.proof import consistent, evaluate, example, implies, negations
 from capsule_sym._symbolic.model.switching import reduced
 from capsule_sym._symbolic.model.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
+from capsule_sym._symbolic.paper.compare import as_read, comparison
 from capsule_sym._symbolic.proofs.items import Item
 
 
@@ -43,11 +44,6 @@ class Erratum:
     """
 
     id: str
-    equation: str
-    printed: str
-    derived: str
-    proof: str
-    consequence: str
     scope: tuple[Relation, ...]
     printed_relation: Relation
     derived_scope: tuple[Relation, ...]
@@ -95,6 +91,11 @@ def described(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
     return {str(s): str(point[s]) for s in names} | {"tau": "0"}
 
 
+def at_crest(relations: Iterable[Relation]) -> dict[str, str]:
+    """A point of the case study at tau = 0 that satisfies relations, as text."""
+    return described(example([*relations, CREST], CASE_STUDY))
+
+
 def _formula(erratum: Erratum) -> str:
     """The scope, and what is derived there (in a shorter form of the same sign, if it is one)."""
     relation = erratum.derived_relation
@@ -106,21 +107,40 @@ def _formula(erratum: Erratum) -> str:
     return rf"{scope}\quad\Rightarrow\quad {sp.latex(relation)}"
 
 
-def erratum_item(erratum: Erratum) -> Item:
-    """The erratum as a statement to be settled."""
-    denied = replace(erratum, derived_relation=negations(erratum.derived_relation)[0])
-    return Item(
-        id=f"erratum.{erratum.id}",
-        equation=erratum.equation,
-        statement=f"printed: {erratum.printed}. Derived: {erratum.derived}",
-        claim=erratum,
-        check=Erratum.settled,
-        mutant=denied,
-        formula=_formula(erratum),
+def erratum_item(
+    entry: Entry,
+    name: str,
+    printed: str,
+    *,
+    scope: tuple[Relation, ...],
+    printed_relation: Relation,
+    derived_relation: Relation,
+    derived_scope: tuple[Relation, ...] | None = None,
+    values: Mapping[sp.Symbol, Fraction] = CASE_STUDY,
+    place: str = "",
+    derived: str,
+    proof: str,
+    consequence: str,
+) -> Item:
+    """The item named `erratum.`name: that a printed relation fails, and what holds instead.
+
+    What is derived holds in the same scope where no other is given, and the printed statement
+    stands in the entry's own place.
+    """
+    inside = scope if derived_scope is None else derived_scope
+    claim = Erratum(name, scope, printed_relation, inside, derived_relation, values)
+    return comparison(
+        replace(entry, place=place or entry.place),
+        name,
+        f"printed: {as_read(entry, printed)}. Derived: {derived}",
+        printed,
+        claim,
+        Erratum.settled,
+        replace(claim, derived_relation=negations(derived_relation)[0]),
+        derived=derived,
         verdict="refuted",
-        printed=erratum.printed,
-        derived=erratum.derived,
-        proof=erratum.proof,
-        consequence=erratum.consequence,
-        witness=erratum.witness,
+        proof=proof,
+        consequence=consequence,
+        formula=_formula(claim),
+        witness=claim.witness,
     )

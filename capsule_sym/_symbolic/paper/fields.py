@@ -13,8 +13,8 @@ from capsule_sym._symbolic.model.geometry import PIECES
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import implies
 from capsule_sym._symbolic.model.symbols import delta, f_b, v_c, v_r, x_r
-from capsule_sym._symbolic.paper.compare import as_read, comparison
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, Erratum, erratum_item
+from capsule_sym._symbolic.paper.compare import comparison
+from capsule_sym._symbolic.paper.erratum import erratum_item
 from capsule_sym._symbolic.paper.formula import NAMES, formula, relations, same
 from capsule_sym._symbolic.proofs.items import Item
 
@@ -126,25 +126,18 @@ def _equation_6(paper: Paper) -> Iterator[Item]:
     force = literal(texts, _MOVING, 1)[2]
     speed = SEGMENTS[0].field[2]
     yield erratum_item(
-        Erratum(
-            id="equation.6",
-            equation=entry.place,
-            printed=as_read(entry, f"v_c' = {force} for v_c > 0 and |P3| < f_b without contact"),
-            derived="a moving capsule has v_c' = (P3 - f_b)/gamma, or (P3 + f_b)/gamma backwards",
-            proof=(
-                "by Eqs. (7) and (9) F1 and F3 act wherever P1 ≠ 0 without contact; with P3 < "
-                "f_b the first gives v_c' = (P3 - f_b)/gamma < 0"
-            ),
-            consequence=(
-                "Taken literally Eq. (6) lets the capsule coast without friction; Eqs. (7)-(12), "
-                "which the paper uses, are the model."
-            ),
-            scope=_MOVING,
-            printed_relation=sp.Eq(speed, force),
-            derived_scope=_MOVING[:3],
-            derived_relation=sp.Lt(speed, 0),
-            values=CASE_STUDY,
-        )
+        entry,
+        "equation.6",
+        f"v_c' = {force} for v_c > 0 and |P3| < f_b without contact",
+        derived="a moving capsule has v_c' = (P3 - f_b)/gamma, or (P3 + f_b)/gamma backwards",
+        proof="by Eqs. (7) and (9) F1 and F3 act wherever P1 ≠ 0 without contact; with P3 < "
+        "f_b the first gives v_c' = (P3 - f_b)/gamma < 0",
+        consequence="Taken literally Eq. (6) lets the capsule coast without friction; Eqs. "
+        "(7)-(12), which the paper uses, are the model.",
+        scope=_MOVING,
+        printed_relation=sp.Eq(speed, force),
+        derived_scope=_MOVING[:3],
+        derived_relation=sp.Lt(speed, 0),
     )
 
 
@@ -175,6 +168,12 @@ def equal(first: Iterable[Relation], second: Iterable[Relation]) -> bool:
     """Whether two sets of states given by relations are the same."""
     first, second = tuple(first), tuple(second)
     return _within(first, second) and _within(second, first)
+
+
+def follow(claim: tuple[tuple[Relation, ...], tuple[str, ...]]) -> bool:
+    """Whether printed relations follow from hypotheses."""
+    hypotheses, texts = claim
+    return all(implies(hypotheses, r) for r in relations(texts))
 
 
 def _is_domain(claim: tuple[tuple[tuple[str, ...], ...], Segment]) -> bool:
@@ -240,22 +239,19 @@ def _equation_11(entry: Entry) -> Iterator[Item]:
         proof="each of the two sets includes the other",
     )
     yield erratum_item(
-        Erratum(
-            id="equation.11",
-            equation=entry.place,
-            printed=as_read(entry, f"Omega5 = {_union(_parts(entry))}"),
-            derived="Omega5 = {P1 == 0, P2 >= delta, |P4| <= f_b}, as S5 in Eq. (13) has it",
-            proof="on S5 |P4| < f_b by Eq. (13), and P4 = P3 + beta (P2 - delta) can exceed f_b "
-            "where |P3| <= f_b",
-            consequence="In contact the second spring presses on the capsule too, so P4 decides. A "
-            "misread index would make the equation right; the condition before Eq. (5), which is "
-            "clear, has the same fault.",
-            scope=scope,
-            printed_relation=sp.Le(P4, f_b),
-            derived_scope=PIECES["S5"].relations,
-            derived_relation=sp.Lt(P4, f_b),
-            values=CASE_STUDY,
-        )
+        entry,
+        "equation.11",
+        f"Omega5 = {_union(_parts(entry))}",
+        derived="Omega5 = {P1 == 0, P2 >= delta, |P4| <= f_b}, as S5 in Eq. (13) has it",
+        proof="on S5 |P4| < f_b by Eq. (13), and P4 = P3 + beta (P2 - delta) can exceed f_b "
+        "where |P3| <= f_b",
+        consequence="In contact the second spring presses on the capsule too, so P4 decides. A "
+        "misread index would make the equation right; the condition before Eq. (5), which is "
+        "clear, has the same fault.",
+        scope=scope,
+        printed_relation=sp.Le(P4, f_b),
+        derived_scope=PIECES["S5"].relations,
+        derived_relation=sp.Lt(P4, f_b),
     )
 
 

@@ -4,48 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from functools import cache, partial
+from functools import partial
 
 import sympy as sp
 
 from capsule_sym._paper import Paper
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import PIECES
-from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.proof import consistent, example
-from capsule_sym._symbolic.model.switching import leaves_of
 from capsule_sym._symbolic.model.symbols import alpha, force, zeta
 from capsule_sym._symbolic.paper.appendix import BY_LINE, of
 from capsule_sym._symbolic.paper.compare import comparison, listed
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, CREST, described
-from capsule_sym._symbolic.paper.tables import on_line
+from capsule_sym._symbolic.paper.erratum import CASE_STUDY, at_crest, described
+from capsule_sym._symbolic.paper.tables import Pairs, on_line, passages, spaces
 from capsule_sym._symbolic.proofs.appendices import BOUNDS, PARTS, Part, bifurcations, part
-from capsule_sym._symbolic.proofs.inner_products import outward
+from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 from capsule_sym._symbolic.proofs.items import Item
 
 _DAMPED = sp.Gt(zeta, 0)
 
-Pairs = frozenset[tuple[int, int]]
 
-
-@cache
 def _on(place: str) -> Pairs:
     """Sources and targets that occur on a line or on a part of it."""
     if "^" not in place:
         return on_line(place)
-    here = of(place).relations
-    return frozenset(
-        (source, target)
-        for leaf in leaves_of(place[:2])
-        if consistent([*here, *leaf.condition, _DAMPED])
-        for source in leaf.arrives
-        for target in leaf.departs
-    )
-
-
-def _spaces(pairs: Pairs) -> str:
-    sources, targets = (sorted({pair[i] for pair in pairs}) for i in (0, 1))
-    return f"{listed(f'Ω{s}' for s in sources)} → {listed(f'Ω{t}' for t in targets)}"
+    return passages(place[:2], [*of(place).relations, _DAMPED])
 
 
 _PASSAGES: dict[str, tuple[Pairs, str, str]] = {
@@ -71,22 +54,23 @@ def _passages(paper: Paper) -> Iterator[Item]:
     entry = paper["section.3.3.passages"]
     for place, sources, targets in entry["rows"]:
         pairs = frozenset((s, t) for s in sources for t in targets)
-        text = f"{place}: {_spaces(pairs)}"
+        text = f"{place}: {spaces(pairs)}"
         if place in _PASSAGES:
             derived, proof, consequence = _PASSAGES[place]
+            here = PIECES[place].relations if "^" not in place else of(place).relations
             yield comparison(
                 entry,
                 f"section.3.3.{place}.passages",
-                f"on {place}: {_spaces(derived)}",
+                f"on {place}: {spaces(derived)}",
                 text,
                 (place, pairs, derived),
                 lambda claim: _on(claim[0]) == claim[2] != claim[1],
                 (place, pairs, pairs),
-                derived=f"{place}: {_spaces(derived)}",
+                derived=f"{place}: {spaces(derived)}",
                 verdict="refuted",
                 proof=proof,
                 consequence=consequence,
-                witness=partial(_on_place, place),
+                witness=partial(at_crest, here),
             )
             continue
         yield comparison(
@@ -101,11 +85,6 @@ def _passages(paper: Paper) -> Iterator[Item]:
         )
 
 
-def _on_place(place: str) -> dict[str, str]:
-    here = PIECES[place].relations if "^" not in place else of(place).relations
-    return described(example([*here, CREST], CASE_STUDY))
-
-
 def _within_bound(line: str) -> Part:
     bound = BY_LINE[line]
     return Part(line, 0, (_DAMPED, sp.Lt(bound.smaller, bound.larger)), bound.side, "")
@@ -116,16 +95,13 @@ def _occur(claim: tuple[Part, tuple[str, ...]]) -> bool:
     return len(set(kinds)) == len(kinds) and bifurcations(one) == set(kinds)
 
 
-_ROLE = {"grazing": "beside", "crossing": "opposite", "switching": "opposite", "adding": "stick"}
+_ROLE = {"grazing": 0, "adding": 1, "crossing": 2, "switching": 2}  # which of `FIELDS`
 
 
 def _comes_from(claim: tuple[str, str, int]) -> bool:
     """Whether a bifurcation on a line begins with a trajectory of a field."""
     place, kind, field = claim
-    side = {"L1": 1, "L2": -1, "L3": 1, "L4": -1}[place[:2]]
-    drift = {"beside": side, "opposite": -side, "stick": 0}[_ROLE[kind]]
-    wanted = next(s for s in SEGMENTS if (s.contact, s.drift) == (place[1] in "34", drift))
-    return wanted.index == field
+    return FIELDS[place[:2]][_ROLE[kind]] == field
 
 
 def _bifurcations(paper: Paper) -> Iterator[Item]:

@@ -25,6 +25,7 @@ from capsule_sym._symbolic.paper.case_study import (
 from capsule_sym._symbolic.paper.compare import comparison, listed
 from capsule_sym._symbolic.paper.tables import printed_maps
 from capsule_sym._symbolic.proofs.items import Item, Verdict
+from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 
 _LOCAL = re.compile(r"P_\{(Σ\d+),F(\d),(Σ\d+)\}")
 
@@ -179,11 +180,9 @@ def _is_row(claim: tuple[Maps, tuple[LocalMap, ...], bool]) -> bool:
     return chained and begun and (corner or set(row) <= set(table))
 
 
-_ENTERED = {"Σ7": 4, "Σ8": 1, "Σ9": 6, "Σ10": 3}
-
-
 def _field_after(plane: str) -> int:
-    return _ENTERED.get(plane) or int(plane[1:])
+    entered = {entry: field for field, entry in ENTRY_PLANE.items()}
+    return entered.get(plane) or int(plane[1:])
 
 
 def _rows(paper: Paper) -> Iterator[Item]:

@@ -11,8 +11,8 @@ from capsule_sym._symbolic.model.geometry import CELLS, PIECES
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4, SEGMENTS
 from capsule_sym._symbolic.model.proof import implies, sign_under
 from capsule_sym._symbolic.model.symbols import STATE, alpha, f_b, omega, tau, v_r, x_r, zeta
-from capsule_sym._symbolic.paper.compare import as_read, comparison
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, Erratum, erratum_item
+from capsule_sym._symbolic.paper.compare import comparison
+from capsule_sym._symbolic.paper.erratum import erratum_item
 from capsule_sym._symbolic.paper.formula import formula, same
 from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along
 from capsule_sym._symbolic.proofs.items import Item
@@ -155,29 +155,18 @@ def _equation_23(entry: Entry) -> Item:
     on = PIECES[entry["on"]].relations
     derived = sp.Eq(out, -v_r - 2 * zeta * f_b - pull)
     return erratum_item(
-        Erratum(
-            id="equation.23",
-            equation=entry.place,
-            printed=as_read(
-                entry,
-                f"on {entry['on']}, ⟨∇{entry['normal']}, F{entry['field']}⟩ = {entry['value']}",
-            ),
-            derived="on L2, ⟨∇P3-, F2⟩ = -v_r - 2*zeta*f_b - 2*zeta*alpha*cos(omega*tau)",
-            proof=(
-                "P3 = -f_b on L2, so F2 = (v_r, f_b + alpha cos omega tau, 0) there; with ∇P3- = "
-                "(-1, -2 zeta, 0) the product is -v_r - 2 zeta (f_b + alpha cos omega tau)"
-            ),
-            consequence=(
-                "P3 = -f_b makes the elastic force in F2 +f_b, and the normal is -(1, 2 zeta, 0): "
-                "both terms change sign. Everything that Appendix B says about L2 shifts by "
-                "4 zeta f_b."
-            ),
-            scope=on,
-            printed_relation=sp.Eq(out, formula(entry["value"])),
-            derived_scope=on,
-            derived_relation=derived,
-            values=CASE_STUDY,
-        )
+        entry,
+        "equation.23",
+        f"on {entry['on']}, ⟨∇{entry['normal']}, F{entry['field']}⟩ = {entry['value']}",
+        derived="on L2, ⟨∇P3-, F2⟩ = -v_r - 2*zeta*f_b - 2*zeta*alpha*cos(omega*tau)",
+        proof="P3 = -f_b on L2, so F2 = (v_r, f_b + alpha cos omega tau, 0) there; with ∇P3- = "
+        "(-1, -2 zeta, 0) the product is -v_r - 2 zeta (f_b + alpha cos omega tau)",
+        consequence="P3 = -f_b makes the elastic force in F2 +f_b, and the normal is -(1, 2 zeta, "
+        "0): both terms change sign. Everything that Appendix B says about L2 shifts by "
+        "4 zeta f_b.",
+        scope=on,
+        printed_relation=sp.Eq(out, formula(entry["value"])),
+        derived_relation=derived,
     )
 
 

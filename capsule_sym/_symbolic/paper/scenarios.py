@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fractions import Fraction
-from functools import cache, partial
+from functools import partial
 
 import sympy as sp
 
@@ -12,7 +12,7 @@ from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import LINES, PIECES, SCENARIOS, SURFACES, empty
 from capsule_sym._symbolic.model.model import P3, SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, example, implies
+from capsule_sym._symbolic.model.proof import implies
 from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions
 from capsule_sym._symbolic.model.symbols import (
     STATE,
@@ -27,9 +27,11 @@ from capsule_sym._symbolic.model.symbols import (
     zeta,
 )
 from capsule_sym._symbolic.paper.case_study import Point, first_fields
-from capsule_sym._symbolic.paper.compare import as_read, comparison, listed
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, CREST, Erratum, described, erratum_item
+from capsule_sym._symbolic.paper.compare import comparison, listed
+from capsule_sym._symbolic.paper.erratum import CASE_STUDY, at_crest, erratum_item
+from capsule_sym._symbolic.paper.fields import follow
 from capsule_sym._symbolic.paper.formula import formula, relations
+from capsule_sym._symbolic.paper.tables import Pairs, passages, spaces
 from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
 from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE
 from capsule_sym._symbolic.proofs.items import Item
@@ -37,11 +39,6 @@ from capsule_sym._symbolic.proofs.items import Item
 _DAMPED = sp.Gt(zeta, 0)
 _NARROW = (_DAMPED, SCENARIOS["δ < f_b"])
 _KEYS = {"less": "δ < f_b", "equal": "δ = f_b", "greater": "δ > f_b"}
-
-
-def _follows(claim: tuple[tuple[Relation, ...], tuple[str, ...]]) -> bool:
-    hypotheses, texts = claim
-    return all(implies(hypotheses, r) for r in relations(texts))
 
 
 def _corners(paper: Paper) -> Iterator[Item]:
@@ -68,7 +65,7 @@ def _corners(paper: Paper) -> Iterator[Item]:
             f"for zeta > 0 {corner} is at {at[0]}",
             at[0],
             (here, at),
-            _follows,
+            follow,
             (here, (at[0].replace("==", ">"),)),
             proof="P3 has the value of the bound there, and P2 = delta",
         )
@@ -81,7 +78,7 @@ def _corners(paper: Paper) -> Iterator[Item]:
             f"for {name} O1 has {text}",
             f"O1 has {text} for {name}",
             (here, (text,)),
-            _follows,
+            follow,
             (here, ("v_r > 0" if key != "less" else "v_r < 0",)),
             proof="2 zeta v_r = f_b - delta at O1",
         )
@@ -103,7 +100,7 @@ def _corners(paper: Paper) -> Iterator[Item]:
         "O2 is always at v_r < 0",
         f"O2 always has {quarters['O2']}",
         (PIECES["O2"].relations, (quarters["O2"],)),
-        _follows,
+        follow,
         (PIECES["O2"].relations, ("v_r > 0",)),
         proof="2 zeta v_r = -f_b - delta at O2",
     )
@@ -113,49 +110,24 @@ def _corners(paper: Paper) -> Iterator[Item]:
 _ASSUMED = (*_NARROW, sp.Lt(4 * zeta**2 * (alpha + f_b), f_b - delta))
 
 
-@cache
-def _passage(corner: str) -> frozenset[tuple[int, int]]:
-    """Sources and targets at a corner for delta < f_b and alpha within Appendix A's bounds."""
-    piece = PIECES[corner].relations
-    return frozenset(
-        (source, target)
-        for leaf in leaves_of(corner)
-        if consistent([*piece, *leaf.condition, *_ASSUMED])
-        for source in leaf.may_arrive
-        for target in leaf.may_depart
-    )
-
-
-Rows = frozenset[tuple[int, int]]
-
-
-def _spaces(rows: Rows) -> str:
-    sources, targets = (sorted({row[i] for row in rows}) for i in (0, 1))
-    return f"{listed(f'Ω{s}' for s in sources)} → {listed(f'Ω{t}' for t in targets)}"
-
-
-_CORNER_ROWS: dict[str, Rows] = {
+_CORNER_ROWS: dict[str, Pairs] = {
     "O1": frozenset({(1, 4), (2, 4), (3, 4)}),
     "O2": frozenset({(4, 3), (5, 3), (6, 3)}),
 }
 
 
-def _no_line_does(claim: tuple[str, str, Rows, tuple[tuple[str, Rows], ...]]) -> bool:
+def _no_line_does(claim: tuple[str, str, Pairs, tuple[tuple[str, Pairs], ...]]) -> bool:
     """Whether a corner has the passages claimed, and no row of Table 2 for a line there has them.
 
     The line that is read has to be one of the lines that meet there.
     """
     corner, read, expected, rows = claim
     return (
-        _passage(corner) == expected
+        passages(corner, [*PIECES[corner].relations, *_ASSUMED], may=True) == expected
         and read in dict(rows)
         and set(dict(rows)) == lines_at(corner, _NARROW)
         and all(row != expected for _, row in rows)
     )
-
-
-def _crest(corner: str) -> dict[str, str]:
-    return described(example([*PIECES[corner].relations, CREST], CASE_STUDY))
 
 
 def _readings(paper: Paper) -> Iterator[Item]:
@@ -166,7 +138,7 @@ def _readings(paper: Paper) -> Iterator[Item]:
             (line, frozenset((s, t) for on, s, t, *_ in paper["table.2"]["rows"] if on == line))
             for line in meeting[corner]
         )
-        follows = "; ".join(f"read as {line}, Table 2 gives {_spaces(row)}" for line, row in rows)
+        follows = "; ".join(f"read as {line}, Table 2 gives {spaces(row)}" for line, row in rows)
         force = "P4 = f_b rises" if corner == "O1" else "P3 = -f_b falls"
         new = (
             "P_{Σ4,F2,Σ2}, P_{Σ4,F1,Σ1} and P_{Σ4,F1,Σ8}"
@@ -176,17 +148,17 @@ def _readings(paper: Paper) -> Iterator[Item]:
         yield comparison(
             entry,
             f"section.3.1.{corner}.line",
-            f"at {corner}, within Appendix A's bounds on alpha: {_spaces(expected)}; {follows}",
+            f"at {corner}, within Appendix A's bounds on alpha: {spaces(expected)}; {follows}",
             f"{corner} ∈ {entry[corner]}",
             (corner, entry[corner], expected, rows),
             _no_line_does,
             (corner, entry[corner], rows[0][1], rows),
-            derived=f"{_spaces(expected)}; {follows}. No reading makes the row of Table 2 right",
+            derived=f"{spaces(expected)}; {follows}. No reading makes the row of Table 2 right",
             verdict="refuted",
             proof=f"at {corner} {force} along stick, and v_c = v_c' = 0 along the drift beside, "
             "whose v_c'' has the sign of its own sense",
             consequence=f"A corner has a row of its own. It adds {new} to Table 3.",
-            witness=partial(_crest, corner),
+            witness=partial(at_crest, PIECES[corner].relations),
         )
 
 
@@ -218,22 +190,16 @@ def _starts(paper: Paper) -> Iterator[Item]:
     force = {1: sp.Gt(P3, f_b), 2: sp.Lt(P3, f_b), 3: sp.Lt(P3, -f_b)}[entry["greater"]]
     wide = (*_ORIGIN, SCENARIOS["δ > f_b"])
     yield erratum_item(
-        Erratum(
-            id="section.3.1.wide",
-            equation=entry.place,
-            printed=as_read(
-                entry,
-                f"for δ > f_b the capsule starts from (0, 0, 0) in {modes[entry['greater']]}",
-            ),
-            derived="P3(0, 0, 0) = 0 < f_b for every delta: the capsule starts in stick",
-            proof="P3 = x_r + 2 zeta v_r is 0 there",
-            consequence="Forward drift can begin only after P3 has reached f_b, on L1.",
-            scope=wide,
-            printed_relation=force,
-            derived_scope=wide,
-            derived_relation=sp.Lt(P3, f_b),
-            values={**CASE_STUDY, delta: Fraction(3, 2)},
-        )
+        entry,
+        "section.3.1.wide",
+        f"for δ > f_b the capsule starts from (0, 0, 0) in {modes[entry['greater']]}",
+        derived="P3(0, 0, 0) = 0 < f_b for every delta: the capsule starts in stick",
+        proof="P3 = x_r + 2 zeta v_r is 0 there",
+        consequence="Forward drift can begin only after P3 has reached f_b, on L1.",
+        scope=wide,
+        printed_relation=force,
+        derived_relation=sp.Lt(P3, f_b),
+        values={**CASE_STUDY, delta: Fraction(3, 2)},
     )
     for text in entry["absent_for"]:
         (condition,) = relations([text])

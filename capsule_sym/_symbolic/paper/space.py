@@ -11,11 +11,11 @@ from capsule_sym._paper import Paper
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import PIECES, Piece, disjoint
 from capsule_sym._symbolic.model.model import P3, SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, example, implies
+from capsule_sym._symbolic.model.proof import consistent, implies
 from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions
 from capsule_sym._symbolic.model.symbols import delta, f_b, v_r, zeta
-from capsule_sym._symbolic.paper.compare import as_read, comparison
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, CREST, Erratum, described, erratum_item
+from capsule_sym._symbolic.paper.compare import comparison
+from capsule_sym._symbolic.paper.erratum import CASE_STUDY, at_crest, erratum_item
 from capsule_sym._symbolic.paper.fields import domain, equal
 from capsule_sym._symbolic.paper.formula import relations
 from capsule_sym._symbolic.proofs.inner_products import outward
@@ -98,44 +98,36 @@ def _impact_lines(paper: Paper) -> Iterator[Item]:
         )
     above = (*relations(entry["L7"]), *_WIDE)
     yield erratum_item(
-        Erratum(
-            id="equation.14.L7",
-            equation="Eq. (14), Table 2",
-            printed=as_read(
-                entry,
-                f"L7 = {{{', '.join(entry['L7'])}}} leads to stick in Omega2, for every delta",
-            ),
-            derived="for delta > f_b the part of L7 above O1 (L10: P3 > f_b) leads Omega6 to "
-            "forward drift Omega1",
-            proof="on L10 P3 > f_b, so F1 gives v_c' = (P3 - f_b)/gamma > 0",
-            consequence="L10 is missing from the paper, and with it P_{Σ1,F6,Σ6} and "
-            "P_{Σ1,F6,Σ9}. Section 3.1 restricts what follows it to delta < f_b, where L10 does "
-            "not exist; Eq. (14) itself stands before the restriction.",
-            scope=above,
-            printed_relation=sp.Le(P3, f_b),
-            derived_scope=PIECES["L10"].relations,
-            derived_relation=sp.Gt(SEGMENTS[0].field[2], 0),
-            values=_WIDE_GAP,
-        )
+        entry,
+        "equation.14.L7",
+        f"L7 = {{{', '.join(entry['L7'])}}} leads to stick in Omega2, for every delta",
+        place="Eq. (14), Table 2",
+        derived="for delta > f_b the part of L7 above O1 (L10: P3 > f_b) leads Omega6 to "
+        "forward drift Omega1",
+        proof="on L10 P3 > f_b, so F1 gives v_c' = (P3 - f_b)/gamma > 0",
+        consequence="L10 is missing from the paper, and with it P_{Σ1,F6,Σ6} and "
+        "P_{Σ1,F6,Σ9}. Section 3.1 restricts what follows it to delta < f_b, where L10 does "
+        "not exist; Eq. (14) itself stands before the restriction.",
+        scope=above,
+        printed_relation=sp.Le(P3, f_b),
+        derived_scope=PIECES["L10"].relations,
+        derived_relation=sp.Gt(SEGMENTS[0].field[2], 0),
+        values=_WIDE_GAP,
     )
     yield erratum_item(
-        Erratum(
-            id="equation.14.L5",
-            equation="Eq. (14), Table 2",
-            printed=as_read(
-                entry, f"L5 = {{{', '.join(entry['L5'])}}} leads into contact, for every delta"
-            ),
-            derived="L5 needs v_r > 0 as well: for delta > f_b the printed bound is negative",
-            proof="contact begins where P2 rises through delta, that is v_r > 0; for delta > f_b "
-            "the printed bound is below 0",
-            consequence="For delta > f_b the printed L5 and L7 overlap, and L5 holds a point of "
-            "L9.",
-            scope=(*relations(entry["L5"]), *_WIDE),
-            printed_relation=sp.Gt(v_r, 0),
-            derived_scope=PIECES["L5"].relations,
-            derived_relation=sp.Gt(v_r, 0),
-            values=_WIDE_GAP,
-        )
+        entry,
+        "equation.14.L5",
+        f"L5 = {{{', '.join(entry['L5'])}}} leads into contact, for every delta",
+        place="Eq. (14), Table 2",
+        derived="L5 needs v_r > 0 as well: for delta > f_b the printed bound is negative",
+        proof="contact begins where P2 rises through delta, that is v_r > 0; for delta > f_b "
+        "the printed bound is below 0",
+        consequence="For delta > f_b the printed L5 and L7 overlap, and L5 holds a point of L9.",
+        scope=(*relations(entry["L5"]), *_WIDE),
+        printed_relation=sp.Gt(v_r, 0),
+        derived_scope=PIECES["L5"].relations,
+        derived_relation=sp.Gt(v_r, 0),
+        values=_WIDE_GAP,
     )
 
 
@@ -176,10 +168,6 @@ _ON_IMPACT = {"L7": 5, "L8": 6}
 """Lines of P2 = delta that Eqs. (11), (12) count to contact, though it ends there."""
 
 
-def _crest(name: str) -> dict[str, str]:
-    return described(example([*PIECES[name].relations, CREST], CASE_STUDY))
-
-
 def _equation_15(paper: Paper) -> Iterator[Item]:
     entry, moving = paper["equation.15"], paper["equation.15.moving"]
     for name, subspace in members(paper).items():
@@ -199,7 +187,7 @@ def _equation_15(paper: Paper) -> Iterator[Item]:
                 proof=f"P4 = P3 on P2 = delta, and {name} has the values of P3 of Ω{derived}",
                 consequence=f"Harmless: F{subspace} = F{derived} on P2 = delta. The two "
                 "definitions of the subspaces are not the same.",
-                witness=partial(_crest, name),
+                witness=partial(at_crest, PIECES[name].relations),
             )
             continue
         yield comparison(
@@ -344,9 +332,7 @@ def _equation_24(paper: Paper) -> Iterator[Item]:
         "other piece",
         consequence="Table 3 and Section 4 use the derived rule, which is the one used here.",
         formula=r"L_1,L_2\subset\Sigma_2,\ L_3,L_4\subset\Sigma_5",
-        witness=lambda: described(
-            example([*PIECES["L2"].relations, sp.Gt(outward("L2"), 0), CREST], CASE_STUDY)
-        ),
+        witness=lambda: at_crest([*PIECES["L2"].relations, sp.Gt(outward("L2"), 0)]),
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from functools import cache
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache, partial
 from typing import Any
 
 import sympy as sp
@@ -12,7 +12,7 @@ from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.geometry import LINES, PIECES, SCENARIOS, SURFACES
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, example
+from capsule_sym._symbolic.model.proof import consistent
 from capsule_sym._symbolic.model.switching import (
     LocalMap,
     allowed_maps,
@@ -22,8 +22,8 @@ from capsule_sym._symbolic.model.switching import (
     surface_transitions,
 )
 from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, gamma, v_c, zeta
-from capsule_sym._symbolic.paper.compare import as_read, comparison
-from capsule_sym._symbolic.paper.erratum import CASE_STUDY, CREST, Erratum, described, erratum_item
+from capsule_sym._symbolic.paper.compare import comparison, listed
+from capsule_sym._symbolic.paper.erratum import at_crest, erratum_item
 from capsule_sym._symbolic.paper.formula import relations
 from capsule_sym._symbolic.proofs.appendices import part
 from capsule_sym._symbolic.proofs.items import Item
@@ -63,20 +63,37 @@ def _on_surface(surface: str) -> Pairs:
 
 
 @cache
+def _passages(name: str, hypotheses: tuple[Relation, ...], may: bool) -> Pairs:
+    return frozenset(
+        (source, target)
+        for leaf in leaves_of(name)
+        if consistent([*leaf.condition, *hypotheses])
+        for source in (leaf.may_arrive if may else leaf.arrives)
+        for target in (leaf.may_depart if may else leaf.departs)
+    )
+
+
+def passages(name: str, hypotheses: Iterable[Relation], may: bool = False) -> Pairs:
+    """Sources and targets that occur at a piece where the hypotheses can hold.
+
+    With `may`, those too that the derivatives of the order considered leave open.
+    """
+    return _passages(name, tuple(hypotheses), may)
+
+
 def on_line(line: str) -> Pairs:
     """Sources and targets that occur on a line for some state, time and parameters.
 
     On L1 and L4 alpha is within Appendix A's bounds; the corners are apart.
     """
-    here = PIECES[line].relations
     condition = [_DAMPED, _ASSUMED[line]] if line in _ASSUMED else []
-    return frozenset(
-        (source, target)
-        for leaf in leaves_of(line)
-        if consistent([*here, *leaf.condition, *condition])
-        for source in leaf.arrives
-        for target in leaf.departs
-    )
+    return passages(line, [*PIECES[line].relations, *condition])
+
+
+def spaces(pairs: Pairs) -> str:
+    """The sources and the targets of passages, in words."""
+    sources, targets = (sorted({pair[i] for pair in pairs}) for i in (0, 1))
+    return f"{listed(f'Ω{s}' for s in sources)} → {listed(f'Ω{t}' for t in targets)}"
 
 
 def _matches(claim: tuple[str, Rows]) -> bool:
@@ -173,7 +190,7 @@ def _row_l4(entry: Entry, rows: Rows) -> Item:
         consequence="On L4 F4 decelerates the capsule by 2 f_b/gamma: it cannot go forwards from "
         "rest. The columns of vectors and modes repeat Ω4, so that it is not a misread index.",
         formula=sp.latex(sp.Eq(SEGMENTS[3].field[2], -2 * f_b / gamma)),
-        witness=lambda: described(example([*PIECES["L4"].relations, CREST], CASE_STUDY)),
+        witness=partial(at_crest, PIECES["L4"].relations),
     )
 
 
@@ -185,24 +202,19 @@ def _sources(entry: Entry) -> Iterator[Item]:
         rows = [row for row in rows_of(entry, line) if row[1:3] == (drift, stick)]
         asked = f"Ω{drift} → Ω{stick}" if rows else "no such row"
         yield erratum_item(
-            Erratum(
-                id=f"table2.{line}.source",
-                equation="Table 2, Section 3.3",
-                printed=as_read(entry, f"{line}: {asked}, also on {line}^({number})"),
-                derived=f"where stick begins on {line} (n < 0), none arrives from Ω{drift}",
-                proof=f"on {line} v_c = v_c' = 0 along F{drift}, and gamma v_c'' = "
-                + ("P3' = -n, positive where n < 0" if sign > 0 else "P4' = n, negative there"),
-                consequence=(
-                    f"In F{drift} the capsule's velocity has an extremum 0 there: before, it had "
-                    f"the other sign. The rows Ω{drift} → Ω{stick} and Ω{stick} → Ω{stick} need "
-                    f"n = 0 (see table2.{line})."
-                ),
-                scope=here,
-                printed_relation=sp.Lt(sign * curve, 0),
-                derived_scope=here,
-                derived_relation=sp.Gt(sign * curve, 0),
-                values=CASE_STUDY,
-            )
+            entry,
+            f"table2.{line}.source",
+            f"{line}: {asked}, also on {line}^({number})",
+            place="Table 2, Section 3.3",
+            derived=f"where stick begins on {line} (n < 0), none arrives from Ω{drift}",
+            proof=f"on {line} v_c = v_c' = 0 along F{drift}, and gamma v_c'' = "
+            + ("P3' = -n, positive where n < 0" if sign > 0 else "P4' = n, negative there"),
+            consequence=f"In F{drift} the capsule's velocity has an extremum 0 there: before, it "
+            f"had the other sign. The rows Ω{drift} → Ω{stick} and Ω{stick} → Ω{stick} need "
+            f"n = 0 (see table2.{line}).",
+            scope=here,
+            printed_relation=sp.Lt(sign * curve, 0),
+            derived_relation=sp.Gt(sign * curve, 0),
         )
 
 

@@ -18,16 +18,13 @@ from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.proof import always_solvable, consistent, implies, sign_under
 from capsule_sym._symbolic.model.switching import leaves_of
 from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, force, v_c, v_r, x_r, zeta
-from capsule_sym._symbolic.proofs.inner_products import outward
-from capsule_sym._symbolic.proofs.items import Item, implications, signed
+from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
+from capsule_sym._symbolic.proofs.items import Item, implications, signed, vanishes
 
 EDGES = ("L1", "L2", "L3", "L4")
 _UNKNOWNS = (x_r, v_r, v_c, force)
 _DAMPED = sp.Gt(zeta, 0)
 _STIFFNESS = {"L1": sp.S.One, "L2": sp.S.One, "L3": 1 + beta, "L4": 1 + beta}
-_DRIFT_BESIDE = {"L1": 1, "L2": 3, "L3": 4, "L4": 6}  # the field that is tangent to P1 = 0 there
-_DRIFT_OPPOSITE = {"L1": 3, "L2": 1, "L3": 6, "L4": 4}
-_STICK = {"L1": 2, "L2": 2, "L3": 5, "L4": 5}
 
 
 @dataclass(frozen=True)
@@ -106,7 +103,7 @@ def _bound_items(bound: Bound) -> Iterator[Item]:
         equation=equation,
         statement=f"the condition {condition} is alpha <= {bound.alpha_bound}",
         claim=_cleared(bound, bound.alpha_bound),
-        check=lambda claim: bool(sp.expand(claim) == 0),
+        check=vanishes,
         mutant=_cleared(bound, -bound.alpha_bound),
         formula=sp.latex(condition),
     )
@@ -250,7 +247,7 @@ def bifurcations(part: Part) -> frozenset[str]:
     """
     moving = (sp.Lt(force, alpha), sp.Gt(force, -alpha))
     line = part.line
-    stick, beside, opposite = _STICK[line], _DRIFT_BESIDE[line], _DRIFT_OPPOSITE[line]
+    beside, stick, opposite = FIELDS[line]
     kinds = {
         "crossing": (opposite, beside),
         "switching": (opposite, stick),

@@ -27,7 +27,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.items import Item, vanishes
 
 _OTHER = {symbol: sp.Symbol(f"{symbol}_2", real=True) for symbol in STATE}
 _PUSH = sp.Symbol("w", real=True)  # |w| <= alpha + f_b/gamma
@@ -41,10 +41,6 @@ BOUND = v_r**2 / 2 + (v_r + 2 * _INERTIA * zeta * x_r) ** 2 / 2
 
 RESTING = (v_r + v_c) ** 2 / 2 + gamma * v_c**2 / 2 + zeta * x_r * (v_r + v_c) + (zeta * x_r) ** 2
 """What, with the springs' energy, falls to where the capsule rests, if the force is small."""
-
-
-def _zero(expression: sp.Expr) -> bool:
-    return bool(sp.expand(sp.together(expression)) == 0)
 
 
 def _at_rest(one: Segment, other: Segment) -> dict[sp.Symbol, int]:
@@ -65,7 +61,7 @@ def _brakes(one: Segment, other: Segment) -> bool:
     """
     products = one.drift * v_c * (f_b + one.drift * other.friction.subs(_OTHER))
     products += other.drift * _OTHER[v_c] * (f_b + other.drift * one.friction)
-    return _zero((_braking(one, other) - products).subs(_at_rest(one, other)))
+    return vanishes((_braking(one, other) - products).subs(_at_rest(one, other)))
 
 
 def _loses_energy(energy: sp.Expr) -> bool:
@@ -77,7 +73,7 @@ def _loses_energy(energy: sp.Expr) -> bool:
         rates = [a - b.subs(_OTHER) for a, b in zip(one.field, other.field, strict=True)]
         gained = sum((s * rate for s, rate in zip(slopes, rates, strict=True)), sp.S.Zero)
         told = 2 * zeta * (v_r - _OTHER[v_r]) ** 2 + _braking(one, other)
-        return _zero((gained + told).subs(beta, 0).subs(_at_rest(one, other)))
+        return vanishes((gained + told).subs(beta, 0).subs(_at_rest(one, other)))
 
     pairs = list(product(SEGMENTS, repeat=2))
     return all(lost(*pair) and _brakes(*pair) for pair in pairs)
@@ -91,7 +87,7 @@ def _rigid() -> bool:
 
     same = {_OTHER[v_r]: v_r}
     return all(
-        _zero((rate(one) - rate(other).subs(_OTHER)).subs(same) + x_r - _OTHER[x_r])
+        vanishes((rate(one) - rate(other).subs(_OTHER)).subs(same) + x_r - _OTHER[x_r])
         for one, other in product(SEGMENTS, repeat=2)
     )
 
@@ -99,7 +95,7 @@ def _rigid() -> bool:
 def _momentum() -> bool:
     """Whether v_r + (1 + gamma) v_c gains alpha cos(omega tau) and what friction gives."""
     return all(
-        _zero(
+        vanishes(
             segment.field[1]
             + (1 + gamma) * segment.field[2]
             - alpha * sp.cos(omega * tau)
@@ -119,18 +115,18 @@ def _bounded(bound: sp.Expr) -> bool:
     """
     m = _INERTIA
     by_friction = all(
-        _zero(s.field[1] + m * s.interaction - alpha * sp.cos(omega * tau) + s.friction / gamma)
+        vanishes(s.field[1] + m * s.interaction - alpha * sp.cos(omega * tau) + s.friction / gamma)
         for s in SEGMENTS
     )
     forces = all(
-        _zero(s.interaction - 2 * zeta * v_r - x_r - beta * (x_r - delta) * int(s.contact))
+        vanishes(s.interaction - 2 * zeta * v_r - x_r - beta * (x_r - delta) * int(s.contact))
         for s in SEGMENTS
     )
     rate = -m * (_SPRING + 2 * zeta * v_r) + _PUSH
     gained = bound.diff(x_r) * v_r + bound.diff(v_r) * rate + 2 * m * _SPRING * v_r
     told = -2 * m * zeta * v_r**2 - 2 * m**2 * zeta * x_r * _SPRING
     told += 2 * _PUSH * (v_r + m * zeta * x_r)
-    return by_friction and forces and _zero(gained - told) and _momentum()
+    return by_friction and forces and vanishes(gained - told) and _momentum()
 
 
 def _comes_to_rest(bound: sp.Expr) -> bool:
@@ -142,7 +138,7 @@ def _comes_to_rest(bound: sp.Expr) -> bool:
         gained = sum((bound.diff(x) * rate for x, rate in rates), spring * v_r)
         change = alpha * sp.cos(omega * tau) * (v_r + v_c + zeta * x_r) - zeta * v_r**2
         change += zeta * v_r * v_c - zeta * x_r * spring + one.friction * v_c
-        return _zero((gained - change).subs({v_c: 0} if one.stick else {}))
+        return vanishes((gained - change).subs({v_c: 0} if one.stick else {}))
 
     return all(map(told, SEGMENTS))
 

@@ -32,6 +32,9 @@ from capsule_sym._symbolic.proofs.items import Item, signed
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
 """The function whose bound +f_b or -f_b is met on L1-L4."""
 
+FIELDS = {"L1": (1, 2, 3), "L2": (3, 2, 1), "L3": (4, 5, 6), "L4": (6, 5, 4)}
+"""For each line the drift beside it, tangent to P1 = 0 there, stick, and the drift opposite."""
+
 _GRAZE = "L9"
 
 

@@ -34,7 +34,8 @@ from capsule_sym._symbolic.model.symbols import (
     zeta,
 )
 
-_ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
+ENTRY_PLANE = {1: "Σ8", 3: "Σ10", 4: "Σ7", 6: "Σ9"}
+"""The plane on which a moving capsule's impact begins a field."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def _departs(witness: Witness, field: Segment) -> bool:
 def target(witness: Witness) -> str:
     """The plane on which the witness ends, by the field that takes over."""
     (following,) = [field for field in SEGMENTS if _departs(witness, field)]
-    return f"Σ{following.index}" if witness.end[2] == 0 else _ENTRY_PLANE[following.index]
+    return f"Σ{following.index}" if witness.end[2] == 0 else ENTRY_PLANE[following.index]
 
 
 def source(witness: Witness) -> str | None:
@@ -99,7 +100,7 @@ def source(witness: Witness) -> str | None:
     if field.stick:
         return f"Σ{field.index}"
     side, speed = guards(field)
-    planes = {speed: f"Σ{field.index}", side: _ENTRY_PLANE[field.index]}
+    planes = {speed: f"Σ{field.index}", side: ENTRY_PLANE[field.index]}
     for crossed, other in ((speed, side), (side, speed)):
         if (
             flow.negative_at(crossed, early)

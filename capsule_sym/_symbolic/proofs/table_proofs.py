@@ -23,7 +23,7 @@ from capsule_sym._symbolic.model.switching import (
 )
 from capsule_sym._symbolic.model.symbols import delta, f_b, zeta
 from capsule_sym._symbolic.proofs.appendices import BOUNDS
-from capsule_sym._symbolic.proofs.inner_products import outward
+from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.reachability import Witness, described, proves, witnesses
 
@@ -54,13 +54,9 @@ def _signature(leaf: Leaf, product: sp.Expr) -> str:
     return "0+" if rising == (leaf.piece.name in ("L1", "L3")) else "0-"
 
 
-_LINES = {"L1": (1, 2, 3), "L2": (3, 2, 1), "L3": (4, 5, 6), "L4": (6, 5, 4)}
-"""For each line the drift beside it, stick, and the drift opposite."""
-
-
 def expected_mechanism(line: str) -> dict[str, Passage]:
     """The mechanism common to L1-L4: what is claimed, in terms of the fields beside the line."""
-    beside, stick, opposite = _LINES[line]
+    beside, stick, opposite = FIELDS[line]
     every, only = frozenset({beside, stick, opposite}), frozenset({opposite})
     return {
         "+": (every, frozenset({beside})),
@@ -76,7 +72,7 @@ def _has_mechanism(claim: tuple[str, dict[str, Passage]]) -> bool:
 
 
 def _line_item(line: str) -> Item:
-    beside, stick, opposite = _LINES[line]
+    beside, stick, opposite = FIELDS[line]
     expected = expected_mechanism(line)
     return Item(
         id=f"table2.{line}",
@@ -105,7 +101,7 @@ def _one_way_under(claim: tuple[str, Relation, int]) -> bool:
 
 
 def _rows_2() -> Iterator[Item]:
-    yield from map(_line_item, _LINES)
+    yield from map(_line_item, FIELDS)
     for bound, target in zip(BOUNDS[:2], (1, 6), strict=True):
         condition = sp.Le(bound.smaller, bound.larger)
         yield Item(
