@@ -91,10 +91,19 @@ def _run(start: Start) -> dict[str, Any]:
     }
 
 
+def text(found: dict[str, Any]) -> str:
+    """The content of truth.json as JSON, a line for each run."""
+    parts = []
+    for name, part in found.items():
+        about = json.dumps({key: value for key, value in part.items() if key != "runs"})
+        runs = ",\n".join(map(json.dumps, part["runs"]))
+        parts.append(f'{json.dumps(name)}: {about[:-1]}, "runs": [\n{runs}\n]}}')
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
 def main() -> None:
     """Writes truth.json."""
-    text = json.dumps(compute(), indent=1)
-    Path(str(_file())).write_text(text + "\n", encoding="utf-8")
+    Path(str(_file())).write_text(text(compute()), encoding="utf-8")
 
 
 if __name__ == "__main__":

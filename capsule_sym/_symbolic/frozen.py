@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from capsule_sym._symbolic.proofs.items import Item, Result
+from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Result
 
 PATH = Path(__file__).with_name("verdicts.toml")
 
@@ -40,11 +40,15 @@ def expected() -> Expected:
 
 
 def words(item: Item, witness: Mapping[str, str]) -> dict[str, str]:
-    """What a comparison with the paper says; nothing for other statements."""
+    """What a comparison with the paper says; nothing for other statements.
+
+    That what is derived is as printed goes without saying.
+    """
     if not item.printed:
         return {}
+    derived = "" if item.derived == AS_PRINTED else item.derived or "nothing"
     told = "; ".join(f"{name} = {value}" for name, value in witness.items())
-    said = {"printed": item.printed, "derived": item.derived, "witness": told}
+    said = {"printed": item.printed, "derived": derived, "witness": told}
     return {key: text for key, text in said.items() if text}
 
 

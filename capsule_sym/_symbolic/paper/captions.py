@@ -16,7 +16,7 @@ from capsule_sym._symbolic.paper.compare import comparison, listed
 from capsule_sym._symbolic.paper.formula import relations
 from capsule_sym._symbolic.paper.motions import shown
 from capsule_sym._symbolic.proofs.appendices import PARTS
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item
 
 _CAPTIONS = ("figure.8.a", "figure.8.c", "figure.9.a", "figure.9.b", "figure.9.c", "figure.9.d")
 
@@ -196,7 +196,7 @@ def _parts(paper: Paper) -> Iterator[Item]:
             (chosen, printed, derived) if wrong else (chosen, printed),
             _on_other if wrong else _on_part,
             (chosen, derived, derived) if wrong else (chosen, f"{derived[:4]}1)"),
-            derived=f"on the derived {derived}" if wrong else "as printed",
+            derived=f"on the derived {derived}" if wrong else AS_PRINTED,
             verdict="refuted" if wrong else "proved",
             proof="v_r where the segment begins, in the enclosed motion"
             + ("" if key == "leaves" else " beside the bifurcation")

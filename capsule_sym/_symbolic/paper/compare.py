@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from capsule_sym._paper import Entry
-from capsule_sym._symbolic.proofs.items import Item, Verdict
+from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
 
 _READ = {
     "clear": "",
@@ -29,7 +29,7 @@ def comparison(
     check: Callable[[Any], bool],
     mutant: Any,
     *,
-    derived: str = "as printed",
+    derived: str = AS_PRINTED,
     verdict: Verdict = "proved",
     proof: str,
     consequence: str = "",

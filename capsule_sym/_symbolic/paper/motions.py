@@ -24,7 +24,7 @@ from capsule_sym._symbolic.paper.case_study import (
 )
 from capsule_sym._symbolic.paper.compare import comparison, listed
 from capsule_sym._symbolic.paper.tables import printed_maps
-from capsule_sym._symbolic.proofs.items import Item, Verdict
+from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 
 _LOCAL = re.compile(r"P_\{(Σ\d+),F(\d),(Σ\d+)\}")
@@ -123,7 +123,7 @@ def _panel_items(paper: Paper) -> Iterator[Item]:
             ((at, row),) if same else (at, exact, row),
             moves if same else moves_unlike,
             ((at, maps((2,))),) if same else (at, exact, exact),
-            derived="as printed" if same else f"P = {global_map(exact)}",
+            derived=AS_PRINTED if same else f"P = {global_map(exact)}",
             verdict=verdict,
             proof=PROOF,
             consequence="" if same else _WHY.get(name, _AT_VALUE),

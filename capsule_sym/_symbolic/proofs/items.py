@@ -21,6 +21,10 @@ Verdict = Literal["proved", "refuted", "conditional"]
 Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
 
 
+AS_PRINTED = "as printed"
+"""What is derived, where that is what the paper prints."""
+
+
 @dataclass(frozen=True)
 class Item:
     """A statement of the theory.
