@@ -277,14 +277,14 @@ class Run:
 
     def _cross(self, old: State, new: State, event: Event) -> State:
         """Record an event, and give the state beyond it."""
-        located, beside, failure = event.located, None, "there is no orbit"
+        located, beyond, failure = event.located, None, "there is no orbit"
         try:
-            beside = self.follower.cross(event)
+            beyond = self.follower.cross(event)
         except InvalidInput as error:
             failure = str(error)
-        if beside is not None:
-            failure = failure_of(beside)
-            beside = None if failure else self.follower.symmetric(beside)
+        if beyond is not None:
+            failure = failure_of(beyond.state)
+        beside = self.follower.symmetric(beyond.state) if beyond and not failure else None
         what = place(located.itinerary, located.shot, event.segment)
         at = whole_orbit(located.orbit("numpy"))
         self.bifurcations.append(
@@ -310,10 +310,12 @@ class Run:
                 path=self.axis.path,
             )
         )
-        if beside is None:
+        if beyond is None or beside is None:
             failed, spot = event.failed.named(old.orbit.itinerary), where(at, (self.axis,))
             detail = f"{failed} fails at {spot}; beyond, {failure}"
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        for name, one in beyond.smooth:
+            self._record_smooth(name, one, beyond.point, beyond.state)
         self._add(beside)
         return beside
 

@@ -138,10 +138,10 @@ class CurveRun:
         at = located.orbit("numpy")
         born = None if self.follower.born is None else located.segments[0]
         here, there = self._place(at, born), self._place(at, event.segment)
-        stop, beside = None, None
+        stop, beyond, beside = None, None, None
         try:
-            beside = self.follower.cross(event)
-            beside = self.follower.symmetric(beside) if beside else None
+            beyond = self.follower.cross(event)
+            beside = self.follower.symmetric(beyond.state) if beyond else None
         except InvalidInput as error:
             stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
         except Stop as error:
@@ -151,9 +151,11 @@ class CurveRun:
         before, after = old.orbit.itinerary, beside.orbit.itinerary.whole if beside else None
         failed = event.failed.named(before)
         self._meet_border(located, at, (here, there), failed, (before.whole, after))
-        if beside is None:
+        if beyond is None or beside is None:
             message = f"{failed} fails at {where(at, self.axes)}"
             raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
+        for name, one in beyond.smooth:
+            self._meet_smooth(_named(self.kind, name, one.orbit), one, beyond.point, beyond.state)
         self._add(beside)
         return beside
 

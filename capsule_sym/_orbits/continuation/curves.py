@@ -285,9 +285,9 @@ def _beside_point(
 
     def crossed() -> Iterator[_Start]:
         one = follower()
-        state = one.cross(vanishing(orbit, own))
-        if state is not None:
-            yield _Start(one, state, shared=False)
+        beyond = one.cross(vanishing(orbit, own))
+        if beyond is not None:
+            yield _Start(one, beyond.state, shared=False)
 
     def kept() -> Iterator[_Start]:
         one = follower()

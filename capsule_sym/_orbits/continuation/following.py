@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._orbits.continuation.events import FOLD, BorderCollision
+from capsule_sym._orbits.continuation.bifurcations import SmoothEvent
+from capsule_sym._orbits.continuation.events import DEGENERATE, FOLD, BorderCollision
 from capsule_sym._orbits.continuation.family import EXACT, Family
 from capsule_sym._orbits.continuation.locating import first_event, hides, matching, smooth_between
 from capsule_sym._orbits.continuation.path import (
@@ -26,6 +28,7 @@ from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at
 
 FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
+_NEARER = (1.0, 0.1, 1e-2, 1e-3)  # shares of that, where another event is within it
 _LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
 _TURN = 0.95  # least cosine between tangents of neighbours
 _AROUND = 1e-3  # distance from a point at which the curves that cross there are told apart
@@ -56,6 +59,17 @@ def vanishing(orbit: Orbit, segment: int) -> Event:
     )
     failed = Inequality(DURATION, segment, None, zero, zero)
     return Event(failed, segment, same_itinerary, located, 0.0)
+
+
+class Beside(NamedTuple):
+    """A state a little further on from a point, the point itself, and what lies between, in order.
+
+    No inequalities are asked of the point.
+    """
+
+    state: State
+    point: State
+    smooth: list[tuple[str, SmoothEvent]]
 
 
 class Follower(Family):
@@ -159,8 +173,8 @@ class Follower(Family):
         normal[k] = 1.0
         return corrected(self.equations, guess, normal)
 
-    def cross(self, event: Event) -> State | None:
-        """Go on in the itinerary beyond an event: a state a little further; None if there is none.
+    def cross(self, event: Event) -> Beside | None:
+        """Go on in the itinerary beyond an event, to a little further on; None if there is nothing.
 
         Raises Stop where the itineraries on the two sides do not share the condition.
         """
@@ -236,18 +250,38 @@ class Follower(Family):
             if solution is not None:
                 yield self.state(solution.u, way, solution)
 
-    def beside(self, u: Vector, along: Vector) -> State | None:
-        """The state a little further on from u, in the direction that `along` points to."""
+    def beside(self, u: Vector, along: Vector) -> Beside | None:
+        """What is a little further on from u, in the direction that `along` points to.
+
+        Nearer to u where another event is that near.
+        """
+        at = self.equations(u)
         try:
-            direction = tangent(self.equations(u).by, along)
+            direction = tangent(at.by, along)
         except np.linalg.LinAlgError:
             return None
-        solution = corrected(self.equations, u + BESIDE * direction, direction)
-        return self.state(solution.u, direction, solution) if solution else None
+        states = []
+        for share in _NEARER:
+            solution = corrected(self.equations, u + share * BESIDE * direction, direction)
+            if solution is not None:
+                states.append(self.state(solution.u, direction, solution))
+                if all(one.value > 0 for one in states[-1].held):
+                    break
+        else:
+            del states[1:]
+        if not states:
+            return None
+        state, point = states[-1], State(u, at.made, [], direction, self.tests(at.made))
+        found = smooth_between(self, point, state, 1.0)
+        # Where the point is a degenerate one its own test function is rounding.
+        smooth = [(name, one) for name, one in found if name != DEGENERATE]
+        return Beside(state, point, smooth)
 
 
-def _margin(state: State | None, inequality: Inequality) -> float:
-    if state is None:
-        return -float("inf")
-    found = matching(state.held, inequality)
-    return float(found.value) if found else float("inf")
+def _margin(beside: Beside | None, inequality: Inequality) -> tuple[bool, float]:
+    """Whether all holds at a state, and by how much an inequality does; the greater the better."""
+    if beside is None:
+        return False, -float("inf")
+    held = beside.state.held
+    found = matching(held, inequality)
+    return all(one.value > 0 for one in held), float(found.value) if found else float("inf")

@@ -37,6 +37,7 @@ from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 _TOGETHER = 1e-7  # shares of a step that are one event
 _BEFORE = 1e-3  # share of a step before an event at which all else is asked to hold
+_NEAR = (1e-6, 1e-8)  # and distances along it, where these are nearer
 _DOUBT = 0.1  # of a step: by how much its ends may mislead about where an inequality fails
 
 
@@ -113,13 +114,17 @@ def hides(family: Family, old: State, new: State, event: Event) -> bool:
     if event.failed.kind == MINIMUM:
         return False
     change = new.u - old.u
-    u = old.u + max(event.share - _BEFORE, event.share / 2) * change
-    solution = corrected(family.equations, u, change / np.linalg.norm(change))
-    if solution is None:
-        return True
-    orbit = solution.at.made
-    held = inequalities(family.numbers, orbit.itinerary, orbit.shot, family.born)
-    return any(one.value <= 0 for one in held)
+    length = float(np.linalg.norm(change))
+    for before in (_BEFORE, *(near / length for near in _NEAR if near < _BEFORE * length)):
+        u = old.u + max(event.share - before, event.share / 2) * change
+        solution = corrected(family.equations, u, change / length)
+        if solution is None:
+            return True
+        orbit = solution.at.made
+        held = inequalities(family.numbers, orbit.itinerary, orbit.shot, family.born)
+        if any(one.value <= 0 for one in held):
+            return True
+    return False
 
 
 def _locate(

@@ -195,17 +195,17 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
     yield from _started(follower, u, along)
     follower = Follower(numbers, orbit, (axis,))
     try:
-        state = follower.cross(vanishing(orbit, segment))
+        beyond = follower.cross(vanishing(orbit, segment))
     except (InvalidInput, Stop):
         return
-    if state is not None:
-        yield _Start(follower, state, doubled=False)
+    if beyond is not None:
+        yield _Start(follower, beyond.state, doubled=False)
 
 
 def _started(follower: Follower, u: Vector, along: Vector) -> Iterator[_Start]:
-    state = follower.beside(u, along)
-    if state is not None:
-        yield _Start(follower, state, doubled=False)
+    beside = follower.beside(u, along)
+    if beside is not None:
+        yield _Start(follower, beside.state, doubled=False)
 
 
 def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
