@@ -175,14 +175,15 @@ cdef class Map:
     def extrema(self, int field, start, int quantity, int zeros, double duration):
         """The extrema inside a segment, (kind, time, value) each; None where they stay open.
 
-        `start` is as for `closed_form`, as a tuple; `quantity` is 0 for the gap, 1 for the force, 2
-        for the speed, whose rate's first `zeros` derivatives vanish at the start.
+        `start` is as for `closed_form`, as a tuple; `quantity` is one of `interface.Quantity`. The
+        first `zeros` derivatives of its rate vanish at the start.
         """
         cdef capsule_start begin
         cdef capsule_extremum found[MOST_EXTREMA]
         cdef int count
-        if not 1 <= field <= 6 or not 0 <= quantity <= 2 or not 0 <= zeros <= 1:
-            raise ValueError("field must be 1 to 6, quantity 0 to 2, and zeros 0 or 1")
+        interface.Quantity(quantity)
+        if not 1 <= field <= 6 or not 0 <= zeros <= 1:
+            raise ValueError("field must be 1 to 6, and zeros 0 or 1")
         (begin.x_r, begin.gap, begin.v_r, begin.v_c, begin.margin, begin.cos_theta,
          begin.sin_theta) = start
         with nogil:

@@ -211,9 +211,6 @@ typedef struct {
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);
 
-/* What has extrema inside a segment: x_r - delta, the interaction force, or v_c of a drift. */
-typedef enum { CAPSULE_GAP, CAPSULE_FORCE, CAPSULE_SPEED } capsule_quantity;
-
 /* An interior extremum: 1 for a minimum, -1 for a maximum; how long after the start; its value. */
 typedef struct {
     int kind;

@@ -106,7 +106,8 @@ def python_interface(config: dict[str, list[Entry]]) -> str:
         title = enum["name"].capitalize()
         parts.append(f'class {title}(IntEnum):\n    """{enum["doc"]}"""\n\n{rows}')
         words = "".join(f'    "{name}",\n' for name in enum["values"])
-        parts.append(f"{enum['name'].upper()}S = (\n{words})\n")
+        several = re.sub("y$", "ie", enum["name"]).upper()
+        parts.append(f"{several}S = (\n{words})\n")
     for struct in config["struct"]:
         rows = "".join(
             f'        ("{name}", "{_DTYPES[kind]}"{f", {length}" if length else ""}),\n'

@@ -19,7 +19,8 @@ from capsule_sym._map.backend import Backend, MpmathBackend, NumpyBackend, backe
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting import extrema as module
 from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
-from capsule_sym._orbits.shooting.extrema import Extremum, Quantity, extrema, minima
+from capsule_sym._orbits.shooting.extrema import Extremum, extrema, minima
+from capsule_sym.generated.interface import Quantity
 
 
 @pytest.fixture

@@ -8,9 +8,10 @@ from typing import NamedTuple
 from capsule_sym._map.backend import Number
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector, force_by
-from capsule_sym._orbits.shooting.extrema import Quantity, extrema
+from capsule_sym._orbits.shooting.extrema import extrema
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym.generated import formulas
+from capsule_sym.generated.interface import Quantity
 
 _BETA, _DELTA = (PARAMETERS.index(name) - len(PARAMETERS) for name in ("beta", "delta"))
 _H = 4  # column of the duration in the kernels' Jacobian

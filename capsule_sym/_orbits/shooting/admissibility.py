@@ -11,10 +11,11 @@ from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import SegmentFlow, Shooting
-from capsule_sym._orbits.shooting.extrema import Quantity, extrema, minima
+from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym.generated import formulas
+from capsule_sym.generated.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
 _NEAR = 1e-5  # share of a segment within which a minimum is that at its end

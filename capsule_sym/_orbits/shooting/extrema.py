@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -16,22 +15,12 @@ from capsule_sym._map.location import Flow, SegmentStart, Start
 from capsule_sym._orbits.shooting.closed import native_map
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym.generated import formulas
+from capsule_sym.generated.interface import Quantity
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
 _LEAST = 64  # roundings of a time, below which nothing is told apart
-
-
-class Quantity(Enum):
-    """What turns round."""
-
-    GAP = "gap"  # x_r - delta
-    FORCE = "force"  # the interaction force P
-    SPEED = "speed"  # v_c, of a drift
-
-
-_NUMBERS = {quantity: number for number, quantity in enumerate(Quantity)}  # as in the C core
 
 
 class Extremum(NamedTuple):
@@ -93,7 +82,7 @@ def _by_core(span: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum
     if core is None:
         return None
     start = tuple(map(float, span.closed))
-    found = core.extrema(span.segment.field, start, _NUMBERS[quantity], zeros, float(span.h))
+    found = core.extrema(span.segment.field, start, quantity, zeros, float(span.h))
     return None if found is None else [Extremum(*one) for one in found]
 
 
