@@ -29,7 +29,7 @@ from capsule_sym._orbits.continuation.events import (
     RESONANCE_1_2,
     SWITCHING,
 )
-from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
+from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -165,6 +165,8 @@ def test_both_multipliers_at_a_grazing_sliding_bifurcation_are_those_of_its_side
         assert point.multipliers == pytest.approx(sorted_multipliers(longer), abs=1e-5)
         assert point.multipliers_without == pytest.approx(sorted_multipliers(shorter), abs=1e-5)
         assert abs(point.multipliers[0] - point.multipliers_without[0]) > 1e-3
+    written = [complex(*pair) for pair in curve_record(curve)["points"][0]["multipliers_without"]]
+    assert tuple(written) == curve.points[0].multipliers_without
     smooth = traced(SWITCHING).points[0]
     assert smooth.multipliers_without == pytest.approx(smooth.multipliers, abs=1e-9)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,9 +23,11 @@ from capsule_sym._orbits.continuation import family, locating
 from capsule_sym._orbits.continuation.bifurcations import (
     PERIOD_DOUBLING,
     SmoothEvent,
+    sorted_multipliers,
     zero_of_test_function,
 )
 from capsule_sym._orbits.continuation.records import (
+    bifurcation_record,
     bifurcation_rows,
     branch_record,
     codimension_two_rows,
@@ -34,7 +37,9 @@ from capsule_sym._orbits.continuation.records import (
     orbit_record,
     point_rows,
 )
+from capsule_sym._orbits.continuation.saved import labelled_point
 from capsule_sym._orbits.shooting.equations import shooting
+from capsule_sym._records import dumps
 from tests.orbits.branches import settled, upwards
 
 SAID = ("residual", "iterations", "status", "success")
@@ -146,3 +151,26 @@ def test_branches_and_curves_tell_of_every_point() -> None:
         assert all(point.residual >= float(point.orbit.residual) for point in curve.points)
     assert all(map(solved, [*curve_rows(curves), *codimension_two_rows(curves)]))
     assert codimension_two_rows(curves)
+
+
+@pytest.mark.parametrize("label", ["GR1", "GS1", "CS1"])
+def test_a_record_has_the_multipliers_of_both_sides_of_a_border(label: str, tmp_path: Path) -> None:
+    """The limits of motions that settle on each side; their own jump only at grazing-sliding."""
+    branch = upwards(3.3)
+    one = branch.at(label)
+    assert isinstance(one, Bifurcation)
+    sides = [settled(alpha=one.value + side) for side in (-1e-9, 1e-9)]
+    longer, shorter = sorted(sides, key=lambda orbit: -len(orbit.itinerary))
+    record = bifurcation_record(one)
+    for name, orbit in (("multipliers", longer), ("multipliers_without", shorter)):
+        expected = sorted_multipliers(orbit)
+        assert [complex(*pair) for pair in record[name]] == pytest.approx(expected, abs=1e-3)
+    jump = abs(np.subtract(one.multipliers, one.multipliers_without)).max()
+    assert (jump > 1e-2) == (label == "GS1")
+    # A file holds no more digits of the orbit than are needed to have them again.
+    file = tmp_path / "branch.json"
+    file.write_text(dumps(branch_record(branch)))
+    _, again = labelled_point(file, label)
+    assert isinstance(again, Bifurcation)
+    assert again.multipliers == pytest.approx(one.multipliers, abs=1e-12)
+    assert again.multipliers_without == pytest.approx(one.multipliers_without, abs=1e-12)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._orbits.continuation.events import (
     ADDING,
@@ -27,12 +28,13 @@ from capsule_sym._orbits.continuation.events import (
 )
 from capsule_sym._orbits.continuation.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.changes import exchanged, shortened
+from capsule_sym._orbits.shooting.equations import Matrix, Vector, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.monodromy import monodromy_derivative
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
-from capsule_sym._orbits.shooting.symmetry import KEPT
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, whole_orbit
 
 INITIALS = {
     FOLD: "FO",
@@ -93,6 +95,19 @@ class Bifurcation:
     path: ParameterPath | None = None
 
     @cached_property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of its orbit, at a border collision of the itinerary with the segment."""
+        return sorted_multipliers(self.orbit)
+
+    @cached_property
+    def multipliers_without(self) -> tuple[complex, ...]:
+        """Those of the itinerary without the segment, from the other side of a border collision.
+
+        At a smooth bifurcation the same, and only at a grazing-sliding one others.
+        """
+        return multipliers_without(self.orbit, self.segment)
+
+    @cached_property
     def normal_form(self) -> NormalForm | None:
         """What the bifurcation says of the orbits beside it; None where it has no normal form."""
         return normal_form(
@@ -126,6 +141,28 @@ def refined(one: Bifurcation) -> BorderCollision:
 def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
     """The multipliers of an orbit as plain numbers, the largest modulus first."""
     return tuple(complex(value) for value in floquet_multipliers(orbit))
+
+
+def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...]:
+    """The multipliers of an orbit without its segment of duration 0, sorted; empty if it needs it.
+
+    Of an orbit that is its own mirror image also without the image of the segment.
+    """
+    if segment is None:
+        return sorted_multipliers(orbit)
+    half, its_segment = halved_at(orbit, segment) or (orbit, segment)
+    orbit, segment = half, segment if its_segment is None else its_segment
+    with backend("numpy") as numbers:
+        itinerary, z = orbit.itinerary, orbit.z
+        if exchanged(itinerary, z, segment) is not None:
+            return sorted_multipliers(whole_orbit(orbit))
+        try:
+            change, _ = shortened(numbers, itinerary, z, orbit.shot, segment)
+        except InvalidInput:
+            return ()
+        shot = shooting(numbers, orbit.values, change.itinerary, change.z)
+    short = Orbit(orbit.values, change.itinerary, change.z, shot, orbit.backend)
+    return sorted_multipliers(whole_orbit(short))
 
 
 def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.bifurcations import sorted_multipliers
+from capsule_sym._orbits.continuation.bifurcations import multipliers_without, sorted_multipliers
 from capsule_sym._orbits.shooting.admissibility import Inequality
-from capsule_sym._orbits.shooting.changes import exchanged, shortened
-from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
-from capsule_sym._orbits.shooting.symmetry import halved_at, whole_orbit
 
 _SAME = 1e-9  # parameters of one point, found twice, differ by less
 
@@ -47,19 +43,7 @@ class CurvePoint:
     @cached_property
     def multipliers_without(self) -> tuple[complex, ...]:
         """Multipliers of the itinerary without the segment; of a smooth bifurcation the same."""
-        orbit, segment = self.orbit, self.segment
-        if segment is None:
-            return self.multipliers
-        half, its_segment = halved_at(orbit, segment) or (orbit, segment)
-        orbit, segment = half, segment if its_segment is None else its_segment
-        with backend("numpy") as numbers:
-            itinerary, z = orbit.itinerary, orbit.z
-            if exchanged(itinerary, z, segment) is not None:
-                return self.multipliers
-            change, _ = shortened(numbers, itinerary, z, orbit.shot, segment)
-            shot = shooting(numbers, orbit.values, change.itinerary, change.z)
-        short = Orbit(orbit.values, change.itinerary, change.z, shot, orbit.backend)
-        return sorted_multipliers(whole_orbit(short))
+        return multipliers_without(self.orbit, self.segment)
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,8 @@ def bifurcation_record(one: Bifurcation) -> dict[str, Any]:
         "failed": one.failed or None,
         "itinerary_before": _names(one.itinerary_before),
         "itinerary_after": _names(one.itinerary_after) if one.itinerary_after else None,
+        "multipliers": _complex(one.multipliers),
+        "multipliers_without": _complex(one.multipliers_without),
         "multipliers_before": _complex(one.multipliers_before),
         "multipliers_after": _complex(one.multipliers_after),
         "symmetry": one.symmetry or None,
@@ -122,6 +124,7 @@ def _curve_point(curve: Curve, point: CurvePoint) -> dict[str, Any]:
         "itinerary": _names(point.orbit.itinerary),
         **_convergence(point),
         "multipliers": _complex(point.multipliers),
+        "multipliers_without": _complex(point.multipliers_without),
         "admissibility": _inequality(point.admissibility, point.orbit.itinerary),
     }
 
