@@ -7,6 +7,9 @@ READY := .venv/.ready
 # Tests start hundreds of processes: none has to compile modules that another has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 SUPPORTED := import sys; sys.exit(sys.version_info < (3, 11))
+# What an extra brings is installed without the package, whose C core would be compiled anew for it.
+NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"][sys.argv[1]], sep="\n")
+bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
 .PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
@@ -36,7 +39,7 @@ test-long: $(READY)  ## run the tests that take more than ten seconds each
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled"
 
 wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
-	$(BIN)/python -m pip install --quiet --editable '.[wheel]'
+	@$(call bring,wheel)
 	$(BIN)/python -m pytest -q -m long tests/test_packaging.py tests/native/test_installed_library.py
 	$(BIN)/python .ci/wheel $(PYTHONS)
 
@@ -111,7 +114,7 @@ results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* c
 
 # What the pages are built with is installed once, for it takes as long as the pages.
 .venv/.docs: $(READY)
-	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	@$(call bring,docs)
 	@touch $@
 
 SPHINX := $(BIN)/python -m sphinx -q -W --keep-going -j auto docs
@@ -134,16 +137,16 @@ explorer/node_modules/.package-lock.json: explorer/package-lock.json
 
 EXPLORER := $(READY) explorer/node_modules/.package-lock.json
 explorer: $(EXPLORER)  ## build the page of `capsule-sym explore`; needs Node.js
-	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
+	@$(call bring,explorer)
 	cd explorer && npm run --silent types
 	$(BIN)/python explorer/build.py
 
 explorer-test: $(EXPLORER)  ## drive the page in headless Chromium, which has to be there
-	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
+	@$(call bring,explorer)
 	$(BIN)/python -m pytest -q -m "long or not long" tests/explorer
 
 explorer-measure: $(EXPLORER)  ## measure the page in headless Chromium
-	$(BIN)/python -m pip install --quiet --editable '.[explorer]'
+	@$(call bring,explorer)
 	$(BIN)/python explorer/measure.py
 
 clean:  ## remove the environment, builds and caches; results/ stays
