@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._bench.design import best as best_of
 from capsule_sym._bench.model import CONTACT, DRIFT, rates
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters
@@ -45,12 +46,7 @@ def figures(quick: bool, repeats: int) -> Iterator[Figure]:
     p = Parameters()
 
     def best(call: Callable[[], object], more: int = 1) -> float:
-        times = []
-        for _ in range(more * repeats):
-            begin = perf_counter()
-            call()
-            times.append(perf_counter() - begin)
-        return min(times)
+        return best_of(call, more * repeats, perf_counter)
 
     ours = "this map"
     run = simulate(p, periods=periods)

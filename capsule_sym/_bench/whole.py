@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from capsule_sym._bench.tools import MPMATH, ONE_ROW, OURS, Tool, for_sweeps, on
 from capsule_sym._bench.truth import Case
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import core
-from capsule_sym._records import dumps
+from capsule_sym._records import dumps, write
 
 _QUICK = 4  # the quick study makes every fourth run, and one of a slow tool
 _QUICK_LONG = 0.1  # seconds; a pass that takes longer is made once in the quick study
@@ -113,15 +112,7 @@ class Study:
 
     def write(self, path: Path) -> None:
         """Writes the record; the file appears whole or not at all."""
-        part = path.with_name(f".{path.name}.{os.getpid()}")
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            part.write_text(dumps(self.record) + "\n", encoding="utf-8")
-            part.replace(path)
-        except OSError as error:
-            raise InvalidInput("file", str(path), f"writable ({error.strerror})") from error
-        finally:
-            part.unlink(missing_ok=True)
+        write({path.name: dumps(self.record) + "\n"}, path.parent)
 
     def _near(self) -> list[Tool]:
         """Tools for the tangencies: the 50-digit map is itself their truth."""

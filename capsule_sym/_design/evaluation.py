@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map import simulate
-from capsule_sym._map.itinerary import cyclic_start
+from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
 from capsule_sym._native import core
 from capsule_sym._orbits.continuation.parameter_paths import Slope
@@ -58,9 +58,7 @@ class Motion:
             self.itinerary: tuple[str, ...] = found.itinerary(0)
         elif orbit is not None:
             self.period_number = orbit.itinerary.period_number
-            fields = list(orbit.itinerary.fields)
-            first = cyclic_start(fields)
-            self.itinerary = tuple(f"F{field}" for field in (*fields[first:], *fields[:first]))
+            self.itinerary = tuple(f"F{field}" for field in begun(orbit.itinerary.fields))
 
     @property
     def orbit(self) -> Orbit | None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._design.measured import OF_STATE, Measured, measured
+from capsule_sym._design.quantities import System, dimensionless, values_of
 from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
 from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
@@ -28,7 +29,6 @@ _LOST = 1e-8  # a combination whose scaled singular value is below this share of
 _TRIES = 4  # of a multi-start's candidates, so many are followed
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
-System = Parameters | PhysicalParameters
 
 
 class FitStatus(StrEnum):
@@ -109,9 +109,7 @@ class Fit:
             "values": self.values,
             "standard_errors": self.standard_errors,
             "covariance": self.covariance.tolist(),
-            "parameters": {
-                name: getattr(self.system, name) for name in type(self.system).__slots__
-            },
+            "parameters": values_of(self.system),
             "state": list(self.state),
             "phase": self.phase,
             "noise": self.noise,
@@ -250,7 +248,7 @@ class Problem:
         self.evaluations += 1
         now, system = self.now(values), self.system_at(values)
         device = system if isinstance(system, PhysicalParameters) else None
-        p = system if isinstance(system, Parameters) else system.dimensionless()
+        p = dimensionless(system)
         length, rate = (
             (1.0, 1.0) if device is None else (device.length_scale, device.natural_frequency)
         )

@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import Program, scenarios_of
-from capsule_sym._design.quantities import Function, System, function_of, limits_of, names_of, real
+from capsule_sym._design.quantities import (
+    Function,
+    System,
+    dimensionless,
+    function_of,
+    limits_of,
+    names_of,
+    real,
+)
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_start
 from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
@@ -111,8 +119,7 @@ def _check_ends(program: Program) -> None:
             u[i] = end
             system = program.system_at(u)
             try:
-                p = system if isinstance(system, Parameters) else system.dimensionless()
-                check_start(p, (0.0, 0.0, 0.0), 0.0, 1)
+                check_start(dimensionless(system), (0.0, 0.0, 0.0), 0.0, 1)
             except InvalidInput as error:
                 bounds = float(program.low[i]), float(program.high[i])
                 allowed = f"such that {error.field} is {error.allowed}"

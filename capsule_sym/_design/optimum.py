@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-from capsule_sym._design.quantities import System
+from capsule_sym._design.quantities import System, values_of
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters
 
@@ -120,9 +120,7 @@ class Optimum:
             "message": self.message,
             "value": self.value,
             "over": self.over,
-            "parameters": {
-                name: getattr(self.system, name) for name in type(self.system).__slots__
-            },
+            "parameters": values_of(self.system),
             "metrics": self.metrics,
             "units": {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {},
             "itinerary": list(self.itinerary),

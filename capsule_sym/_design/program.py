@@ -17,7 +17,16 @@ from numpy.typing import NDArray
 
 from capsule_sym._design import evaluation
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.quantities import Function, Limit, System, names_of, of, real, valued
+from capsule_sym._design.quantities import (
+    Function,
+    Limit,
+    System,
+    dimensionless,
+    names_of,
+    of,
+    real,
+    valued,
+)
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import Parameters
 
@@ -146,7 +155,7 @@ class Program:
         """The motions that the scenarios' starts lead to; None where one leads to none."""
         system, found = self.system_at(u), []
         for one in self.scenarios:
-            motion = evaluation.settle(_dimensionless(one.system(system)), one.state)
+            motion = evaluation.settle(dimensionless(one.system(system)), one.state)
             if motion is None:
                 return None
             found.append(motion)
@@ -168,7 +177,7 @@ class Program:
     ) -> tuple[Motion, ...] | None:
         system, found = self.system_at(u), []
         for one, motion in zip(self.scenarios, motions, strict=True):
-            moved = how(motion, _dimensionless(one.system(system)))
+            moved = how(motion, dimensionless(one.system(system)))
             if moved is None:
                 return None
             found.append(moved)
@@ -240,7 +249,7 @@ class Program:
             for weights in ways:
                 moved = [replace(system, **{name: value + place * step}) for place, _ in weights]
                 found = [
-                    evaluation.beside(motion, _dimensionless(system), how is COARSE)
+                    evaluation.beside(motion, dimensionless(system), how is COARSE)
                     for system in moved
                 ]
                 if all(found):
@@ -261,7 +270,7 @@ class Program:
         systems = [self.system_at(u) for u in points]
         for one in self.scenarios:
             own = [one.system(system) for system in systems]
-            about = evaluation.survey([_dimensionless(system) for system in own], one.state)
+            about = evaluation.survey([dimensionless(system) for system in own], one.state)
             for i, (system, metrics) in enumerate(zip(own, about, strict=True)):
                 if not metrics:
                     worst[i] = np.nan
@@ -289,7 +298,3 @@ class Program:
             largest = slacks[np.isfinite(slacks)].max(initial=0.0)
             units.append(abs(limit.value) or float(largest) or 1.0)
         return replace(self, unit=float(upper - lower) or 1e-300, limit_units=tuple(units))
-
-
-def _dimensionless(system: System) -> Parameters:
-    return system if isinstance(system, Parameters) else system.dimensionless()

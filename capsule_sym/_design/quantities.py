@@ -52,6 +52,16 @@ def names_of(system: System) -> tuple[str, ...]:
     return type(system).__slots__
 
 
+def values_of(system: System) -> dict[str, float]:
+    """The parameters of a system with their values."""
+    return {name: getattr(system, name) for name in names_of(system)}
+
+
+def dimensionless(system: System) -> Parameters:
+    """The dimensionless parameters of a system."""
+    return system if isinstance(system, Parameters) else system.dimensionless()
+
+
 def dimensionless_slopes(system: System) -> Matrix:
     """Derivatives (7, k) of the dimensionless parameters by the k parameters of the system."""
     return np.eye(7) if isinstance(system, Parameters) else slopes_of(system).parameters
@@ -63,9 +73,7 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     In SI units where the system is a device. `metrics` are those of a motion of the system,
     dimensionless, with derivatives (7,).
     """
-    found = _with_derived(
-        metrics, system if isinstance(system, Parameters) else system.dimensionless()
-    )
+    found = _with_derived(metrics, dimensionless(system))
     own = {
         name: Slope(getattr(system, name), row)
         for name, row in zip(names_of(system), np.eye(len(names_of(system))), strict=True)

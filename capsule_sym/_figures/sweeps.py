@@ -18,6 +18,7 @@ from capsule_sym._figures.style import (
     figure_style,
     new_figure,
 )
+from capsule_sym._sweeps import itineraries
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,9 +81,8 @@ def _name(results: xr.Dataset, code: int) -> str:
     """An attractor's number, itinerary and share."""
     cells = results["attractor"].values == code
     share = 100 * np.mean(cells)
-    kept = results["itinerary"]
-    texts = dict(zip(kept.attrs["flag_values"], kept.attrs["flag_meanings"].split(), strict=True))
-    itinerary = texts.get(int(kept.values[cells].flat[0]), "").replace("_", " ")
+    code = int(results["itinerary"].values[cells].flat[0])
+    itinerary = itineraries.texts(results).get(code, "")
     return f"{itinerary or 'attractor'} ({share:.1f} %)"
 
 

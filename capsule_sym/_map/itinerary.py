@@ -14,3 +14,9 @@ def cyclic_start(fields: Sequence[int]) -> int:
     """
     ranks = [_RANK[field] for field in fields]
     return min(range(len(ranks)), key=lambda i: ranks[i:] + ranks[:i])
+
+
+def begun(fields: Sequence[int]) -> list[int]:
+    """The same cycle of fields, begun where the paper begins it."""
+    first = cyclic_start(fields)
+    return [*fields[first:], *fields[:first]]

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import capsule_sym
 from capsule_sym import _paper as paper
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map import SteadyMotion, simulate
+from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._map.backend import default_backend
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps, motion_record, segment_record, table
@@ -26,7 +26,7 @@ GAMMAS = (float(_PAPER["section.4.parameters"]["gamma"]), 3.0)
 """Mass ratios of the two runs: the printed one, and one at which the printed maps come out."""
 
 _BLOCK = 64  # excitation periods after which to look whether the motion is steady
-_MOST_PERIODS = 4096
+MOST_PERIODS = 4096
 
 
 class PrintedMap(NamedTuple):
@@ -95,17 +95,23 @@ def run() -> Iterator[Case]:
     """The cases, `GAMMAS` by `PANELS`, each run from rest until the motion is steady."""
     for gamma in GAMMAS:
         for panel, alpha in PANELS.items():
-            yield _settle(panel, Parameters(alpha=alpha, gamma=gamma))
+            parameters = Parameters(alpha=alpha, gamma=gamma)
+            periods, _, motion = from_rest(parameters)
+            yield Case(panel, parameters, periods, motion)
 
 
-def _settle(panel: str, parameters: Parameters) -> Case:
+def from_rest(parameters: Parameters) -> tuple[int, Trajectory, SteadyMotion | None]:
+    """The run from rest until its motion is steady: how many periods, their last, and the motion.
+
+    The motion is None where it has not become steady within 4096 periods, or the run failed.
+    """
     state, periods = (0.0, 0.0, 0.0), 0
     while True:
         trajectory = simulate(parameters, state, periods=_BLOCK)
         periods += _BLOCK
         motion = trajectory.steady() if trajectory.success else None
-        if motion or not trajectory.success or periods >= _MOST_PERIODS:
-            return Case(panel, parameters, periods, motion)
+        if motion or not trajectory.success or periods >= MOST_PERIODS:
+            return periods, trajectory, motion
         # A run ends at phase 0, where the next one begins.
         _, state = trajectory.final
 

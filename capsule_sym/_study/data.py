@@ -21,6 +21,7 @@ from capsule_sym._map import Trajectory, simulate
 from capsule_sym._options import Track
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps, write
+from capsule_sym._study.casestudy import MOST_PERIODS, from_rest
 from capsule_sym.generated.py import DIGEST
 
 if TYPE_CHECKING:
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
     from capsule_sym._study.regions import Plane, Region
     from capsule_sym._study.sections import Section
 
-_BLOCK = 64  # excitation periods after which to look whether the motion is steady
-_MOST_PERIODS = 4096
 _BRANCH_POINTS = 200
 _STEPS = 30  # of a branch that is followed for its bifurcations only
 _ACROSS = 20  # of a chart, points at which motions are run
@@ -222,15 +221,10 @@ def _itinerary(parameters: Parameters) -> str:
 
 def _settled(parameters: Parameters) -> dict[str, Any]:
     """State at phase 0 and period number of the steady motion from rest."""
-    state: Sequence[float] = (0.0, 0.0, 0.0)
-    for _ in range(_MOST_PERIODS // _BLOCK):
-        trajectory = simulate(parameters, state, periods=_BLOCK)
-        motion = trajectory.steady() if trajectory.success else None
-        # A run ends at phase 0, where the next one begins.
-        _, state = trajectory.final
-        if motion:
-            return {"state": list(state), "period_number": motion.period_number}
-    allowed = f"where a run from rest becomes periodic within {_MOST_PERIODS} excitation periods"
+    _, last, motion = from_rest(parameters)
+    if motion:
+        return {"state": list(last.final[1]), "period_number": motion.period_number}
+    allowed = f"where a run from rest becomes periodic within {MOST_PERIODS} excitation periods"
     raise InvalidInput("parameters", parameters.to_dict(), allowed)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import NotInstalled
+from capsule_sym._sweeps import itineraries
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,8 +149,7 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
     x, y = (np.asarray(results[name].values, dtype=float) for name in (first, second))
     plane = Plane(first, second, (x[0], x[-1]), (y[0], y[-1]))
     cut = faces(plane, curves)
-    codes, attributes = results["itinerary"].values, results["itinerary"].attrs
-    texts = dict(zip(attributes["flag_values"], attributes["flag_meanings"].split(), strict=True))
+    codes, texts = results["itinerary"].values, itineraries.texts(results)
     middles = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
     at = plane.unit(middles.reshape(-1, 2)).reshape(middles.shape)
     within = np.clip(at, _LEAST, 1 - _LEAST)  # those on the rim are inside
@@ -162,7 +162,7 @@ def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[
         known, counts = np.unique(codes[inside], return_counts=True)
         most = ""
         for rank, code in enumerate(known[np.argsort(-counts)]):
-            itinerary = texts.get(int(code), "").replace("_", " ")
+            itinerary = texts.get(int(code), "")
             if rank == 0:
                 most = itinerary
                 continue

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import Axis
 from capsule_sym._sweeps.execution import Ended, Summary, run_sweep
 from capsule_sym._sweeps.quantities import COMPUTED
@@ -130,9 +131,7 @@ class _Points:
         self.summaries.append(run_sweep(part, place, **self.how))
         self.cores.update(Held(place).tally().cores)
         with open_results(place) as results:
-            flags = results["itinerary"].attrs
-            meanings = flags["flag_meanings"].split()
-            self.texts.update(zip(flags["flag_values"], meanings, strict=True))
+            self.texts.update(itineraries.texts(results))
             label = np.column_stack([results[name].values for name in _LABEL])
         kinds, inverse = np.unique(label, axis=0, return_inverse=True)
         numbers = [self.labels.setdefault(tuple(k), len(self.labels)) for k in kinds.tolist()]

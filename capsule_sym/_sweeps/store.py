@@ -23,6 +23,7 @@ from capsule_sym._sweeps.layout import (
     consolidate,
     coordinates,
     described,
+    itinerary_flags,
     lay,
     outcome_flags,
     provenance,
@@ -221,10 +222,8 @@ def write_chart(
 
     attributes = described(sweep, provenance(""), cores) | attributes
     chart = xr.Dataset(columns, coordinates(sweep), attributes)
-    itineraries = dict(sorted(texts.items()))
-    chart["itinerary"].attrs.update(
-        flag_values=list(itineraries), flag_meanings=" ".join(itineraries.values())
-    )
+    table = {text: (code, 0) for code, text in sorted(texts.items())}
+    chart["itinerary"].attrs.update(itinerary_flags(table))
     chart["outcome"].attrs.update(outcome_flags())
     part = path / _PARTIAL
     with writing(path):

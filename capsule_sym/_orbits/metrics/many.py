@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.batch import checked_rows, spread
-from capsule_sym._map.itinerary import cyclic_start
+from capsule_sym._map.itinerary import begun
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
@@ -98,8 +98,7 @@ class Performances:
         # The run begins and ends within one segment, but where a switch falls on the angle 0.
         if len(passed) > 1 and passed[0] == passed[-1]:
             passed.pop()
-        first = cyclic_start(passed)
-        return tuple(f"F{field}" for field in (*passed[first:], *passed[:first]))
+        return tuple(f"F{field}" for field in begun(passed))
 
 
 def performance_many(
