@@ -93,8 +93,8 @@ def group(context: click.Context) -> None:
 for _name, _module, _text in (
     ("verify", "capsule_sym._symbolic.command", "Prove the derivations with SymPy."),
     ("enclose", "capsule_sym._enclosures.command", "Prove Section 4 in ball arithmetic."),
-    ("hardcases", "capsule_sym._hardcases.command", "Judge the switches of hard cases."),
-    ("adversarial", "capsule_sym._hardcases.command", "Judge random starts near tangencies."),
+    ("hardcases", "capsule_sym._hardcases.command", "Check the switches of hard cases."),
+    ("adversarial", "capsule_sym._hardcases.command", "Check random starts near tangencies."),
     ("bench", "capsule_sym._bench.command", "Measure speed against error, beside peers."),
     ("sweep", "capsule_sym._sweeps.command", "Run a grid of parameters or starts, resumably."),
     ("basin", "capsule_sym._sweeps.command", "Run a basin of attraction; tell its attractors."),

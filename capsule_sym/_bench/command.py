@@ -49,7 +49,7 @@ def bench(
     Times are processor time of calls from Python, by excitation period. Errors are those of the
     final state against 50 digits, after 20 periods, or 100 in the sweep. Switches missed and
     invented are the fewest that explain a run's itinerary of fields beside the true one; in the
-    sweep the true itineraries are those of this map, and 50 digits judge them in 11 of the 1,000.
+    sweep the true itineraries are those of this map, and 50 digits confirm them in 11 of the 1,000.
 
     --out writes bench.json (part.json if --only or --quick is given), what --json prints,
     after each part, so that an interrupted study leaves the parts that were done. `figure
@@ -161,7 +161,7 @@ def _rows(rows: Sequence[Row]) -> Table:
         "invented",
         "locked",
         "runs",
-        "judged",
+        "compared",
         "set up, s",
     )
     for row in rows:
@@ -170,7 +170,7 @@ def _rows(rows: Sequence[Row]) -> Table:
             row.setting,
             f"{row.us_per_period:.3g}",
             "" if row.max_error is None else f"{row.max_error:.1e}",
-            *map(str, (row.missed, row.invented, row.locked, row.runs, row.judged)),
+            *map(str, (row.missed, row.invented, row.locked, row.runs, row.compared)),
             f"{row.setup_s:.2f}",
         )
     return table

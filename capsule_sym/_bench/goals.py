@@ -74,7 +74,7 @@ def _accuracy(*parts: Sequence[Row]) -> Iterator[Goal]:
             yield Goal(f"largest error, {name}", row.max_error, "", "<=", _LARGEST_ERROR)
     if any(ours):
         wrong = sum(row.missed + row.invented for row in ours if row)
-        runs = sum(row.judged for row in ours if row)
+        runs = sum(row.compared for row in ours if row)
         yield Goal("wrong, double", wrong, f"in {runs} runs", "<=", 0)
 
 

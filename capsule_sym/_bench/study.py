@@ -30,7 +30,7 @@ class Row(NamedTuple):
     invented: int
     """Switches lacking in the itineraries, and additional: the fewest that explain them."""
     runs: int
-    judged: int
+    compared: int
     """Runs that are compared with the truth."""
     locked: int
     """Runs that locked up in switches without end; the rest of their itinerary is missed."""

@@ -38,7 +38,7 @@ class Case(NamedTuple):
 
 
 def cases(part: str) -> list[Case]:
-    """The judged runs of a part: "case study", "tangencies" or "sweep", a sample of the sweep."""
+    """Runs of which the truth is known: "case study", "tangencies", or a sample of the "sweep"."""
     record = json.loads(_file().read_text(encoding="utf-8"))[part]
     return [
         Case(
@@ -66,13 +66,13 @@ def compute() -> dict[str, Any]:
 
     near = [start for name in tangencies.values() for start in tangencies.starts(name)]
     return {
-        "case study": _judged([Start(Parameters(alpha=a), _REST, PERIODS) for a in ALPHAS]),
-        "tangencies": {"alphas": tangencies.values()} | _judged(near),
-        "sweep": _judged([Start(Parameters(alpha=a), _REST, SWEEP_PERIODS) for a in _SAMPLE]),
+        "case study": _computed([Start(Parameters(alpha=a), _REST, PERIODS) for a in ALPHAS]),
+        "tangencies": {"alphas": tangencies.values()} | _computed(near),
+        "sweep": _computed([Start(Parameters(alpha=a), _REST, SWEEP_PERIODS) for a in _SAMPLE]),
     }
 
 
-def _judged(starts: Sequence[Start]) -> dict[str, Any]:
+def _computed(starts: Sequence[Start]) -> dict[str, Any]:
     with ProcessPoolExecutor() as pool:
         return {"periods": starts[0].periods, "runs": list(pool.map(_run, starts))}
 

@@ -166,7 +166,7 @@ def optimise(
         found = pareto(metric, against, bounds_of(over), system, points=points, **asked)
     if found.status is OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
-    _tell(found, "optimum" if against is None else "front", out, as_json)
+    _report(found, "optimum" if against is None else "front", out, as_json)
     if not as_json:
         _print_front(found) if isinstance(found, Front) else _print_optimum(found)
     _end(found)
@@ -211,9 +211,9 @@ def steer(
         samples=samples,
         seed=seed,
     )
-    _tell(found, "steering", out, as_json)
+    _report(found, "steering", out, as_json)
     if not as_json:
-        tell_steering(found)
+        print_steering(found)
     if found.status is SteeringStatus.NO_OPTIMUM:
         _end(found)
 
@@ -288,7 +288,7 @@ def fit(
     )
     ranges = {name: found.interval(name) for name in found.values} if intervals else {}
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    _tell(found, "fit", out, as_json, extra)
+    _report(found, "fit", out, as_json, extra)
     if not as_json:
         _print_fit(found, ranges)
     _end(found)
@@ -305,7 +305,7 @@ def finite(record: Any) -> Any:
     return record
 
 
-def _tell(
+def _report(
     found: Any,
     name: str,
     out: Path | None,
@@ -373,7 +373,7 @@ def _end(found: Any) -> None:
 _MILLI = {"m/s": "mm/s", "m": "mm"}
 
 
-def said(value: float, unit: str) -> str:
+def with_unit(value: float, unit: str) -> str:
     """A value with its unit, speeds and lengths in mm."""
     if unit in _MILLI:
         value, unit = 1000 * value, _MILLI[unit]
@@ -398,13 +398,13 @@ def _print_optimum(found: Optimum) -> None:
     if not found.over:
         return
     kind = "greatest" if found.maximised else "least"
-    grid.add_row(f"{kind} {found.metric}", said(found.value, units.get(found.metric, "")))
+    grid.add_row(f"{kind} {found.metric}", with_unit(found.value, units.get(found.metric, "")))
     for name, value in found.over.items():
         held = f"  (bound: {found.bounds[name]:.4g} a unit)" if name in found.bounds else ""
         grid.add_row(name, f"{value:.9g} {units.get(name, '')}".rstrip() + held)
     grid.add_row("itinerary", " ".join(found.itinerary))
     for name, value in found.metrics.items():
-        grid.add_row(name.replace("_", " "), said(value, units.get(name, "")))
+        grid.add_row(name.replace("_", " "), with_unit(value, units.get(name, "")))
     for one in found.constraints:
         told = f"holds it, {one.multiplier:.4g} a unit" if one.active else f"{one.slack:.4g} left"
         grid.add_row("constraint", f"{one.text}: {told}")
@@ -438,7 +438,7 @@ def _print_front(found: Front) -> None:
     make_console().print(shown)
 
 
-def tell_steering(found: Steering) -> None:
+def print_steering(found: Steering) -> None:
     """Print both drives and the way between them."""
     from rich.table import Table
 
@@ -452,7 +452,7 @@ def tell_steering(found: Steering) -> None:
 
     for way, one in (("forward", found.forward), ("backward", found.backward)):
         if one.over:
-            speed = said(one.value, units.get("velocity", ""))
+            speed = with_unit(one.value, units.get("velocity", ""))
             grid.add_row(way, speed, drive(one.over), " ".join(one.itinerary))
     console = make_console()
     console.print(grid)

@@ -179,7 +179,7 @@ def fit(
         guesses = sorted(guesses, key=problem.cost)[:_TRIES]
     found = [_least(problem, guess, low, high, loss) for guess in guesses]
     best, scale = min(found, key=lambda one: float(one[0].cost))
-    return _told(problem, best, low, high, loss, scale)
+    return _result(problem, best, low, high, loss, scale)
 
 
 @dataclass
@@ -391,7 +391,9 @@ def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
     return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
 
 
-def _told(problem: Problem, found: Any, low: Vector, high: Vector, loss: str, scale: float) -> Fit:
+def _result(
+    problem: Problem, found: Any, low: Vector, high: Vector, loss: str, scale: float
+) -> Fit:
     """What the least squares came to, and what that says."""
     values, k = found.x, len(found.x)
     residuals, _, itinerary = problem.at(values)

@@ -1,4 +1,4 @@
-"""An optimisation: a survey chooses starts, each is followed to an optimum, the best is told."""
+"""An optimisation: a survey chooses starts, each is followed to an optimum; the best is kept."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from capsule_sym._design.kinks import Kink, kink_beside
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import KEPT, Place, Program
-from capsule_sym._design.results import infeasible, nowhere, told
+from capsule_sym._design.results import infeasible, nowhere, optimum_of
 from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
 
 _FOLLOWED = 3  # starts, at most, from which the optimum is sought
@@ -65,7 +65,7 @@ class Optimiser:
             found = self.ended(places)
             if found is not None and self.as_good(found, places[0]):
                 return found
-        return self.told(rough(self.program, places[0]), None)
+        return self.result(rough(self.program, places[0]), None)
 
     def nowhere(self, moving: bool) -> Optimum:
         """That no start leads to a motion, or to none at which limits have numbers."""
@@ -128,10 +128,10 @@ class Optimiser:
         """The optimum where a search came to rest, if it satisfies all conditions."""
         found = stationary(self.program, places[0])
         if found is not None and self.holds(found, places[0]):
-            return self.told(found, None)
+            return self.result(found, None)
         kink = kink_beside(self.program, places)
         if kink is not None and all(self.confirmed(side) for side in kink.sides):
-            return self.told(kink.found, kink)
+            return self.result(kink.found, kink)
         return None
 
     def holds(self, found: Stationary, near: Place) -> bool:
@@ -152,9 +152,9 @@ class Optimiser:
         settled = self.program.settled(place.u)
         return settled is not None and all(map(agrees, place.motions, settled))
 
-    def told(self, found: Stationary, kink: Kink | None) -> Optimum:
+    def result(self, found: Stationary, kink: Kink | None) -> Optimum:
         """The result of a place."""
-        return self.counted(told(self.program, self.name, found, kink))
+        return self.counted(optimum_of(self.program, self.name, found, kink))
 
     def counted(self, found: Optimum) -> Optimum:
         """A result with how much it took."""

@@ -1,4 +1,4 @@
-"""What is told of a place that an optimisation found."""
+"""The result that an optimisation gives of a place that it found."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from capsule_sym._design.stationary import SOLVED, Stationary, rough
 from capsule_sym._parameters import METRIC_UNITS
 
 
-def told(program: Program, name: str, found: Stationary, kink: Kink | None) -> Optimum:
+def optimum_of(program: Program, name: str, found: Stationary, kink: Kink | None) -> Optimum:
     """The result of a place that was found, by words and numbers."""
     place = found.place
     system, sign = program.system_at(place.u), program.sign
@@ -103,7 +103,7 @@ def infeasible(program: Program, name: str, place: Place) -> Optimum:
             text = program.texts[k % count]
             named.append(f"{text} by {-place.slacks[k] * program.sizes[k % count]:.3g}")
     message = f"no place within the bounds was found to satisfy {' and '.join(named)}"
-    found = told(program, name, rough(program, place), None)
+    found = optimum_of(program, name, rough(program, place), None)
     return replace(found, success=False, status=OptimumStatus.INFEASIBLE, message=message)
 
 

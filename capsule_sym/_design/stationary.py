@@ -71,7 +71,7 @@ def rough(program: Program, place: Place) -> Stationary:
     own = _Own(program, place, None, place.motions)
     unknowns = own.multipliers(place)
     worst = float(abs(own.residual(place, unknowns)).max(initial=0.0))
-    return replace(own.told(worst, place, unknowns), minimal=False)
+    return replace(own.ended(worst, place, unknowns), minimal=False)
 
 
 class _Own:
@@ -181,7 +181,7 @@ class _Own:
                 break
             place, unknowns = after, unknowns + step[count:]
         assert best is not None
-        return self.told(*best)
+        return self.ended(*best)
 
     def multipliers(self, place: Place) -> Vector:
         """First guess of the multipliers, by least squares: level, weights, those held."""
@@ -239,7 +239,7 @@ class _Own:
             columns.append(self.residual(place, moved) - self.residual(place, unknowns))
         return np.array(columns).T
 
-    def told(self, worst: float, place: Place, unknowns: Vector) -> Stationary:
+    def ended(self, worst: float, place: Place, unknowns: Vector) -> Stationary:
         m = len(self.scenarios)
         weights, others = unknowns[1 : 1 + m], unknowns[1 + m :]
         _, by = self.held(place)

@@ -24,9 +24,9 @@ from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters, PhysicalParameters
 
-_STEPS = 20  # of the branch along a leg
+_STEPS = 20  # of the branch along a stretch
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
-_SHARE = "share"  # what varies along a leg, from 0 to 1
+_SHARE = "share"  # what varies along a stretch, from 0 to 1
 Vector = NDArray[np.float64]
 Drive = dict[str, float]
 
@@ -67,7 +67,7 @@ class Steering(Labelled):
     breaks: tuple[Break, ...]
     """Where the paths that were tried before, or all of them, are broken."""
     branches: tuple[Branch, ...]
-    """The orbits along the legs of the path; without one, of the straight way."""
+    """The orbits along the stretches of the path; without one, of the straight way."""
     success: bool
     """Whether both drives were found, and a path between them."""
     status: SteeringStatus
@@ -82,10 +82,10 @@ class Steering(Labelled):
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:
-        """The n orbits along the path, shape (n,): leg, drive, velocity, multiplier, itinerary."""
+        """The n orbits along the path, (n,): stretch, drive, velocity, multiplier, itinerary."""
         rows = [
-            (leg, self._drive(point.orbit), point)
-            for leg, branch in enumerate(self.branches, 1)
+            (number, self._drive(point.orbit), point)
+            for number, branch in enumerate(self.branches, 1)
             for point in branch.points
         ]
         system = self.forward.system
@@ -93,7 +93,7 @@ class Steering(Labelled):
         velocities = [float(point.orbit.average_velocity) * unit for _, _, point in rows]
         texts = [str(point.orbit.itinerary) for _, _, point in rows]
         return {
-            "leg": np.array([leg for leg, _, _ in rows], dtype=int),
+            "stretch": np.array([number for number, _, _ in rows], dtype=int),
             **{name: np.array([drive[name] for _, drive, _ in rows]) for name in self.names},
             "velocity": np.array(velocities),
             "largest_multiplier": np.array([_largest(point) for _, _, point in rows]),
@@ -111,7 +111,7 @@ class Steering(Labelled):
         evaluations = sum(
             one.statistics.get("evaluations", 0) for one in (self.forward, self.backward)
         )
-        return {"points": len(self.columns["leg"]), "evaluations": evaluations}
+        return {"points": len(self.columns["stretch"]), "evaluations": evaluations}
 
     def attributes(self) -> dict[str, Any]:
         """How it ended."""
@@ -250,8 +250,8 @@ def _along(
     """The orbits along a path, and where it is broken."""
     orbit, system, branches = forward.orbits[0], forward.system, list[Branch]()
     for target in ([corner] if corner else []) + [backward.over]:
-        branch = _leg(orbit, _parameters(system, target))
-        if branch is None:  # the corner is where the leg begins
+        branch = _stretch(orbit, _parameters(system, target))
+        if branch is None:  # the corner is where the stretch begins
             continue
         branches.append(branch)
         broken = _broken(branch)
@@ -271,7 +271,7 @@ def _parameters(system: System, drive: Drive) -> Parameters:
     return replace(system, **drive).dimensionless()
 
 
-def _leg(orbit: Orbit, target: Parameters) -> Branch | None:
+def _stretch(orbit: Orbit, target: Parameters) -> Branch | None:
     """The branch along a straight line of parameters from an orbit's."""
     begin = orbit.parameters.to_dict()
     ends = {

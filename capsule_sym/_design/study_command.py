@@ -14,12 +14,12 @@ from capsule_sym._design.command import (
     finite,
     margin_option,
     over_option,
-    said,
+    print_steering,
     subject_option,
     table_of,
-    tell_steering,
     tolerance_option,
     units_of,
+    with_unit,
     write_all,
 )
 from capsule_sym._errors import InvalidInput
@@ -113,7 +113,7 @@ def design(
         click.echo(text)
     else:
         _print(found, units_of(system))
-        tell_steering(steering)
+        print_steering(steering)
     missing = [name for name, one in found.items() if not one.success]
     if missing:
         click.echo(f"not found: {', '.join(missing)}", err=True)
@@ -130,7 +130,7 @@ def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
                 f"{value:.5g} {units.get(key, '')}".rstrip() for key, value in one.over.items()
             ]
             metrics = [
-                said(one.metrics[key.replace(" ", "_")], units.get(key.replace(" ", "_"), ""))
+                with_unit(one.metrics[key.replace(" ", "_")], units.get(key.replace(" ", "_"), ""))
                 for key in heads
             ]
             shown.add_row(name, *drive, *metrics)

@@ -75,7 +75,7 @@ def plot_steering(
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
     columns, system = steering.columns, steering.forward.system
-    count = len(columns["leg"])
+    count = len(columns["stretch"])
     drives = np.column_stack([columns[name] for name in steering.names])
     # Along the path, in shares of each drive's change.
     spans = np.ptp(drives, axis=0) if count else np.ones(len(steering.names))

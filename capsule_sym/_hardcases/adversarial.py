@@ -20,8 +20,8 @@ from time import perf_counter
 from typing import Any
 
 from capsule_sym._errors import Outcome
-from capsule_sym._hardcases.judge import CONTRACT, WIDE, Start, error, names
 from capsule_sym._hardcases.lanes import LaneSwitch, first_switch
+from capsule_sym._hardcases.reference import CONTRACT, WIDE, Start, error, names
 from capsule_sym._hardcases.starts import RandomStart, random_start
 from capsule_sym._map import Segment
 from capsule_sym._map.backend import Backend, default_backend
@@ -38,7 +38,7 @@ CHUNK = 200
 """Starts in one line of the log."""
 
 _PROCESSES = 2
-_REFERENCE = 8  # of so many starts one is judged by the reference map as well
+_REFERENCE = 8  # of so many starts one is checked by the reference map as well
 _SMALL = 2.0  # errors below, in units of the contract, are not told apart
 _MODES = {field: mode for mode, field in FIELDS.items()}
 
@@ -47,19 +47,19 @@ _MODES = {field: mode for mode, field in FIELDS.items()}
 class Tally:
     """Counts over some starts: by kind, outcome and distance, and every disagreement.
 
-    `disagreements` are starts where another field takes over or another guard fires than in 50
+    `disagreements` are starts where another field follows or another guard fires than in 50
     digits, `inaccurate` those whose switching time is outside the accuracy contract.
 
-    `backends` counts the starts that each backend was judged on; the default backend takes all. Of
+    `backends` counts the starts that each backend was checked on; the default backend takes all. Of
     those side by side in lanes, `alone` counts what the lanes left to the code for one run.
-    `settled` are starts that double precision left open and 50 digits decided, `undecided` those
-    that stay open (a tangency or corner to 50 digits); `distances` gives starts, settled and
+    `escalated` are starts that double precision left open and 50 digits decided, `undecided` those
+    that stay open (a tangency or corner to 50 digits); `distances` gives starts, escalated and
     undecided by the decade of the start's distance from a degenerate one. `worst` is the largest
     error of a switching time in units of u (t* + M/|g'(t*)|), those below 2 not told apart.
     """
 
     starts: int = 0
-    settled: int = 0
+    escalated: int = 0
     undecided: int = 0
     worst: float = 0.0
     seconds: float = 0.0
@@ -74,7 +74,7 @@ class Tally:
     def add(self, other: Tally) -> None:
         """Add the counts of another tally."""
         self.starts += other.starts
-        self.settled += other.settled
+        self.escalated += other.escalated
         self.undecided += other.undecided
         self.seconds += other.seconds
         self.worst = max(self.worst, other.worst)
@@ -121,12 +121,12 @@ def run(count: int, seed: int, log: Path | None) -> Iterator[Tally]:
 
 @cache
 def code() -> str:
-    """Digest of all that a verdict depends on: the kernels, the map, its C core, and the judge."""
+    """Digest of all that a verdict depends on: the kernels, the map, its C core, these checks."""
     from capsule_sym._native import core
 
     here = Path(__file__).parent
     files = sorted(here.parent.glob("_map/*.py"))
-    files += [here / f"{name}.py" for name in ("adversarial", "judge", "lanes", "starts")]
+    files += [here / f"{name}.py" for name in ("adversarial", "lanes", "reference", "starts")]
     parts = [DIGEST.encode(), *map(_meaning, files)]
     if core is not None:
         parts.append(Path(str(core.__file__)).read_bytes())
@@ -177,7 +177,7 @@ def chunk(seed: int, number: int) -> Tally:
 
 
 def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] = ()) -> Tally:
-    """One start: the field that takes over and its first switch, in double and in 50 digits.
+    """One start: the field that follows and its first switch, in double and in 50 digits.
 
     `widths` are numbers of lanes, in one of which the start goes as well.
     """
@@ -186,7 +186,7 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
         true = _first_switch(numbers, start)
         tally = Tally(starts=1, kinds={random.kind: 1})
 
-        def judge(name: str, found: LaneSwitch | None) -> None:
+        def check(name: str, found: LaneSwitch | None) -> None:
             tally.backends[name] = 1
             problem, off = _problem(numbers, start, found, *true)
             tally.worst = max(tally.worst, off)
@@ -206,25 +206,25 @@ def compare(random: RandomStart, backends: Iterable[str], widths: Iterable[int] 
         segment = None
         for name in dict.fromkeys(backends):
             found = start.run(name)
-            tally.settled = int(
-                tally.settled or (found.statistics.escalations > 0 and name != WIDE)
+            tally.escalated = int(
+                tally.escalated or (found.statistics.escalations > 0 and name != WIDE)
             )
             segment = found.segments[0] if found.segments else None
-            judge(name, _switch(segment) if segment else None)
+            check(name, _switch(segment) if segment else None)
         for width in widths:
             name, switch = f"c, {width} lanes", first_switch(numbers, start, width)
             tally.alone[name] = int(switch is None or switch.alone)
             if switch is not None:  # what stays open goes to 50 digits as it is
-                judge(name, switch)
+                check(name, switch)
         outcome = segment.outcome if segment else Outcome.UNDECIDED
         tally.undecided = int(true[1] is None or not true[1].certain)
         tally.outcomes = {str(outcome): 1}
-        tally.distances = {_decade(random.distance): [1, tally.settled, tally.undecided]}
+        tally.distances = {_decade(random.distance): [1, tally.escalated, tally.undecided]}
     return tally
 
 
 def _first_switch(numbers: Backend, start: Start) -> tuple[SegmentStart | None, Switch | None]:
-    """What takes over at a start, and the first switch before the run's end."""
+    """What follows at a start, and the first switch before the run's end."""
     number, parameters = numbers.number, start.parameters
     run = Run(numbers, parameters, escalate=False)
     x_r, v_r, v_c = (number(value) for value in start.state)
@@ -247,17 +247,8 @@ def _problem(
     """What is wrong with a first switch, empty if nothing is, and the error of its duration."""
     found = f"F{switch.field}" if switch else "no field"
     expected = f"F{begin.field}" if begin else "no field"
-    if (
-        switch is None
-        or begin is None
-        or true is None
-        or switch.field
-        not in (
-            begin.field,
-            0,
-        )
-    ):
-        return ("" if found == expected else f"{found} takes over, not {expected}"), 0.0
+    if switch is None or begin is None or true is None or switch.field not in (begin.field, 0):
+        return ("" if found == expected else f"{found} follows, not {expected}"), 0.0
     fired = _fired(switch)
     if fired not in (true.guards or (None,)):
         return f"{found}: {fired.value if fired else 'none'}, not {names(true)}", 0.0
@@ -266,8 +257,7 @@ def _problem(
     # With M = 0 the error is larger than it is.
     off = float(abs(switch.duration / true.duration - 1)) * 2**53 if true.duration else math.inf
     if off > _SMALL:
-        judged = error(numbers, start.parameters, begin, switch.duration, true, _SMALL)
-        off = judged.amplitude
+        off = error(numbers, start.parameters, begin, switch.duration, true, _SMALL).amplitude
     return "", off
 
 

@@ -24,7 +24,7 @@ def hardcases(as_json: bool, only: str) -> None:
     """Run every hard case and compare the switches found with 50 digits.
 
     The error is that of the worst switching time t*, in units of u (t* + M/|g'(t*)|) with M the
-    largest term of the guard g; 8 are allowed. Beside it stands what two plain approaches find:
+    largest term of the guard g; 8 are allowed. Beside it stands what two baseline methods find:
     200 samples per period with Brent's method, and SciPy's solve_ivp with events at 1e-10.
     Exits with 1 if a switch is missed, invented or off by more than is allowed.
     """
@@ -35,7 +35,7 @@ def hardcases(as_json: bool, only: str) -> None:
     chosen = [case for case in cases() if only in case.name]
     if not chosen:
         raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")
-    table = list(track(rows(chosen), "Judging the hard cases", len(chosen)))
+    table = list(track(rows(chosen), "Checking the hard cases", len(chosen)))
     median, most = cost()
     if as_json:
         evaluations = {"median": median, "maximum": most}
@@ -59,8 +59,8 @@ def _print(rows: list[Row], median: float, most: int) -> None:
             str(row.events_true),
             row.outcome,
             "[green]ok" if row.passed else f"[red]{row.verdict}",
-            row.plain["sampling"],
-            row.plain["solve_ivp"],
+            row.baselines["sampling"],
+            row.baselines["solve_ivp"],
         )
     console = make_console(width=_WIDTH)
     console.print(table)
@@ -68,13 +68,13 @@ def _print(rows: list[Row], median: float, most: int) -> None:
         f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
         f"sampling finds all switches in {_all(rows, 'sampling')}, "
         f"solve_ivp in {_all(rows, 'solve_ivp')}; "
-        f"{sum(row.settled for row in rows)} decisions made by 50 digits.\n"
+        f"{sum(row.escalations for row in rows)} decisions made by 50 digits.\n"
         f"Evaluations per segment over the case study: median {median:g}, maximum {most}."
     )
 
 
 def _all(rows: list[Row], way: str) -> int:
-    return sum(row.plain[way] == "all" for row in rows)
+    return sum(row.baselines[way] == "all" for row in rows)
 
 
 @click.command("adversarial")
@@ -86,8 +86,8 @@ def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
     The log in --out grows by a line for every 200 starts; a run that was interrupted goes on where
-    it stopped, unless the code has changed. Exits with 1 if at a single start another field takes
-    over, another guard fires, or the time is not as accurate as promised.
+    it stopped, unless the code has changed. Exits with 1 if at a single start another field
+    follows, another guard fires, or the time is not as accurate as promised.
     """
     from dataclasses import asdict
 
@@ -122,9 +122,9 @@ def _print_tally(total: Tally) -> None:
     )
     console.print(
         f"\n{total.starts} starts, {len(total.disagreements)} disagreements, "
-        f"{len(total.inaccurate)} times outside the accuracy contract. Judged: {backends}.\n"
+        f"{len(total.inaccurate)} times outside the accuracy contract. Checked: {backends}.\n"
         f"Outcomes: {outcomes}.\n"
-        f"Left open by double precision and decided by 50 digits: {total.settled}, of which "
+        f"Left open by double precision and decided by 50 digits: {total.escalated}, of which "
         f"{sum(n[1] for n in far)} among the {sum(n[0] for n in far)} starts from {_FAR:g} on; "
         f"open to 50 digits as well: {total.undecided}.\n"
         f"Largest error of a switching time: {total.worst:.2f} of 8 allowed.\n"

@@ -2,7 +2,7 @@
 
 The state to be met is chosen first, at a distance between 1e-1 and 1e-17 from the degenerate one
 or on it; the start is where a field comes from to meet it. Rounding moves it by a few units more:
-what really happens is for the judge to say.
+what really happens is for the reference check to say.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._hardcases.judge import Start
+from capsule_sym._hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas

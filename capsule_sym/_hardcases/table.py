@@ -10,9 +10,9 @@ from multiprocessing import get_context
 from typing import Any
 
 from capsule_sym._errors import Outcome
-from capsule_sym._hardcases import plain
+from capsule_sym._hardcases import baselines
 from capsule_sym._hardcases.cases import Case
-from capsule_sym._hardcases.judge import Judgement, Start, judge
+from capsule_sym._hardcases.reference import ReferenceCheck, Start, check
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters
 from capsule_sym._study import casestudy
@@ -23,11 +23,11 @@ _PROCESSES = 2
 
 @dataclass(frozen=True)
 class Row:
-    """A hard case judged: events of the map and of 50 digits, error, outcome, and plain ways.
+    """A hard case checked: events of the map and of 50 digits, error, outcome, and baselines.
 
     `error_ulp` is the largest error of a switching time in units of u (t* + M/|g'(t*)|), allowed
     up to 8; `error_ulp_at_phase` is the same with the smaller of the two readings of M (`Error`).
-    `plain` says how each plain approach did: "all", or what went wrong.
+    `baselines` says how each of these methods did: "all", or what went wrong.
     """
 
     name: str
@@ -37,9 +37,9 @@ class Row:
     error_ulp: float
     error_ulp_at_phase: float
     outcome: str
-    settled: int
+    escalations: int
     verdict: str
-    plain: dict[str, str]
+    baselines: dict[str, str]
 
     @property
     def passed(self) -> bool:
@@ -62,21 +62,21 @@ def rows(cases: list[Case]) -> Iterator[Row]:
 
 
 def row(case: Case) -> Row:
-    """One case judged, with the plain approaches beside it."""
+    """One case checked, with the baseline methods beside it."""
     start = case.build()
-    judged = judge(start)
+    checked = check(start)
     return Row(
         case.name,
         case.hard,
-        len(judged.found),
-        len(judged.true),
-        *judged.error,
-        _outcome(judged.run),
-        judged.run.statistics.escalations,
-        _verdict(judged),
+        len(checked.found),
+        len(checked.true),
+        *checked.error,
+        _outcome(checked.run),
+        checked.run.statistics.escalations,
+        _verdict(checked),
         {
-            "sampling": _plain(plain.sampling, start, judged.true),
-            "solve_ivp": _plain(plain.solve_ivp, start, judged.true),
+            "sampling": _compared(baselines.sampling, start, checked.true),
+            "solve_ivp": _compared(baselines.solve_ivp, start, checked.true),
         },
     )
 
@@ -103,12 +103,12 @@ def _outcome(run: Trajectory) -> str:
     return str(seen[0]) if seen else str(Outcome.UNDECIDED)
 
 
-def _verdict(judged: Judgement) -> str:
-    if judged.wrong:
-        return f"wrong switch in {judged.wrong}"
-    if judged.found != judged.true:
-        return _difference(judged.found, judged.true)
-    return "ok" if judged.passed else "outside the accuracy contract"
+def _verdict(checked: ReferenceCheck) -> str:
+    if checked.wrong:
+        return f"wrong switch in {checked.wrong}"
+    if checked.found != checked.true:
+        return _difference(checked.found, checked.true)
+    return "ok" if checked.passed else "outside the accuracy contract"
 
 
 def _difference(found: tuple[int, ...], true: tuple[int, ...]) -> str:
@@ -125,10 +125,10 @@ def _itinerary(fields: tuple[int, ...]) -> str:
     return " ".join(f"F{field}" for field in fields)
 
 
-def _plain(way: Callable[[Start], tuple[int, ...]], start: Start, true: tuple[int, ...]) -> str:
+def _compared(way: Callable[[Start], tuple[int, ...]], start: Start, true: tuple[int, ...]) -> str:
     try:
         return _difference(way(start), true)
-    except plain.GaveUp as reason:
+    except baselines.GaveUp as reason:
         return f"gave up: {reason}"
     except (ArithmeticError, ValueError) as failure:
         return f"failed: {failure}"

@@ -179,9 +179,9 @@ def switches(
     phase: float = 0.0,
     periods: int = 100,
 ) -> NDArray[np.void]:
-    """All switches of one run: an array with fields turn, angle, field and plane.
+    """All switches of one run: an array with fields period, angle, field and plane.
 
-    The time of a switch is `turn` excitation periods and the forcing's `angle` in [0, 2 pi);
+    The time of a switch is `period` excitation periods and the forcing's `angle` in [0, 2 pi);
     `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
 
     Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.

@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import evaluation
-from capsule_sym._map.segments import Records, Segments, Tangencies, switches_of
+from capsule_sym._map.segments import SWITCH, Records, Segments, Tangencies, switches_of
 from capsule_sym._map.trajectory import Kept, Statistics, Trajectory
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.interface import EVENT, SEGMENT
+from capsule_sym.generated.interface import SEGMENT
 
 CHOICES = ("segments", "final", "stroboscopic", "switches")
 MOST_KEPT = 1_000_000
@@ -74,7 +74,7 @@ class Keeper:
         self._strobe_periods = Growing(np.int64) if strobed else None
         self.count = self.evaluations = self.escalations = 0
         self._rows = Growing(SEGMENT) if self.what == "segments" else None
-        self._events = Growing(EVENT) if self.what == "switches" else None
+        self._events = Growing(SWITCH) if self.what == "switches" else None
         self._piece = np.empty(0 if self._rows else _PIECE, SEGMENT)
         self._tangencies: dict[int, Any] = {}
         self._last: Records | None = None

@@ -17,12 +17,12 @@ from capsule_sym._map.batch import checked_rows, final_states, spread
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.keep import checked
 from capsule_sym._map.labelled import lock
-from capsule_sym._map.segments import Segments, Tangencies, records_of
+from capsule_sym._map.segments import SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import simulate
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch, core
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.interface import EVENT, SEGMENT
+from capsule_sym.generated.interface import SEGMENT
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
 
@@ -178,7 +178,7 @@ def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
     if not isinstance(kept, str):
         return np.full((kept.size, 4), np.nan)
     if kept in ("segments", "switches"):
-        return np.empty(0, SEGMENT if kept == "segments" else EVENT)
+        return np.empty(0, SEGMENT if kept == "segments" else SWITCH)
     return np.empty((0, 3)) if kept == "stroboscopic" else np.empty(0)
 
 

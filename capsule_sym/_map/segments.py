@@ -17,13 +17,16 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
-from capsule_sym.generated.interface import EVENT, OUTCOMES, SEGMENT
+from capsule_sym.generated.interface import OUTCOMES, SEGMENT
 
 _MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
 _OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
 Triple = tuple[Number, Number, Number]
 Records = NDArray[np.void]
+
+SWITCH = np.dtype([("period", "i8"), ("angle", "f8"), ("field", "i4"), ("plane", "i4")])
+"""A switch: excitation periods passed, angle of the forcing, field that is left, and plane."""
 
 
 class Instant(NamedTuple):
@@ -203,10 +206,10 @@ def _angle(phase: float, omega: float) -> float:
 
 
 def switches_of(records: Records) -> Records:
-    """The switches that end segments: records of `EVENT`."""
+    """The switches that end segments: records of `SWITCH`."""
     ended = records[records["target"] != 0]
-    events = np.empty(len(ended), EVENT)
-    events["turn"], events["angle"] = ended["end_turn"], ended["end_angle"]
+    events = np.empty(len(ended), SWITCH)
+    events["period"], events["angle"] = ended["end_turn"], ended["end_angle"]
     events["field"], events["plane"] = ended["field"], ended["target"]
     return events
 

@@ -152,9 +152,9 @@ class Trajectory(Labelled):
 
     @property
     def switches(self) -> Records:
-        """All switches: an array with fields turn, angle, field and plane.
+        """All switches: an array with fields period, angle, field and plane.
 
-        The time of a switch is `turn` excitation periods and the forcing's `angle` in [0, 2 pi);
+        The time of a switch is `period` excitation periods and the forcing's `angle` in [0, 2 pi);
         `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
         """
         if self.kept.segments is not None:

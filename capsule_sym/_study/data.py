@@ -21,7 +21,7 @@ from capsule_sym._map import Trajectory, simulate
 from capsule_sym._options import Track
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps, write
-from capsule_sym._study.casestudy import MOST_PERIODS, from_rest
+from capsule_sym._study import casestudy
 from capsule_sym.generated.py import DIGEST
 
 if TYPE_CHECKING:
@@ -221,10 +221,12 @@ def _itinerary(parameters: Parameters) -> str:
 
 def _settled(parameters: Parameters) -> dict[str, Any]:
     """State at phase 0 and period number of the steady motion from rest."""
-    _, last, motion = from_rest(parameters)
+    _, last, motion = casestudy.from_rest(parameters)
     if motion:
         return {"state": list(last.final[1]), "period_number": motion.period_number}
-    allowed = f"where a run from rest becomes periodic within {MOST_PERIODS} excitation periods"
+    allowed = (
+        f"where a run from rest becomes periodic within {casestudy.MOST_PERIODS} excitation periods"
+    )
     raise InvalidInput("parameters", parameters.to_dict(), allowed)
 
 

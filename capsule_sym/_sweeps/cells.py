@@ -217,16 +217,16 @@ class _Cells:
         return found
 
     def slow(self, i: int) -> None:
-        """One cell by the trajectory, which settles with 50 digits what double leaves open."""
+        """One cell by the trajectory, where 50 digits decide what double leaves open."""
         parameters, part = Parameters(*self.rows[i].tolist()), self.part
         state, phase = tuple(self.states[i].tolist()), float(self.phases[i])
-        left, settled = part.periods, 0
+        left, escalations = part.periods, 0
         while True:
             self.look()
             # The last run is long enough to tell the longest motion.
             ahead = min(_BLOCK, left - 2 * LONGEST - 1)
             trajectory = simulate(parameters, state, phase, ahead if ahead > 0 else left)
-            settled += trajectory.statistics.escalations
+            escalations += trajectory.statistics.escalations
             if not trajectory.success:
                 return self.fail(i, trajectory.message)
             _, state = trajectory.final
@@ -248,7 +248,7 @@ class _Cells:
         elif motion is None:
             outcome = CellOutcome.NOT_PERIODIC
         else:
-            outcome = CellOutcome.SETTLED if settled else CellOutcome.CONVERGED
+            outcome = CellOutcome.ESCALATED if escalations else CellOutcome.CONVERGED
         self.columns["outcome"][i] = outcome
 
     def close(self, i: int) -> None:

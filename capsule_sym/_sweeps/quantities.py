@@ -15,7 +15,7 @@ class CellOutcome(IntEnum):
     #: The motion is periodic.
     CONVERGED = 1
     #: The motion is periodic, and 50 digits decided what double precision left open on the way.
-    SETTLED = 2
+    ESCALATED = 2
     #: The motion is not periodic within the sweep's periods and tolerance.
     NOT_PERIODIC = 3
     #: It is proved that no switch occurs any more.

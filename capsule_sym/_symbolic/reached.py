@@ -115,9 +115,9 @@ def rows(results: Sequence[Result], seconds: float) -> tuple[Row, ...]:
     unproved = sum(not result.settled for result in results)
     told = f"{len(results) - unproved} of {len(results)}, {seconds:.0f} s"
     found = [Row("statements settled", told, not unproved, "all", "verify"), _whole(seconds)]
-    for what, goal, path, judge, target in _ROWS:
+    for what, goal, path, read, target in _ROWS:
         try:
-            reached, met = judge(json.loads(path.read_text(encoding="utf-8")))
+            reached, met = read(json.loads(path.read_text(encoding="utf-8")))
         except FileNotFoundError:
             found.append(Row(what, "not run here", None, goal, f"make {target}"))
         except (OSError, ValueError, KeyError, TypeError):

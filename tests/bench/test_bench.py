@@ -123,7 +123,7 @@ def test_this_map_has_no_wrong_switch_and_full_accuracy(record, part) -> None:
     (row,) = rows(record, part, OURS).values()
     assert (row["missed"], row["invented"], row["locked"]) == (0, 0, 0)
     assert row["max_error"] < 1e-12
-    assert row["judged"] == row["runs"] > 0
+    assert row["compared"] == row["runs"] > 0
 
 
 @needs_cc
@@ -245,7 +245,7 @@ def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
 def test_tables_show_the_rows(done, record) -> None:
     for row in (*record["trajectory"], *record["tangencies"], *record["sweep"]):
         shown = [line.split() for line in done[1].stdout.splitlines() if row["tool"] in line]
-        wanted = [str(row[name]) for name in ("missed", "invented", "locked", "runs", "judged")]
+        wanted = [str(row[name]) for name in ("missed", "invented", "locked", "runs", "compared")]
         us = f"{row['us_per_period']:.3g}"
         assert any(us in cells and cells[-6:-1] == wanted for cells in shown)
 

@@ -80,7 +80,7 @@ def test_a_motion_has_no_first_local_map() -> None:
 
 def test_a_motion_that_does_not_settle_is_said_not_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(casestudy, "_BLOCK", 1)
-    monkeypatch.setattr(casestudy, "_MOST_PERIODS", 3)
+    monkeypatch.setattr(casestudy, "MOST_PERIODS", 3)
     case = next(casestudy.run())
     assert (case.periods, case.motion, case.agrees) == (3, None, False)
     [row] = casestudy.record([case])["cases"]

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._study import data
+from capsule_sym._study import casestudy, data
 from capsule_sym._study.arcs import cycle
 from capsule_sym._study.data import Store, orbit_of
 
@@ -94,7 +94,7 @@ def test_motions_are_settled_once_and_are_steady_again(counting: Store) -> None:
 
 
 def test_a_motion_that_does_not_settle_is_an_error(counting: Store, monkeypatch) -> None:
-    monkeypatch.setattr(data, "_MOST_PERIODS", data._BLOCK)
+    monkeypatch.setattr(casestudy, "MOST_PERIODS", casestudy._BLOCK)
     with pytest.raises(InvalidInput, match="where a run from rest becomes periodic within 64"):
         counting.motions([Parameters(alpha=0.3, gamma=3.0)])
 

@@ -45,7 +45,7 @@ def fitted() -> Any:
 
 STEERING = SimpleNamespace(
     columns={
-        "leg": np.zeros(3),
+        "stretch": np.zeros(3),
         "alpha": np.array([0.5, 0.7, 1.0]),
         "omega": np.array([0.9, 0.8, 0.7]),
         "velocity": np.array([0.1, 0.0, -0.1]),

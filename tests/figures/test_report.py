@@ -121,7 +121,7 @@ def results(directory: Path) -> None:
         "error_ulp": 0.5,
         "outcome": "graze",
         "verdict": "ok",
-        "plain": {"sampling": "1 missed", "solve_ivp": "all"},
+        "baselines": {"sampling": "1 missed", "solve_ivp": "all"},
     }
     row = {"tool": "ours", "setting": "double", "us_per_period": 0.7, "max_error": 1e-15}
     row |= {"missed": 0, "invented": 0}

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from capsule_sym import Parameters, Segment, Trajectory
 from capsule_sym._hardcases import adversarial, command
 from capsule_sym._hardcases.adversarial import CHUNK, Tally, chunk, compare, run
-from capsule_sym._hardcases.judge import Start
 from capsule_sym._hardcases.lanes import LaneSwitch
+from capsule_sym._hardcases.reference import Start
 from capsule_sym._hardcases.starts import KINDS, RandomStart, random_start
 from capsule_sym._map.backend import Backend
 from capsule_sym._native import core
@@ -31,10 +31,10 @@ def test_a_small_run_agrees_with_50_digits() -> None:
     assert sum(tally.outcomes.values()) == CHUNK
     assert 0 < tally.worst <= 8.0
     # What 50 digits had to settle was as close to degenerate as double precision sees.
-    assert tally.settled
-    for decade, (starts, settled, undecided) in tally.distances.items():
-        assert undecided <= settled <= starts
-        assert not settled or float(decade) < 1e-13
+    assert tally.escalated
+    for decade, (starts, escalated, undecided) in tally.distances.items():
+        assert undecided <= escalated <= starts
+        assert not escalated or float(decade) < 1e-13
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
@@ -122,7 +122,7 @@ def test_another_field_is_a_disagreement(monkeypatch: pytest.MonkeyPatch) -> Non
     changed(monkeypatch, field=lambda segment: segment.field % 6 + 1)
     tally = judged(["numpy"])
     assert len(tally.disagreements) == tally.starts
-    assert all(" takes over, not " in problem["problem"] for problem in tally.disagreements)
+    assert all(" follows, not " in problem["problem"] for problem in tally.disagreements)
 
 
 @pytest.fixture
@@ -142,7 +142,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
             done.append(number)
             future: Future[Tally] = Future()
-            future.set_result(Tally(starts=CHUNK, settled=number))
+            future.set_result(Tally(starts=CHUNK, escalated=number))
             return future
 
     monkeypatch.setattr(adversarial, "ProcessPoolExecutor", Pool)
@@ -161,7 +161,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path: Path, quick: list
     quick.clear()
     tallies = list(run(4 * CHUNK, 3, log))
     assert len(tallies) == 4
-    assert sum(tally.settled for tally in tallies) == 0 + 1 + 2 + 3
+    assert sum(tally.escalated for tally in tallies) == 0 + 1 + 2 + 3
     assert sorted(quick) == sorted({3, json.loads(lines[-1])["chunk"]})
     assert [json.loads(line)["seed"] for line in log.read_text().splitlines()] == [3] * 4
 

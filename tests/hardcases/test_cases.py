@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from capsule_sym._hardcases.cases import Case, cases
-from capsule_sym._hardcases.judge import judge
+from capsule_sym._hardcases.reference import check
 from capsule_sym._native import core
 from tests.judges import taylor_events
 
@@ -34,10 +34,10 @@ SAMPLED = [
 
 @pytest.mark.parametrize("name", SAMPLED)
 def test_switches_are_those_of_50_digits_and_as_accurate_as_promised(name: str) -> None:
-    judged = judge(CASES[name].build())
-    assert not judged.wrong
-    assert judged.found == judged.true
-    assert judged.error.amplitude <= 8.0
+    checked = check(CASES[name].build())
+    assert not checked.wrong
+    assert checked.found == checked.true
+    assert checked.error.amplitude <= 8.0
 
 
 @pytest.mark.long

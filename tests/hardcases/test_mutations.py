@@ -9,7 +9,7 @@ from mpmath import findroot
 
 from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from capsule_sym._hardcases.cases import cases, flow_from
-from capsule_sym._hardcases.judge import judge
+from capsule_sym._hardcases.reference import check
 from capsule_sym._map.backend import backend
 from tests.hardcases.mutations import MUTATIONS
 
@@ -36,9 +36,9 @@ def test_without_it_a_hard_case_fails(
 ) -> None:
     starts = [case.build() for name, case in CASES.items() if name.startswith(names)]
     assert starts
-    assert all(judge(start).passed for start in starts)
+    assert all(check(start).passed for start in starts)
     MUTATIONS[mutation](monkeypatch)
-    assert not all(judge(start).passed for start in starts)
+    assert not all(check(start).passed for start in starts)
 
 
 def first(parameters: Parameters, state: tuple[float, float, float], phase: float = 0.0) -> Outcome:

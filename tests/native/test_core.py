@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
 from capsule_sym import _native as native
 from capsule_sym._errors import Stopped
-from capsule_sym._hardcases.judge import CONTRACT, error
+from capsule_sym._hardcases.reference import CONTRACT, error
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.batch import final_state, final_states, parameter_rows, switches
 from capsule_sym._map.digits import fifty_digits
@@ -192,7 +192,7 @@ def test_every_way_of_asking_gives_the_same_run() -> None:
         ended = [s for s in run.segments if s.target]
         assert found["field"].tolist() == [s.field for s in ended]
         assert found["plane"].tolist() == [int(s.target[1:]) for s in ended]
-        assert all(a["turn"] <= b["turn"] for a, b in pairwise(found))
+        assert all(a["period"] <= b["period"] for a, b in pairwise(found))
         one = final_states(rows[i : i + 1], periods=30)
         assert one.states[0].tolist() == list(final_state(Parameters(*rows[i]), periods=30))
         watched = final_states(rows[i : i + 1], periods=30, watch=Watch())

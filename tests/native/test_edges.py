@@ -14,7 +14,7 @@ from random import Random
 import pytest
 
 from capsule_sym import Outcome, simulate
-from capsule_sym._hardcases.judge import Start
+from capsule_sym._hardcases.reference import Start
 from capsule_sym._hardcases.starts import random_start
 from tests.native import built
 

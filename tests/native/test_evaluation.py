@@ -310,7 +310,7 @@ def test_what_a_run_keeps_is_what_the_whole_one_has(backend: str) -> None:
     np.testing.assert_array_equal(runs["stroboscopic"].stroboscopic, whole.stroboscopic)
     np.testing.assert_array_equal(runs["switches"].switches, whole.switches)
     switches = [(s.end.period, s.field, int(s.target[1:])) for s in whole.segments if s.target]
-    assert whole.switches[["turn", "field", "plane"]].tolist() == switches
+    assert whole.switches[["period", "field", "plane"]].tolist() == switches
     np.testing.assert_array_equal(at.states, whole(KEPT))
     np.testing.assert_array_equal(at.positions, whole.position(KEPT))
     np.testing.assert_array_equal(at.times, KEPT)

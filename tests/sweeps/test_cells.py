@@ -93,7 +93,7 @@ def test_what_double_precision_leaves_open_is_settled_and_said() -> None:
         (Axis.of("x_r", [-0.5, -0.4]),), parameters, periods=2, compute=("itinerary", "final")
     )
     block = compute(sweep)
-    assert block.columns["outcome"].tolist() == [CellOutcome.SETTLED, CellOutcome.CONVERGED]
+    assert block.columns["outcome"].tolist() == [CellOutcome.ESCALATED, CellOutcome.CONVERGED]
     np.testing.assert_allclose(
         block.columns["final"], [[-0.5, 0.0, 0.0], [-0.4, 0.0, 0.0]], rtol=0, atol=1e-13
     )

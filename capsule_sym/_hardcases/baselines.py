@@ -1,4 +1,4 @@
-"""Two plain ways to find switches, for comparison: sampling with Brent, and SciPy's events.
+"""Two baseline methods to find switches, for comparison: sampling with Brent, and SciPy's events.
 
 Both are set up with care: surfaces are met from the right side only, and what vanishes at a switch
 is put to zero. Neither proves anything.
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._hardcases.judge import Start
+from capsule_sym._hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
@@ -27,11 +27,11 @@ _MODES = {field: mode for mode, field in FIELDS.items()}
 State = tuple[float, float, float]
 
 
-_Leg = Callable[[int, float, State, float], tuple[float, State, int] | None]
+_First = Callable[[int, float, State, float], tuple[float, State, int] | None]
 
 
 class GaveUp(Exception):
-    """A plain approach that did not come to the end of the run within its limit."""
+    """A baseline method that did not come to the end of the run within its limit."""
 
 
 def sampling(start: Start) -> tuple[int, ...]:
@@ -39,7 +39,7 @@ def sampling(start: Start) -> tuple[int, ...]:
 
     The motion is the exact one. Raises GaveUp beyond 200,000 samples.
     """
-    return _fields(start, _Sampling(start.parameters).leg)
+    return _fields(start, _Sampling(start.parameters).first_switch)
 
 
 def solve_ivp(start: Start) -> tuple[int, ...]:
@@ -47,17 +47,17 @@ def solve_ivp(start: Start) -> tuple[int, ...]:
 
     Raises GaveUp beyond 15,000 evaluations of the equation of motion, or if SciPy does.
     """
-    return _fields(start, _Integration(start.parameters).leg)
+    return _fields(start, _Integration(start.parameters).first_switch)
 
 
-def _fields(start: Start, leg: _Leg) -> tuple[int, ...]:
+def _fields(start: Start, first_switch: _First) -> tuple[int, ...]:
     p, state, now = start.parameters, start.state, start.phase
     end = start.periods * p.period
     contact, drift = int(state[0] >= p.delta), _sign(state[2])
     field = FIELDS[contact, drift or _drift_at_rest(p, contact, state)]
     fields: list[int] = []
     while len(fields) < start.max_segments:
-        passed = leg(field, now, state, end)
+        passed = first_switch(field, now, state, end)
         if passed is None:
             break
         now, state, fired = passed
@@ -99,7 +99,7 @@ class _Sampling:
     def __init__(self, parameters: Parameters) -> None:
         self.parameters, self.numbers, self.taken = parameters, NumpyBackend(), 0
 
-    def leg(
+    def first_switch(
         self, field: int, now: float, state: State, end: float
     ) -> tuple[float, State, int] | None:
         p, kernels = self.parameters, self.numbers.kernels
@@ -155,7 +155,7 @@ class _Integration:
     def __init__(self, parameters: Parameters) -> None:
         self.parameters, self.calls = parameters, 0
 
-    def leg(
+    def first_switch(
         self, field: int, now: float, state: State, end: float
     ) -> tuple[float, State, int] | None:
         from scipy.integrate import solve_ivp

@@ -1,4 +1,4 @@
-"""Switches of a run judged by 50 digits: which are true, and how far off their times are."""
+"""Switches of a run checked by 50 digits: which are true, and how far off their times are."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class ReferenceCheck:
     """A run in double precision beside the one in 50 digits.
 
     `found` and `true` are the fields passed, in order; `error` is the largest error of a switching
-    time over all segments, each judged from its own start.
+    time over all segments, each checked from its own start.
     """
 
     run: Trajectory
@@ -74,17 +74,17 @@ class Judgement:
         return not self.wrong and self.found == self.true and self.error.amplitude <= CONTRACT
 
 
-def judge(start: Start) -> Judgement:
-    """The run from a start, judged segment by segment and as a whole."""
-    run = _Judged(NumpyBackend(), start.parameters, escalate=True)
+def check(start: Start) -> ReferenceCheck:
+    """The run from a start, checked segment by segment and as a whole."""
+    run = _Checked(NumpyBackend(), start.parameters, escalate=True)
     found = run.go(start.state, start.phase, start.periods, start.max_segments)
-    return Judgement(found, _fields(found), _fields(start.run("mpmath")), run.error, run.wrong)
+    return ReferenceCheck(found, _fields(found), _fields(start.run("mpmath")), run.error, run.wrong)
 
 
 class Error(NamedTuple):
     """Error of a switching time in units of u (t* + M/|g'(t*)|), with either reading of M.
 
-    DESIGN's contract is judged by `amplitude`, where the forced term of g counts with its amplitude
+    The contract is checked by `amplitude`, where the forced term of g counts with its amplitude
     over all forcing phases: so large are the numbers that the forced response is added up from.
     `phase` counts only the largest value that it takes at the start's own phase, which is smaller.
     """
@@ -186,7 +186,7 @@ def names(switch: Switch) -> str:
     return " and ".join(guard.value for guard in switch.guards) or switch.outcome.value
 
 
-class _Judged(Run):
+class _Checked(Run):
     """A run of which every switch is also located in 50 digits, from the same start."""
 
     error, wrong = Error(0.0, 0.0), ""
