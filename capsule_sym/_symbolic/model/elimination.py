@@ -77,8 +77,25 @@ class Constraint:
     polynomial: PolyElement
     kind: Kind
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.polynomial, self.kind))
+
+    @cached_property
+    def _slopes(self) -> dict[sp.Symbol, PolyElement]:
+        return {}
+
+    @cached_property
+    def _signs(self) -> dict[sp.Symbol, Sign | None]:
+        return {}
+
     def slope(self, symbol: sp.Symbol) -> PolyElement:
         """Coefficient of a variable, in which the constraint is linear."""
+        if symbol in self._slopes:
+            return self._slopes[symbol]
         position = _POSITION[symbol]
         terms = {}
         for powers, coefficient in self.polynomial.items():
@@ -86,7 +103,17 @@ class Constraint:
                 raise Undecided(self.polynomial, symbol)
             if powers[position]:
                 terms[_without(powers, position)] = coefficient
-        return _RING.from_dict(terms)
+        self._slopes[symbol] = slope = _RING.from_dict(terms)
+        return slope
+
+    def slope_sign(self, symbol: sp.Symbol) -> Sign | None:
+        """Sign of that coefficient, None where the ranges of the parameters do not fix it."""
+        if symbol not in self._signs:
+            try:
+                self._signs[symbol] = _sign(self.slope(symbol))
+            except Undecided:
+                self._signs[symbol] = None
+        return self._signs[symbol]
 
     @cached_property
     def _support(self) -> frozenset[int]:
@@ -98,7 +125,9 @@ class Constraint:
 
     def at(self, values: Mapping[sp.Symbol, Fraction | int]) -> Constraint:
         """The constraint with numbers in place of some symbols."""
-        numbers = [(_POSITION[s], _rational(v)) for s, v in values.items()]
+        numbers = [(_POSITION[s], _rational(v)) for s, v in values.items() if self.involves(s)]
+        if not numbers:
+            return self
         terms: dict[tuple[int, ...], Any] = {}
         for powers, coefficient in self.polynomial.items():
             for position, number in numbers:
@@ -110,7 +139,16 @@ class Constraint:
 
     def holds(self) -> bool:
         """Whether a constraint without variables holds."""
-        sign = _sign(self.polynomial)
+        if self._truth is None:
+            raise Undecided(self.polynomial)
+        return self._truth
+
+    @cached_property
+    def _truth(self) -> bool | None:
+        try:
+            sign = _sign(self.polynomial)
+        except Undecided:
+            return None
         return sign == 0 if self.kind == "==" else sign > 0 or (sign == 0 and self.kind == ">=")
 
     def opposites(self) -> list[Constraint]:
@@ -148,6 +186,7 @@ def _polynomial(expression: sp.Expr) -> PolyElement:
     return Constraint(polynomial, "==").at({f_b: 1}).polynomial
 
 
+@cache
 def constraint_of(relation: Relation) -> Constraint:
     """A homogeneous relation as a constraint, at f_b = 1; a truth value as one of a constant."""
     if relation in (sp.true, sp.false):
@@ -174,35 +213,40 @@ RANGES = (
 def _pivot(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> Constraint | None:
     """An equation that can be solved for the symbol."""
     for constraint in constraints:
-        if constraint.kind == "==" and constraint.involves(symbol):
-            try:
-                _sign(constraint.slope(symbol))
-            except Undecided:
-                continue
+        if constraint.kind == "==" and constraint.slope_sign(symbol):
             return constraint
     return None
 
 
+# The same two constraints meet in many systems, for what is known of a piece stands in all of its.
+@cache
+def _without_symbol(symbol: sp.Symbol, one: Constraint, other: Constraint) -> Constraint:
+    """What two constraints say without a symbol that is eliminated.
+
+    The first is an equation, or its slope is positive and the other's is negative.
+    """
+    slope, sign = one.slope(symbol), one.slope_sign(symbol)
+    rest = slope * other.polynomial - other.slope(symbol) * one.polynomial
+    kinds = (one.kind, other.kind)
+    if one.kind == "==":
+        return Constraint(sign * rest, other.kind)
+    return Constraint(rest, ">" if ">" in kinds else ">=")
+
+
 def _eliminate(symbol: sp.Symbol, constraints: Iterable[Constraint]) -> list[Constraint]:
     """The constraints that remain for the other symbols, by exact elimination of one."""
-    constraints = list(constraints)
-    kept = [constraint for constraint in constraints if not constraint.involves(symbol)]
-    involved = [constraint for constraint in constraints if constraint.involves(symbol)]
+    kept: list[Constraint] = []
+    involved: list[Constraint] = []
+    for constraint in constraints:
+        (involved if constraint.involves(symbol) else kept).append(constraint)
     if pivot := _pivot(symbol, involved):
-        scale = pivot.slope(symbol)
-        sign = _sign(scale)
-        for constraint in involved:
-            if constraint is not pivot:
-                rest = scale * constraint.polynomial - constraint.slope(symbol) * pivot.polynomial
-                kept.append(Constraint(sign * rest, constraint.kind))
-        return kept
-    slopes = [(constraint, constraint.slope(symbol)) for constraint in involved]
-    lower = [(constraint, slope) for constraint, slope in slopes if _sign(slope) > 0]
-    upper = [(constraint, slope) for constraint, slope in slopes if _sign(slope) < 0]
-    for (below, a), (above, b) in product(lower, upper):
-        kind: Kind = ">" if ">" in (below.kind, above.kind) else ">="
-        kept.append(Constraint(a * above.polynomial - b * below.polynomial, kind))
-    return kept
+        others = (constraint for constraint in involved if constraint is not pivot)
+        return kept + [_without_symbol(symbol, pivot, other) for other in others]
+    if not all(constraint.slope_sign(symbol) for constraint in involved):
+        raise Undecided(involved, symbol)
+    lower = [constraint for constraint in involved if constraint.slope_sign(symbol) == 1]
+    upper = [constraint for constraint in involved if constraint.slope_sign(symbol) == -1]
+    return kept + [_without_symbol(symbol, *pair) for pair in product(lower, upper)]
 
 
 def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol:
@@ -212,14 +256,8 @@ def _order(constraints: list[Constraint], symbols: list[sp.Symbol]) -> sp.Symbol
         involved = [constraint for constraint in constraints if constraint.involves(symbol)]
         if _pivot(symbol, involved):
             return symbol
-        try:
-            for constraint in involved:
-                if constraint.kind == "==":
-                    raise Undecided
-                _sign(constraint.slope(symbol))
-        except Undecided:
-            continue
-        costs.append((len(involved), index))
+        if all(c.kind != "==" and c.slope_sign(symbol) for c in involved):
+            costs.append((len(involved), index))
     if not costs:
         raise Undecided(constraints)
     return symbols[min(costs)[1]]
@@ -233,11 +271,10 @@ def _settled(constraints: Iterable[Constraint]) -> list[Constraint]:
     """The constraints without those that hold by themselves."""
     kept: list[Constraint] = []
     for constraint in dict.fromkeys(constraints):
-        try:
-            if not constraint.holds():
-                raise Contradiction
-        except Undecided:
+        if constraint._truth is None:
             kept.append(constraint)
+        elif not constraint._truth:
+            raise Contradiction
     return kept
 
 
@@ -251,7 +288,8 @@ def eliminations(
     left = list(symbols)
     constraints = _settled(constraints)
     while left:
-        present = [s for s in left if any(c.involves(s) for c in constraints)]
+        held = frozenset[int]().union(*(c._support for c in constraints))
+        present = [symbol for symbol in left if _POSITION[symbol] in held]
         symbol = _order(constraints, present) if present else left[0]
         left.remove(symbol)
         yield symbol, constraints
