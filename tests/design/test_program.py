@@ -134,7 +134,7 @@ def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
     place = program.at(u, motions)
     assert rough(program, place).bounds[0] > 0
     own = _Own(program, place, None, motions)
-    assert not own.told(0.0, place, own.multipliers(place)).minimal
+    assert not own.ended(0.0, place, own.multipliers(place)).minimal
 
 
 @pytest.mark.parametrize(

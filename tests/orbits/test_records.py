@@ -16,6 +16,7 @@ from capsule_sym import (
     Orbit,
     continue_bifurcation,
     continue_orbit,
+    labelled_point,
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
@@ -37,7 +38,6 @@ from capsule_sym._orbits.continuation.records import (
     orbit_record,
     point_rows,
 )
-from capsule_sym._orbits.continuation.saved import labelled_point
 from capsule_sym._orbits.shooting.equations import shooting
 from capsule_sym._records import dumps
 from tests.orbits.branches import settled, upwards
