@@ -56,7 +56,8 @@ class NotInstalled(CapsuleError, ImportError):
     """An optional library is missing; the message says how to install it."""
 
     def __init__(self, missing: ModuleNotFoundError, extra: str = "plot") -> None:
-        super().__init__(f"{missing.name} is missing: pip install 'capsule-sym[{extra}]'")
+        name = str(missing.name).partition(".")[0]
+        super().__init__(f"{name} is missing: pip install 'capsule-sym[{extra}]'")
 
 
 class Status(StrEnum):

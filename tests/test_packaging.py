@@ -72,11 +72,47 @@ def test_sympy_stays_unimported_by_the_map() -> None:
     assert "sympy" not in loaded_after("from capsule_sym import simulate, Trajectory")
 
 
-def test_without_sympy_one_line_says_what_brings_it() -> None:
-    code = "import sys; sys.modules['sympy'] = None; from capsule_sym.__main__ import main; main()"
-    done = python("-c", code, "verify")
+SERIES = "t,x_r\n0,0\n1,0.1\n2,0.2\n3,0.1\n"
+
+
+@pytest.mark.parametrize(
+    ("absent", "line", "extra"),
+    [
+        ("sympy", "verify", "proof"),
+        ("scipy", "optimise --maximise speed --over alpha=0.5:1", "design"),
+        ("scipy", "fit series.csv --unknown alpha", "design"),
+        ("scipy", "hardcases", "peers"),
+        ("scipy", "bench --quick", "peers"),
+        ("matplotlib", "figure fig1 --out fig1.svg", "plot"),
+    ],
+)
+def test_without_an_optional_library_one_line_says_what_brings_it(
+    absent: str, line: str, extra: str, tmp_path: Path
+) -> None:
+    (tmp_path / "series.csv").write_text(SERIES)
+    code = (
+        f"import sys; sys.modules['{absent}'] = None; from capsule_sym.__main__ import main; main()"
+    )
+    done = python("-c", code, *line.split(), cwd=str(tmp_path))
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == "error: sympy is missing: pip install 'capsule-sym[proof]'\n"
+    told = f"error: {absent} is missing: pip install 'capsule-sym[{extra}]'\n"
+    assert done.stderr == told
+
+
+def test_runs_orbits_and_branches_need_no_scipy() -> None:
+    code = """
+import sys
+sys.modules["scipy"] = None
+from capsule_sym import Parameters, continue_orbit, plot, simulate, solve_orbit
+assert simulate(Parameters(), periods=20, backend="numpy").segments[0].outcome == "regular"
+first = solve_orbit(Parameters(zeta=0.005, alpha=0.03))
+branch = continue_orbit(first, "alpha", 0.08)
+print(*(one.type for one in branch.bifurcations))
+plot(branch)
+"""
+    done = python("-c", code)
+    assert "period doubling" in done.stdout, done.stderr
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_public_name_resolves_and_no_other_does() -> None:

@@ -67,6 +67,9 @@ def bench(
     built on: cells with all metrics and multipliers, and a run's derivatives. --out writes
     design.json.
     """
+    from capsule_sym._map.labelled import package
+
+    package("scipy", "peers")  # without which there is nothing to compare with
     if face:
         return _face(quick, repeats, out, as_json)
     if design:

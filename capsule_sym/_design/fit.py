@@ -20,6 +20,7 @@ from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
 from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import simulate
+from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 
@@ -335,8 +336,7 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     """Guesses between the bounds, or where there are none between half and twice the guess."""
     if not count:
         return []
-    from scipy.stats.qmc import Sobol
-
+    Sobol = package("scipy.stats.qmc", "design").Sobol
     size = np.where(problem.guess == 0.0, 1.0, np.abs(problem.guess))
     first = np.where(
         np.isfinite(high), low, np.where(np.isfinite(low), size / 2, problem.guess - size)
@@ -356,7 +356,7 @@ def _least(
     problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str
 ) -> tuple[Any, float]:
     """SciPy's result, and the scale of a robust loss: from the residuals that are left at last."""
-    from scipy.optimize import least_squares
+    least_squares = package("scipy.optimize", "design").least_squares
 
     def solve(start: Vector, loss: Any, scale: float) -> Any:
         return least_squares(
@@ -497,8 +497,7 @@ def _variance(fitted: Fit) -> float:
 
 def _edge(fitted: Fit, name: str, deviations: float) -> float:
     """Where the sum of squares has grown so far on one side of an unknown."""
-    from scipy.optimize import brentq
-
+    optimize = package("scipy.optimize", "design")
     problem, k = fitted.problem, list(fitted.values).index(name)
     values = np.array(list(fitted.values.values()))
     others = [i for i in range(len(values)) if i != k]
@@ -512,7 +511,6 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
         if not others:
             total = _counted(problem.residuals(np.array([at])), fitted)
         else:
-            from scipy.optimize import least_squares
 
             def whole(part: Vector) -> Vector:
                 full = np.empty(len(values))
@@ -527,7 +525,7 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
                 found: Matrix = problem.jacobian(whole(part))[:, others]
                 return found
 
-            found = least_squares(
+            found = optimize.least_squares(
                 residuals,
                 guess,
                 jacobian,
@@ -547,7 +545,7 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
         if far == values[k]:
             return far
         if grown(far) >= 0:
-            edge: float = brentq(grown, values[k], far, xtol=1e-6 * abs(step))
+            edge: float = optimize.brentq(grown, values[k], far, xtol=1e-6 * abs(step))
             return edge
         if far in (low[k], high[k]):
             return far

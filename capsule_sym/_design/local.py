@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.program import KEPT, Place, Program
+from capsule_sym._map.labelled import package
 
 Vector = NDArray[np.float64]
 _MOST = 80  # steps of SLSQP
@@ -102,15 +103,13 @@ class Search:
                 )
             return rows
 
-        from scipy.optimize import minimize
-
         begin: Any = np.append(u, first.objective.max()) if many else u
         bounded: list[Any] = [*zip(low.tolist(), high.tolist(), strict=True)] + [
             (None, None)
         ] * many
         held: Any = [{"type": "ineq", "fun": limits, "jac": limits_by}]
         with np.errstate(all="ignore"), suppress(_Enough):
-            minimize(
+            package("scipy.optimize", "design").minimize(
                 cast(Any, objective),
                 begin,
                 jac=True,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -99,7 +97,7 @@ def figure(
     wide = _check_picture(out.with_suffix(".png") if moving else out, width, least, dpi)
     system, _ = chosen_parameters(file, dimensionless)
     chosen = file is not None or any(value is not None for value in dimensionless.values())
-    with _needs_plotting(), tracking() as track:
+    with tracking() as track:
         study = Study(Store(track), system, colours, wide, chosen)
         if moving:
             from capsule_sym._figures.animation import animate
@@ -153,17 +151,14 @@ def diagram(
     wide = _check_picture(out, width, 3.3, dpi)
     curves = read_curves(paths[0]) if len(paths) == 1 else None
     records = [] if curves else [read_branch(path) for path in paths]
-    with _needs_plotting():
-        try:
-            drawn = (
-                plot_curves(curves, width=wide) if curves else draw(records, quantity, width=wide)
-            )
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            if isinstance(error, InvalidInput):
-                raise
-            whole = "a whole branch.json or curves.json, which this is not"
-            raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
-        save_figure(drawn, out, dpi=dpi)
+    try:
+        drawn = plot_curves(curves, width=wide) if curves else draw(records, quantity, width=wide)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        whole = "a whole branch.json or curves.json, which this is not"
+        raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
+    save_figure(drawn, out, dpi=dpi)
     tell_written(out, as_json=as_json, of=quantity)
 
 
@@ -202,25 +197,24 @@ def sweep_figure(
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
     wide = _check_picture(out, width, 3.3, dpi)
-    with _needs_plotting():
-        try:
-            from capsule_sym._sweeps.results import open_results
-        except ModuleNotFoundError as missing:
-            raise NotInstalled(missing, "sweep") from missing
-        from capsule_sym._figures import charts, sweeps
-        from capsule_sym._figures.style import save_figure
+    try:
+        from capsule_sym._sweeps.results import open_results
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing, "sweep") from missing
+    from capsule_sym._figures import charts, sweeps
+    from capsule_sym._figures.style import save_figure
 
-        lines = [one for path in curves for one in _curves(path)]
-        with open_results(store) as results:
-            if kind is None:
-                kind = "basin" if "attractor" in results else "chart"
-            if kind == "chart":
-                drawn = charts.plot_chart(results, lines, width=wide)
-            else:
-                drawn = {"basin": sweeps.plot_basin, "pareto": sweeps.plot_pareto}[kind](
-                    results, width=wide
-                )
-            save_figure(drawn, out, dpi=dpi)
+    lines = [one for path in curves for one in _curves(path)]
+    with open_results(store) as results:
+        if kind is None:
+            kind = "basin" if "attractor" in results else "chart"
+        if kind == "chart":
+            drawn = charts.plot_chart(results, lines, width=wide)
+        else:
+            drawn = {"basin": sweeps.plot_basin, "pareto": sweeps.plot_pareto}[kind](
+                results, width=wide
+            )
+        save_figure(drawn, out, dpi=dpi)
     tell_written(out, as_json=as_json, figure=kind)
 
 
@@ -262,15 +256,7 @@ def report(out: Path, colours: Any, as_json: bool) -> None:
     from capsule_sym._figures.report import EXPLORER, write
     from capsule_sym._processes import processors
 
-    with _needs_plotting(), tracking(lines=True) as track:
+    with tracking(lines=True) as track:
         write(out, colours, track, processors())
     files = (out, out.parent / EXPLORER) if as_json else (out,)
     tell_written(*files, as_json=as_json)
-
-
-@contextmanager
-def _needs_plotting() -> Iterator[None]:
-    try:
-        yield
-    except NotInstalled as missing:
-        raise click.ClickException(str(missing)) from missing

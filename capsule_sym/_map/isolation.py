@@ -190,19 +190,24 @@ def _descending_root(
     if polynomial(high) >= 0:
         return high
     if isinstance(low, float) and isinstance(high, float):
-        from scipy.optimize import brentq
-
-        least = max(tolerance / 8, _TINY)
-        return brentq(polynomial, low, high, xtol=least, rtol=_LEAST_RTOL, maxiter=1000)
+        return brent(polynomial, low, high, max(tolerance / 16, _TINY), LEAST)
     return brent(polynomial, low, high, tolerance / 8)
 
 
-_LEAST_RTOL = 4 * 2.0**-52  # that SciPy's brentq takes
+LEAST = 2.0**-51
+"""A relative tolerance of `brent` at which its least step moves every double."""
 
 
-def brent(f: Callable[[Number], Number], a: Number, b: Number, tolerance: Number) -> Number:
+def brent(
+    f: Callable[[Number], Number],
+    a: Number,
+    b: Number,
+    absolute: Number,
+    relative: float = 0.0,
+) -> Number:
     """The root of f between a and b, where it changes sign, as SciPy's `brentq` finds it.
 
+    It is located within twice the sum of the absolute tolerance, and the relative one times itself.
     Inverse quadratic interpolation, the secant, or bisection where these gain too little (R. P.
     Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number system.
     """
@@ -217,7 +222,7 @@ def brent(f: Callable[[Number], Number], a: Number, b: Number, tolerance: Number
         if abs(f_kept) < abs(f_here):
             before, here, kept = here, kept, here
             f_before, f_here, f_kept = f_here, f_kept, f_here
-        middle = (kept - here) / 2
+        middle, tolerance = (kept - here) / 2, absolute + relative * abs(here)
         if abs(middle) < tolerance:
             break
         if abs(last) > tolerance and abs(f_here) < abs(f_before):
@@ -226,8 +231,10 @@ def brent(f: Callable[[Number], Number], a: Number, b: Number, tolerance: Number
             else:
                 to_before = (f_before - f_here) / (before - here)
                 to_kept = (f_kept - f_here) / (kept - here)
+                share = to_kept * to_before * (f_kept - f_before)
                 trial = -f_here * (f_kept * to_kept - f_before * to_before)
-                trial /= to_kept * to_before * (f_kept - f_before)
+                # Where the share underflows the bracket is halved: the whole of it is no step.
+                trial = trial / share if share else kept - here
             gained = 2 * abs(trial) < min(abs(last), 3 * abs(middle) - tolerance)
             last, step = (step, trial) if gained else (middle, middle)
         else:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import RANGES
+from capsule_sym._map.labelled import package
 from capsule_sym._parameters import DRIVEN, PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
 
@@ -112,8 +113,6 @@ class Axis:
         The sequence is balanced where `count` is a power of two. Raises InvalidInput for ranges, a
         count or a seed that are not allowed.
         """
-        from scipy.stats import qmc
-
         if not isinstance(ranges, Mapping) or not ranges:
             raise InvalidInput("sobol", ranges, "a table of ranges [low, high] by name")
         box = []
@@ -128,7 +127,9 @@ class Axis:
         if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
             raise InvalidInput("seed", seed, "a whole number >= 0")
         low, high = np.array(box).T
-        design = qmc.Sobol(len(box), rng=np.random.default_rng(seed))
+        design = package("scipy.stats.qmc", "sweep").Sobol(
+            len(box), rng=np.random.default_rng(seed)
+        )
         whole = design.random_base2((count - 1).bit_length())
         return cls("sample", tuple(ranges), low + (high - low) * whole[:count])
 

@@ -333,3 +333,8 @@ def test_brents_method_has_all_digits_and_takes_scipys_steps(
         theirs = brentq(counted, a, b, xtol=2e-12, rtol=4 * 2.0**-52)
     assert abs(ours - theirs) < 1e-11
     assert mine[2:6] == calls[2:6]
+    # The least relative tolerance ends where neighbouring doubles are the bracket.
+    calls = []
+    with mp.workdps(30):
+        last = isolation.brent(counted, float(a), float(b), 1e-290, isolation.LEAST)
+        assert last == brentq(counted, a, b, xtol=2e-290, rtol=4 * 2.0**-52)

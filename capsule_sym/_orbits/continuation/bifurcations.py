@@ -11,6 +11,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.isolation import LEAST, brent
 from capsule_sym._orbits.continuation.events import (
     ADDING,
     CORNER,
@@ -242,7 +243,6 @@ def zero_of_test_function(
     None where the signs do not differ, and where the multipliers are not those of the bifurcation:
     a real pair mu, 1/mu for that of Neimark-Sacker.
     """
-    from scipy.optimize import brentq
 
     def at(share: float) -> Orbit:
         orbit = between(share)
@@ -260,12 +260,18 @@ def zero_of_test_function(
     ends = evaluate_test_functions(first)[name], evaluate_test_functions(last)[name]
     if not ends[0] * ends[1] < 0:
         return None
-    iterations, residual = 0, abs(ends[0])
+    known, iterations, residual = {0.0: ends[0], 1.0: ends[1]}, 0, abs(ends[0])
+
+    def step(share: float) -> float:
+        nonlocal iterations
+        if share in known:
+            return known[share]
+        iterations += 1
+        return test(share)
+
     try:
-        share, found = brentq(
-            test, 0.0, 1.0, xtol=1e-15, rtol=4 * 2.0**-52, full_output=True, disp=False
-        )
-        iterations, orbit = found.iterations, at(share)
+        share = brent(step, 0.0, 1.0, 5e-16, LEAST)
+        orbit = at(share)
         residual = abs(evaluate_test_functions(orbit)[name])
         beside = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
         slope = abs(test(beside[1]) - test(beside[0])) / (beside[1] - beside[0])
