@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     type=click.IntRange(min=1),
     default=3,
     show_default=True,
-    help="Repeats of which the median counts.",
+    help="Repeats of which the median counts, or the best.",
 )
 @click.option("--only", default="", metavar="TEXT", help="Only the peers with this in their name.")
 @click.option("--quick", is_flag=True, help="A few runs of each set: about 20 seconds.")
@@ -59,9 +59,9 @@ def bench(
     alone; "widths" counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method
     beside Brent's; and "goals" is what has to be reached.
 
-    --face measures by the clock, the best of its repeats: a run with its segments, states at a
-    million times, a fit's inner loop, and whole processes; beside SciPy's dense output and
-    heyoka.py's over the same segments. --out writes face.json.
+    --face measures by the clock a run with its segments, states at a million times, a fit's inner
+    loop, and whole processes; beside SciPy's dense output and heyoka.py's over the same segments.
+    Each is the least of the repeats, which go in rounds through all. --out writes face.json.
 
     --design measures, by processor time and the best of its repeats, what an optimiser of drives is
     built on: cells with all metrics and multipliers, and a run's derivatives. --out writes
@@ -95,12 +95,14 @@ def bench(
         click.echo(f"wrote {file}", err=True)
 
 
-def _keep(name: str, rows: list[dict[str, Any]], out: Path | None, as_json: bool) -> None:
+def _keep(
+    name: str, rows: list[dict[str, Any]], out: Path | None, as_json: bool, **said: str
+) -> None:
     """Writes a record to a directory, if there is one, and prints it, if that is asked for."""
     from capsule_sym._bench.machine import machine, versions
     from capsule_sym._records import dumps, write
 
-    text = dumps({"machine": machine(), "versions": versions(), name: rows})
+    text = dumps({"machine": machine(), "versions": versions(), **said, name: rows})
     if out is not None:
         (file,) = write({f"{name}.json": text + "\n"}, out)
         click.echo(f"wrote {file}", err=True)
@@ -109,20 +111,22 @@ def _keep(name: str, rows: list[dict[str, Any]], out: Path | None, as_json: bool
 
 
 def _face(quick: bool, repeats: int, out: Path | None, as_json: bool) -> None:
-    from capsule_sym._bench.face import figures, lacking
+    from capsule_sym._bench.face import figures, how, lacking
 
     for line in lacking():
         click.echo(line, err=True)
     found = list(figures(quick, repeats))
-    _keep("face", [figure._asdict() for figure in found], out, as_json)
+    _keep("face", [figure._asdict() for figure in found], out, as_json, measured=how(repeats))
     if as_json:
         return
+    console = make_console(width=200)
+    console.print(f"Times {how(repeats)}:")
     table = _table("what", "tool", "", "unit", "at most", "difference")
     for figure in found:
         at_most = "" if figure.goal is None else f"{figure.goal:g}"
         off = "" if figure.error is None else f"{figure.error:.0e}"
         table.add_row(figure.what, figure.tool, f"{figure.value:.3g}", figure.unit, at_most, off)
-    make_console(width=200).print(table)
+    console.print(table)
 
 
 def _design(quick: bool, repeats: int, out: Path | None, as_json: bool) -> None:

@@ -9,22 +9,27 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._bench.design import best as best_of
 from capsule_sym._bench.model import CONTACT, DRIFT, rates
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters
 
 TOLERANCE = 1e-12
 _FIT_PERIODS, _FIT_TIMES = 20, 2000
-_COMMANDS = ((), ("--help",), ("run", "--help"), ("branch", "--help"), ("sweep", "--help"))
 _FIRST = "from capsule_sym import Parameters, simulate; simulate(Parameters(), periods=1)"
+_FIRST_CALL, _BARE, _NUMPY = ("-c", _FIRST), ("-c", "pass"), ("-c", "import numpy")
+_COMMANDS = tuple(
+    ("-m", "capsule_sym", *words)
+    for words in ((), ("--help",), ("run", "--help"), ("branch", "--help"), ("sweep", "--help"))
+)
+_SHORT = (_FIRST_CALL, _BARE, _NUMPY, *_COMMANDS)
 
 
 class Figure(NamedTuple):
@@ -39,57 +44,84 @@ class Figure(NamedTuple):
     """Largest difference from this map's states."""
 
 
+Call = Callable[[], object]
+
+
+def how(repeats: int) -> str:
+    """How the times are taken, in one line."""
+    return f"by the clock, the least of {repeats} rounds through all calls, the others' among them"
+
+
 def figures(quick: bool, repeats: int) -> Iterator[Figure]:
     """All figures; of the quick kind with a tenth of the periods and of the times."""
     part = 10 if quick else 1
     periods, count = 1000 // part, 10**6 // part
     p = Parameters()
-
-    def best(call: Callable[[], object], more: int = 1) -> float:
-        return best_of(call, more * repeats, perf_counter)
+    run = simulate(p, periods=periods)
+    times = np.linspace(0.0, periods * p.period, count)
+    mixed = np.random.default_rng(0).permutation(times)
+    others = {"SciPy DOP853, dense output": _scipy}
+    if not lacking():
+        others["heyoka.py, c_output"] = _heyoka
+    integrated: dict[str, Evaluate] = {}
+    calls: dict[object, Call] = {
+        "run": lambda: simulate(p, periods=periods),
+        "sorted": lambda: run(times, position=True),
+        "mixed": lambda: run(mixed, position=True),
+        "fit": _fit,
+    }
+    for tool, build in others.items():
+        calls[tool, "built"] = partial(_built, integrated, tool, build, run)
+        calls[tool, "states"] = partial(_states, integrated, tool, times)
+    for words in _SHORT:
+        calls[words] = partial(_process, *words)
+    least = _least(calls, repeats, {"run": 5, "fit": 50} | dict.fromkeys(_SHORT, 3))
 
     ours = "this map"
-    run = simulate(p, periods=periods)
-    taken = best(lambda: simulate(p, periods=periods)) / periods
     size = (run.records.nbytes + run.stroboscopic.nbytes) / periods
-    yield Figure("simulate, all segments kept, a period", ours, taken * 1e6, "us", 4.0, None)
+    taken = least["run"] / periods * 1e6
+    yield Figure("simulate, all segments kept, a period", ours, taken, "us", 4.0, None)
     yield Figure("memory of that, a period", ours, size, "bytes", 900.0, None)
-    end = periods * p.period
-    times = np.linspace(0.0, end, count)
-    mixed = np.random.default_rng(0).permutation(times)
     each = f"{count:.0e} times over {periods} periods, with positions".replace("e+0", "e")
     dense, shuffled = 100.0 / part, 250.0 / part
-    taken = best(lambda: run(times, position=True))
-    yield Figure(f"{each}, sorted", ours, taken * 1e3, "ms", dense, None)
-    taken = best(lambda: run(mixed, position=True))
-    yield Figure(f"{each}, in random order", ours, taken * 1e3, "ms", shuffled, None)
-    yield Figure("a fit: 20 periods and 2,000 samples", ours, best(_fit, 50) * 1e3, "ms", 0.5, None)
-
+    yield Figure(f"{each}, sorted", ours, least["sorted"] * 1e3, "ms", dense, None)
+    yield Figure(f"{each}, in random order", ours, least["mixed"] * 1e3, "ms", shuffled, None)
+    what = "a fit: 20 periods and 2,000 samples"
+    yield Figure(what, ours, least["fit"] * 1e3, "ms", 0.5, None)
     true = run(times, position=True)
-    for tool, build in (("SciPy DOP853, dense output", _scipy), ("heyoka.py, c_output", _heyoka)):
-        begin = perf_counter()
-        evaluate = build(run)
-        if evaluate is None:
-            continue
-        taken = (perf_counter() - begin) / periods
-        yield Figure("integrated, switches given, a period", tool, taken * 1e6, "us", None, None)
-        begin = perf_counter()
+    for tool, evaluate in integrated.items():
+        taken = least[tool, "built"] / periods * 1e6
+        yield Figure("integrated, switches given, a period", tool, taken, "us", None, None)
         off = float(np.abs(evaluate(times) - true).max())
-        taken = perf_counter() - begin
-        yield Figure(f"{each}, sorted", tool, taken * 1e3, "ms", None, off)
+        taken = least[tool, "states"] * 1e3
+        yield Figure(f"{each}, sorted", tool, taken, "ms", None, off)
 
-    whole = best(lambda: _process("-c", _FIRST))
-    bare = best(lambda: _process("-c", "pass"))
-    yield Figure("python, before anything is imported", "python", bare * 1e3, "ms", None, None)
-    with_numpy = best(lambda: _process("-c", "import numpy"))
-    yield Figure("import numpy alone", "python", with_numpy * 1e3, "ms", None, None)
-    yield Figure("import and first simulate", ours, whole * 1e3, "ms", 150.0, None)
-    rest = (whole - with_numpy) * 1e3
-    yield Figure("of that, what is not NumPy's", ours, rest, "ms", None, None)
+    whole, bare, with_numpy = (least[words] * 1e3 for words in (_FIRST_CALL, _BARE, _NUMPY))
+    yield Figure("python, before anything is imported", "python", bare, "ms", None, None)
+    yield Figure("import numpy alone", "python", with_numpy, "ms", None, None)
+    yield Figure("import and first simulate", ours, whole, "ms", 150.0, None)
+    yield Figure("of that, what is not NumPy's", ours, whole - with_numpy, "ms", None, None)
     for words in _COMMANDS:
-        taken = best(lambda words=words: _process("-m", "capsule_sym", *words))  # type: ignore[misc]
-        name = " ".join(("capsule-sym", *words))
-        yield Figure(name, ours, taken * 1e3, "ms", 100.0, None)
+        name = " ".join(("capsule-sym", *words[2:]))
+        yield Figure(name, ours, least[words] * 1e3, "ms", 100.0, None)
+
+
+def _least(
+    calls: Mapping[object, Call], repeats: int, more: Mapping[object, int]
+) -> dict[object, float]:
+    """Seconds of each call, the least of all rounds; those in `more` so many times in each.
+
+    A machine's clock may change by a factor while it is measured. In rounds the change is felt by
+    all calls, and no call has the fast minutes for itself.
+    """
+    least = dict.fromkeys(calls, float("inf"))
+    for _ in range(repeats):
+        for name, call in calls.items():
+            for _ in range(more.get(name, 1)):
+                begin = perf_counter()
+                call()
+                least[name] = min(least[name], perf_counter() - begin)
+    return least
 
 
 def lacking() -> list[str]:
@@ -120,6 +152,15 @@ def _process(*words: str) -> None:
 
 
 Evaluate = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Build = Callable[[Trajectory], Evaluate]
+
+
+def _built(kept: dict[str, Evaluate], tool: str, build: Build, run: Trajectory) -> None:
+    kept[tool] = build(run)
+
+
+def _states(kept: Mapping[str, Evaluate], tool: str, times: NDArray[np.float64]) -> None:
+    kept[tool](times)
 
 
 def _begins(run: Trajectory) -> NDArray[np.float64]:
@@ -129,7 +170,7 @@ def _begins(run: Trajectory) -> NDArray[np.float64]:
     return np.append(starts, run.final[0].period * p.period + run.final[0].phase)
 
 
-def _scipy(run: Trajectory) -> Evaluate | None:
+def _scipy(run: Trajectory) -> Evaluate:
     """All segments by solve_ivp, and their dense outputs as one."""
     from scipy.integrate import OdeSolution, solve_ivp
 
@@ -156,10 +197,8 @@ def _scipy(run: Trajectory) -> Evaluate | None:
     return lambda times: np.asarray(whole(times)).T
 
 
-def _heyoka(run: Trajectory) -> Evaluate | None:
-    """All segments by one Taylor integrator, and their continuous outputs; None without heyoka."""
-    if lacking():
-        return None
+def _heyoka(run: Trajectory) -> Evaluate:
+    """All segments by one Taylor integrator, and their continuous outputs."""
     import heyoka as hy
 
     hy.set_logger_level_critical()
