@@ -101,12 +101,14 @@ def modules_after(*arguments: str) -> set[str]:
 def test_help_imports_nothing_that_computes() -> None:
     code = (
         "import sys\n"
+        "before = set(sys.modules)\n"
         "from capsule_sym._cli import group, main\n"
         "for name in ('', *group.commands):\n"
         "    try:\n        main([*name.split(), '--help'])\n"
         "    except SystemExit as done:\n        assert done.code == 0, name\n"
         "    heavy = {'http', 'sympy', 'numpy', 'scipy', 'mpmath', 'rich'} & set(sys.modules)\n"
-        "    assert not heavy, (name, heavy)"
+        "    assert not heavy, (name, heavy)\n"
+        "    assert name or 'pathlib' not in set(sys.modules) - before"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
