@@ -46,6 +46,9 @@ class Backend(Protocol):
     def sqrt(self, value: Number) -> Number:
         """Square root."""
 
+    def hypot(self, x: Number, y: Number) -> Number:
+        """Square root of the sum of both squares, which do not underflow."""
+
     def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
         """The forcing angle at a time, and by how much it is more than rounded."""
 
@@ -79,6 +82,9 @@ class NumpyBackend:
 
     def sqrt(self, value: float) -> float:
         return math.sqrt(value)
+
+    def hypot(self, x: float, y: float) -> float:
+        return math.hypot(x, y)
 
     def angle(self, phase: float, omega: float) -> tuple[float, float]:
         angle = phase * omega
@@ -128,6 +134,9 @@ class MpmathBackend:
 
     def sqrt(self, value: Number) -> Number:
         return self._functions.sqrt(value)
+
+    def hypot(self, x: Number, y: Number) -> Number:
+        return self._functions.sqrt(x * x + y * y)
 
     def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
         return phase * omega, phase * 0

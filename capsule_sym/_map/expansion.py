@@ -100,7 +100,7 @@ def expand(backend: Backend, c: Any, at: Point) -> dict[Guard, Expansion]:
     def energy(n: int) -> Number:
         """sqrt(y'^2 + K y^2) for y = x_r^(n), rounded up."""
         high, low = abs(x[n + 1]) + error_x[n + 1], abs(x[n]) + error_x[n]
-        return (1 + 8 * unit) * backend.sqrt(high * high + c.K * low * low)
+        return (1 + 8 * unit) * backend.hypot(high, backend.sqrt(c.K) * low)
 
     drive = c.alpha * c.omega ** (order - 1)
     force = (1 + 8 * unit) * formulas.force_per_energy(c, backend.sqrt(c.K))

@@ -29,6 +29,7 @@ _TINY = 1e-290
 # so that its signs rest on no close count of roundings.
 _COARSE = 2.0**-40
 _SMALL = 1e-250  # below this, underflow might count
+_ROOM = 1e-100  # from here on coefficients of more digits are enlarged to doubles far from that
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ class _Bounds:
 
 def _bounds(e: Expansion, zeros: int, unit: Number) -> _Bounds:
     """Bounds on g(d)/d^zeros, where the first `zeros` derivatives of g vanish at the start."""
-    unit = unit if isinstance(unit, float) else _COARSE
+    if not isinstance(unit, float):
+        unit, e = _COARSE, _enlarged(e)
     n = len(e.values)
     inverse = [1 / factorial for factorial in factorials(n + 1)]
     # The roundings made from here on (scaling, Bernstein form) are covered by a few units more.
@@ -72,6 +74,18 @@ def _bounds(e: Expansion, zeros: int, unit: Number) -> _Bounds:
     slope = [(i + 1) * upper[i + 1] for i in range(n - zeros - 1)]
     slope += [(n + zeros) * rest, (n + zeros) * growth]
     return _Bounds(lower, upper, slope, unit)
+
+
+def _enlarged(e: Expansion) -> Expansion:
+    """An expansion of more digits times a power of two, such that doubles can hold it."""
+    largest = max(*map(abs, e.values), e.rest, e.growth)
+    scale = largest * 0 + 1
+    while 0 < largest * scale < _ROOM:
+        scale = scale * 2**512
+    if scale == 1:
+        return e
+    values, errors = ([scale * one for one in many] for many in (e.values, e.errors))
+    return Expansion(values, errors, scale * e.rest, scale * e.growth)
 
 
 @lru_cache(maxsize=16)

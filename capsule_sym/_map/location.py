@@ -398,7 +398,7 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     rounding = 32 * backend.unit + relative + at.error_angle
     low = abs(at.x_r - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
     high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
-    energy = inflation * backend.sqrt(high * high + c.K * low * low)
+    energy = inflation * backend.hypot(high, backend.sqrt(c.K) * low)
     reach = inflation * (amplitude + energy / backend.sqrt(c.K))
     gain = backend.sqrt(formulas.force_gain2(c))
     free = formulas.force_per_energy(c, backend.sqrt(c.K))

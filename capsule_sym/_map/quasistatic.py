@@ -59,8 +59,8 @@ def expand_forced(
         free = _Free(size, -fast * size, abs(formulas.force_change(c, 1, fast)) * size, -fast)
     else:
         low, high = abs(y) + error_y, abs(y_rate) + error_rate
-        energy = backend.sqrt(high * high + c.K * low * low)
         root = backend.sqrt(c.K)
+        energy = backend.hypot(high, root * low)
         force = formulas.force_per_energy(c, root) * energy
         free = _Free(energy / root, 2 * energy, force, 2 * (c.sigma + root))
     return _guards(backend, c, at, centre, steps, sizes, free, derivative)

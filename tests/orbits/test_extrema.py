@@ -47,7 +47,7 @@ SYSTEMS: dict[str, Backend] = {
 
 
 def segment(
-    values: Values, field: int, start: list[float], h: float, name: str = "numpy"
+    values: Values, field: int, start: list[Any], h: float, name: str = "numpy"
 ) -> SegmentFlow:
     """A segment of duration h from x_r, v_r, v_c and forcing angle, the first of an itinerary."""
     numbers = SYSTEMS[name]
@@ -56,8 +56,10 @@ def segment(
     return shooting(numbers, exact, Itinerary.parse(WORDS[field]), z).spans[0]
 
 
-def random_leg(seed: int, name: str = "numpy") -> SegmentFlow:
-    random = Random(seed)
+def random_leg(seed: int, name: str = "numpy", smaller: int = 0) -> SegmentFlow:
+    """A segment, or the same one with all lengths, speeds and forces smaller by 2^smaller."""
+    random, number = Random(seed), SYSTEMS[name].number
+    scale = number(2) ** -smaller
     field = random.randint(1, 6)
     values = Parameters(
         alpha=random.uniform(0, 3),
@@ -69,7 +71,10 @@ def random_leg(seed: int, name: str = "numpy") -> SegmentFlow:
     )
     start = [random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1), 0.7]
     duration = random.uniform(0.05, 12)
-    return segment(tuple(values.to_dict().values()), field, start, duration, name)
+    alpha, omega, delta, zeta, beta, gamma, f_b = map(number, values.to_dict().values())
+    given = (alpha * scale, omega, delta * scale, zeta, beta, gamma, f_b * scale)
+    moving = [number(value) * scale for value in start[:3]]
+    return segment(given, field, [*moving, start[3]], duration, name)
 
 
 def found(span: SegmentFlow, quantity: Quantity, name: str = "numpy") -> list[Extremum]:
@@ -166,12 +171,64 @@ def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
     assert [abs(turn.value + 5.0) for turn in every] == pytest.approx([0.3] * 13, abs=1e-13)
 
 
+@pytest.mark.usefixtures("either")
+@pytest.mark.parametrize("smaller", [560, 830, 1000])
+def test_a_smaller_motion_has_the_same_extrema(smaller: int) -> None:
+    """By the scale of the system: squares of what is below 2^-537 vanish in doubles."""
+    for seed in (1, 2, 4):
+        ordinary, tiny = random_leg(seed), random_leg(seed, smaller=smaller)
+        for quantity in quantities(ordinary):
+            expected, every = found(ordinary, quantity), found(tiny, quantity)
+            assert [turn.kind for turn in every] == [turn.kind for turn in expected]
+            for one, other in zip(every, expected, strict=True):
+                assert one.time == pytest.approx(other.time, abs=1e-12)
+                assert one.value * 2.0**smaller == pytest.approx(other.value, abs=1e-12)
+
+
+def test_fifty_digits_hold_what_no_double_does() -> None:
+    exact, tiny = random_leg(5, "mpmath"), random_leg(5, "mpmath", 3000)
+    every = found(tiny, Quantity.GAP, "mpmath")
+    expected = found(exact, Quantity.GAP, "mpmath")
+    assert len(every) == len(expected) > 1
+    for one, other in zip(every, expected, strict=True):
+        assert one.kind == other.kind
+        assert abs(one.time - other.time) < mpf("1e-45")
+
+
+@pytest.mark.usefixtures("either")
+@pytest.mark.parametrize("start", [(1, 0), (0, -1), (-3, 2), (5, 7)])
+def test_extrema_of_the_smallest_oscillations(start: tuple[int, int]) -> None:
+    """x_r = a cos h + b sin h, so many of the smallest double: extrema where tan h = b/a."""
+    a, b = start
+    span = segment(
+        (0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0), 2, [a * 2.0**-1074, b * 2.0**-1074, 0, 0], 9
+    )
+    first = math.atan2(b, a) % math.pi
+    times = [first + n * math.pi for n in range(4) if 0 < first + n * math.pi < 9]
+    for quantity in (Quantity.GAP, Quantity.FORCE):
+        every = found(span, quantity)
+        assert [turn.time for turn in every] == pytest.approx(times, abs=1e-12)
+        kinds = [-np.sign(a * math.cos(time) + b * math.sin(time)) for time in times]
+        assert [turn.kind for turn in every] == kinds
+
+
+@pytest.mark.usefixtures("either")
+@pytest.mark.parametrize("duration", [math.nan, math.inf])
+def test_a_duration_that_is_none_is_refused(duration: float) -> None:
+    span = replace(random_leg(5), h=duration)
+    with pytest.raises(ValueError, match=f"duration {duration}"):
+        found(span, Quantity.GAP)
+
+
 @pytest.mark.usefixtures("by_search")
 def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyPatch) -> None:
     # The velocity -sin(t + pi - 2.999) vanishes just where an expansion about 0 ends.
     values, begin = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 2.0), math.pi - 2.999
     span = segment(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
     assert [turn.time for turn in found(span, Quantity.GAP)] == pytest.approx([2.999], abs=1e-14)
+    small = [math.cos(begin) * 2.0**-560, -math.sin(begin) * 2.0**-560, 0.0, 0.0]
+    every = found(segment((0.0, 1.0, 0.0, *values[3:]), 2, small, 4.0), Quantity.GAP)
+    assert [turn.time for turn in every] == pytest.approx([2.999], abs=1e-14)
     honest = module.expand
 
     def careless(*arguments: Any) -> Any:

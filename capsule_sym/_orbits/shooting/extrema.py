@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 from capsule_sym._map import quasistatic
-from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.isolation import polish, positive_at, search
 from capsule_sym._map.location import Flow, SegmentStart, Start
 from capsule_sym._orbits.shooting.closed import native_map
 from capsule_sym._orbits.shooting.equations import SegmentFlow
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 from capsule_sym.generated.interface import Quantity
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
 _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
+_TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
 _LEAST = 64  # roundings of a time, below which nothing is told apart
 
 
@@ -68,8 +71,11 @@ def extrema(
     Between two of them its rate is proved to keep its sign, wherever it can be told from zero;
     where its sign before and after a time at which it cannot differ, one is given. `zeros` is as
     for `minima`. A segment of duration 0 or less has none. In double precision the C core finds
-    them, and this search what it leaves open.
+    them, and this search what it leaves open, in 50 digits where all is tiny. Raises ValueError
+    unless the duration is finite.
     """
+    if not math.isfinite(span.h):
+        raise ValueError(f"a segment of duration {span.h}")
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
     found = None if numbers.name == "mpmath" else _by_core(span, quantity, vanishing)
     return _searched(numbers, span, quantity, zeros) if found is None else iter(found)
@@ -110,6 +116,9 @@ def _searched(
     while now < duration:
         here = rate(now)
         if now == 0:
+            if numbers.name != "mpmath" and max(map(abs, here.values)) < _TINY:
+                yield from _in_fifty_digits(span, quantity, zeros)
+                return
             sign, vanishing = _beginning(here, vanishing)
             here = _signed(here, sign)
         ahead = min(_REACH / c.rate, duration - now)
@@ -127,6 +136,17 @@ def _searched(
             yield Extremum(-sign, time, _value(c, flow(time), quantity))
         sign = after * (sign or 1) or sign
         now, vanishing = now + high, 0
+
+
+def _in_fifty_digits(
+    span: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+) -> Iterator[Extremum]:
+    with backend("mpmath") as numbers:
+        c = span.c
+        values = Parameters(c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b)
+        exact = replace(span, c=numbers.constants(span.segment.field, values))
+        found = list(_searched(numbers, exact, quantity, zeros))
+    return (Extremum(kind, float(time), float(value)) for kind, time, value in found)
 
 
 def _rate(numbers: Backend, c: Any, at: Point, quantity: Quantity) -> Expansion:
