@@ -29,7 +29,7 @@ Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
 
 _LONGEST = 1.05  # inches that a name at its slope needs to the right
-_ROOM = 0.028  # least distance of names, over the width of the axes
+_ROOM = 0.165  # least distance of names, in inches
 
 
 def plot_bifurcations(
@@ -123,7 +123,7 @@ def name_bifurcations(record: Record, axes: Axes) -> None:
     # The last name ends within the figure.
     wide = axes.get_position().width * figure_of(axes).get_figwidth()
     last = 1.0 - _LONGEST / wide
-    for one, true, place in zip(found, at, spread(at, _ROOM, last), strict=True):
+    for one, true, place in zip(found, at, spread(at, _ROOM / wide, last), strict=True):
         axes.annotate(
             f"{_title(one)}  {one['value']:.6f}",
             (true, 1.0),

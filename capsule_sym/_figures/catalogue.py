@@ -221,7 +221,7 @@ FIGURES = {
         "spring k_2.",
         False,
         _fig1,
-        3.3,
+        3.6,
     ),
     "fig2": Entry(
         "Fig. 2: state space",
@@ -262,6 +262,7 @@ FIGURES = {
         "At the printed amplitudes, with the fields of the steady motion in the order of time.",
         True,
         _fig7,
+        7.2,
     ),
     "fig8": Entry(
         "Fig. 8: boundary-intersection crossings, printed amplitudes",
@@ -313,7 +314,7 @@ FIGURES = {
         "What damper and friction take is stacked; it meets the work of the drive.",
         True,
         _energies,
-        5.0,
+        6.3,
     ),
     "chart": Entry(
         "Motions over amplitude and mass ratio",
@@ -329,7 +330,7 @@ FIGURES = {
         "where the quantity is no guard of the acting field.",
         True,
         _margins,
-        3.3,
+        4.1,
     ),
     "work-precision": Entry(
         "Work against precision",

@@ -37,7 +37,7 @@ def looked_at(figure: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("name", "wide"),
     [
-        pytest.param(name, wide, marks=[] if name in QUICK and wide else [pytest.mark.long])
+        pytest.param(name, wide, marks=[] if name in QUICK else [pytest.mark.long])
         for name in FIGURES
         if name != "work-precision"
         for wide in (True, False)
