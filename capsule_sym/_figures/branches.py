@@ -13,12 +13,12 @@ from capsule_sym._figures.style import (
     LABELS,
     STABLE,
     UNSTABLE,
+    axes_for,
     describe,
     draw_points,
     figure_of,
     figure_style,
     mathematical,
-    new_figure,
 )
 
 if TYPE_CHECKING:
@@ -41,15 +41,10 @@ def plot_bifurcations(
     without the names, if they are given.
     """
     with figure_style():
+        margins, spaced = (0.64, 0.98, 0.07, 0.73), {"hspace": 0.12}
+        figure, rows = axes_for(axes, width, 6.0, margins, nrows=3, sharex=True, gridspec_kw=spaced)
         if axes is None:
-            figure = new_figure(width, 6.0)
-            rows: Sequence[Axes] = figure.subplots(3, 1, sharex=True)
-            figure.subplots_adjust(
-                left=0.64 / width, right=0.98, bottom=0.07, top=0.73, hspace=0.12
-            )
             name_bifurcations(record, rows[0])
-        else:
-            rows, figure = axes, figure_of(axes[0])
         for row, index, label in (
             (rows[0], 0, "stroboscopic $x_r$"),
             (rows[1], 1, "stroboscopic $v_r$"),

@@ -14,11 +14,10 @@ from capsule_sym._figures.style import (
     LABELS,
     OTHER_CURVE,
     REGIONS,
+    axes_for,
     describe,
     draw_points,
-    figure_of,
     figure_style,
-    new_figure,
     readable,
 )
 from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
@@ -65,12 +64,7 @@ def draw_regions(
     """A `plot_chart` of given regions."""
     with figure_style():
         alone = axes is None
-        if axes is None:
-            figure = new_figure(width, 5.0)
-            axes = figure.subplots()
-            figure.subplots_adjust(left=0.52 / width, right=0.975, bottom=0.16, top=0.985)
-        else:
-            figure = figure_of(axes)
+        figure, axes = axes_for(axes, width, 5.0, (0.52, 0.975, 0.16, 0.985))
         axes.set(xlim=plane.x, ylim=plane.y)
         axes.set_xlabel(LABELS.get(plane.first, plane.first))
         axes.set_ylabel(LABELS.get(plane.second, plane.second))

@@ -12,11 +12,10 @@ from capsule_sym._figures.style import (
     CURVES,
     LABELS,
     OTHER_CURVE,
+    axes_for,
     describe,
     draw_points,
-    figure_of,
     figure_style,
-    new_figure,
 )
 
 if TYPE_CHECKING:
@@ -37,12 +36,7 @@ def plot_curves(
         raise InvalidInput("curves", curves, "one at least")
     first, second = curves[0]["parameters"]
     with figure_style():
-        if axes is None:
-            figure = new_figure(width, 3.6)
-            axes = figure.subplots()
-            figure.subplots_adjust(left=0.75 / width, right=0.98, bottom=0.14, top=0.88)
-        else:
-            figure = figure_of(axes)
+        figure, axes = axes_for(axes, width, 3.6, (0.75, 0.98, 0.14, 0.88))
         shown, places = set(), dict[tuple[float, float], str]()
         for curve in curves:
             kind = curve["type"]

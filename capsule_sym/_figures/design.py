@@ -12,11 +12,10 @@ from capsule_sym._figures.style import (
     SERIES,
     STABLE,
     UNSTABLE,
+    axes_for,
     canvas,
     describe,
-    figure_of,
     figure_style,
-    new_figure,
 )
 from capsule_sym._parameters import PhysicalParameters
 
@@ -48,12 +47,7 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     """
     system = front.points[0].system if front.points else None
     with figure_style():
-        figure = (
-            figure_of(axes)
-            if axes is not None
-            else new_figure(width, 0.6 * width, layout="constrained")
-        )
-        axes = figure.subplots() if axes is None else axes
+        figure, axes = axes_for(axes, width, 0.6 * width)
         axes.plot(front.costs, front.values, "-", color=STABLE)
         kinds = {"optimal": ("o", STABLE), "optimal-at-border": ("s", UNSTABLE)}
         for status in dict.fromkeys(str(point.status) for point in front.points):

@@ -13,11 +13,10 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
     SERIES,
+    axes_for,
     describe,
     draw_points,
-    figure_of,
     figure_style,
-    new_figure,
 )
 from capsule_sym._study.data import orbit_of, strobe
 
@@ -56,12 +55,7 @@ def plot_diagram(
     branches = [branch for one in records for branch in (one, *one["switched"])]
     colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
     with figure_style():
-        if axes is None:
-            figure = new_figure(width, 3.6)
-            axes = figure.subplots()
-            figure.subplots_adjust(left=0.75 / width, right=0.98, bottom=0.14, top=0.9)
-        else:
-            figure = figure_of(axes)
+        figure, axes = axes_for(axes, width, 3.6, (0.75, 0.98, 0.14, 0.9))
         for branch, colour, name in zip(branches, colours, _names(records), strict=True):
             _curves(axes, branch, quantity, colour, name)
         drawn = {point["stable"] for branch in branches for point in branch["points"]}

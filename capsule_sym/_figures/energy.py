@@ -11,11 +11,10 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
     SEAMLESS,
+    axes_for,
     column_edges,
     describe,
-    figure_of,
     figure_style,
-    new_figure,
 )
 
 if TYPE_CHECKING:
@@ -43,18 +42,12 @@ def plot_energies(
         for name in ("work", "damper_loss", "friction_loss")
     )
     with figure_style():
+        margins, rows = (0.56, 0.98, 0.085, 0.66), {"height_ratios": (1.6, 1), "hspace": 0.1}
+        figure, (upper, lower) = axes_for(
+            axes, width, 4.8, margins, nrows=2, sharex=True, gridspec_kw=rows
+        )
         if axes is None:
-            figure = new_figure(width, 4.8)
-            upper, lower = figure.subplots(
-                2, 1, sharex=True, gridspec_kw={"height_ratios": (1.6, 1)}
-            )
-            figure.subplots_adjust(
-                left=0.56 / width, right=0.98, bottom=0.085, top=0.66, hspace=0.1
-            )
             name_bifurcations(record, upper)
-        else:
-            upper, lower = axes
-            figure = figure_of(upper)
         edges = column_edges(values)
         left, wide = edges[:-1], np.diff(edges)
         bars: dict[str, Any] = {"align": "edge", **SEAMLESS}

@@ -14,13 +14,12 @@ from capsule_sym._figures.style import (
     LABELS,
     SEAMLESS,
     Colours,
+    axes_for,
     canvas,
     column_edges,
     describe,
     field_colour,
-    figure_of,
     figure_style,
-    new_figure,
 )
 from capsule_sym._study.arcs import Motion, cycle
 
@@ -89,12 +88,7 @@ def plot_itineraries(
     """
     with figure_style():
         alone = axes is None
-        if axes is None:
-            figure = new_figure(width, 4.4)
-            axes = figure.subplots()
-            figure.subplots_adjust(left=0.45 / width, right=0.98, bottom=0.09, top=0.6)
-        else:
-            figure = figure_of(axes)
+        figure, axes = axes_for(axes, width, 4.4, (0.45, 0.98, 0.09, 0.6))
         draw_itineraries(motions, axes, colours)
         for one in record["bifurcations"]:
             axes.axvline(one["value"], color="white", linewidth=0.6)

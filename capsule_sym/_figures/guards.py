@@ -10,11 +10,10 @@ from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
     Colours,
+    axes_for,
     describe,
     field_colour,
-    figure_of,
     figure_style,
-    new_figure,
     readable,
 )
 from capsule_sym._study.arcs import Arc, Motion, arcs, interaction
@@ -44,15 +43,10 @@ def plot_margins(
     drawn = arcs(result, periods)
     begin, parameters = drawn[0].time[0], result.parameters
     with figure_style():
-        if axes is None:
-            figure = new_figure(width, 4.6, layout="constrained")
-            axes = figure.subplots(
-                4, 1, sharex=True, gridspec_kw={"height_ratios": (0.18, 1, 1, 1)}
-            )
-            alone = True
-        else:
-            figure, alone = figure_of(axes[0]), False
-        bar, gap, velocity, force = axes
+        rows = {"height_ratios": (0.18, 1, 1, 1)}
+        figure, (bar, gap, velocity, force) = axes_for(
+            axes, width, 4.6, nrows=4, sharex=True, gridspec_kw=rows
+        )
         itinerary_bar(drawn, bar, colours)
         for arc in drawn:
             colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
@@ -68,7 +62,7 @@ def plot_margins(
         force.set_ylabel(r"force $P_3$, $P_4$")
         force.set_xlabel(LABELS["time"])
         force.set_xlim(0, drawn[-1].time[-1] - begin)
-        if alone:
+        if axes is None:
             handles = field_handles(figure, colours)
             figure.legend(handles=handles, loc="outside upper center", ncols=6)
         return describe(figure, "Guards over time", parameters=parameters)

@@ -12,12 +12,11 @@ from capsule_sym._figures.style import (
     LABELS,
     LOOKS,
     Colours,
+    axes_for,
     describe,
     field_colour,
-    figure_of,
     figure_style,
     mathematical,
-    new_figure,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Motion, arcs
@@ -90,12 +89,7 @@ def plot_motion(
     Drawn into two `axes` if they are given.
     """
     with figure_style():
-        if axes is None:
-            figure = new_figure(width, 2.6, layout="constrained")
-            left, right = figure.subplots(1, 2)
-        else:
-            left, right = axes
-            figure = figure_of(left)
+        figure, (left, right) = axes_for(axes, width, 2.6, ncols=2)
         plot_displacements(result, left, periods=periods, colours=colours)
         plot_phase_portrait(result, right, periods=periods, colours=colours)
         if axes is None:

@@ -132,6 +132,27 @@ def canvas(figure: Figure | SubFigure | None, width: float, height: float, **opt
     return new_figure(width, height, **options) if figure is None else figure
 
 
+def axes_for(
+    axes: Any,
+    width: float,
+    height: float,
+    margins: tuple[float, float, float, float] | None = None,
+    **grid: Any,
+) -> tuple[Figure, Any]:
+    """The axes to draw into, with their figure: those that are given, or a grid of a new figure's.
+
+    Sizes are in inches. `margins` are where the axes begin from the left in inches, and where they
+    end on the right and begin and end upwards in shares of the figure; else they fit their texts.
+    """
+    if axes is not None:
+        return figure_of(axes[0] if hasattr(axes, "__len__") else axes), axes
+    figure = new_figure(width, height, layout=None if margins else "constrained")
+    if margins:
+        left, right, bottom, top = margins
+        figure.subplots_adjust(left=left / width, right=right, bottom=bottom, top=top)
+    return figure, figure.subplots(**grid)
+
+
 def size_of(figure: Figure | SubFigure) -> tuple[float, float]:
     """Width and height in inches of a figure, or of a part of one as it is now."""
     dots = figure_of(figure).dpi

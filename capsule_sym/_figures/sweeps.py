@@ -13,10 +13,9 @@ from capsule_sym._figures.style import (
     LABELS,
     REGIONS,
     STABLE,
+    axes_for,
     describe,
-    figure_of,
     figure_style,
-    new_figure,
 )
 from capsule_sym._sweeps import itineraries
 
@@ -50,11 +49,7 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     colours = [REGIONS[place % len(REGIONS)] for place in range(max(1, len(order)))]
     with figure_style():
         alone = axes is None
-        if axes is None:
-            figure = new_figure(width, 0.62 * width, layout="constrained")
-            axes = figure.subplots()
-        else:
-            figure = figure_of(axes)
+        figure, axes = axes_for(axes, width, 0.62 * width)
         axes.pcolormesh(
             results[first].values,
             results[second].values,
@@ -97,11 +92,7 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     speed, cost = speed_and_cost(results)
     front = non_dominated(speed, cost)
     with figure_style():
-        if axes is None:
-            figure = new_figure(width, 0.6 * width, layout="constrained")
-            axes = figure.subplots()
-        else:
-            figure = figure_of(axes)
+        figure, axes = axes_for(axes, width, 0.6 * width)
         axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
         axes.plot(
             cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
