@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._map.batch import final_states, parameter_rows, switches
+from capsule_sym._map import simulate
+from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._parameters import Parameters
 
 _BATCH_PERIODS = 10
@@ -41,7 +42,9 @@ def growth(repeats: int, most: int, advance: Callable[[], None]) -> list[Growth]
             begin = time.perf_counter()
             final_states(rows, periods=periods, threads=threads)
             spent.append(time.perf_counter() - begin)
-        each = len(switches(p, periods=_COUNTED)) / _COUNTED if runs == 1 else None
+        each = None
+        if runs == 1:
+            each = len(simulate(p, periods=_COUNTED, keep="switches").switches) / _COUNTED
         us = median(spent) / runs / periods * 1e6
         found.append(Growth(against, value, runs, periods, threads, us, each))
         advance()

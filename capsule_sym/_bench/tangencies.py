@@ -7,7 +7,7 @@ from math import inf
 
 from capsule_sym._bench.model import Start
 from capsule_sym._map import simulate
-from capsule_sym._map.batch import final_states, parameter_rows, switches
+from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._parameters import Parameters
 
 EXPONENTS = range(2, 13)
@@ -75,7 +75,7 @@ def _bisect(without: float, within: float) -> tuple[float, float]:
 
 
 def _switches(p: Parameters, state: State) -> int:
-    return len(switches(p, state, 0.0, PERIODS))
+    return len(simulate(p, state, 0.0, PERIODS, keep="switches").switches)
 
 
 def _vanishing(without: float, within: float) -> float:

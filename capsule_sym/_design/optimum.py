@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
@@ -53,6 +54,9 @@ class Tightest(NamedTuple):
     distance: float
 
 
+NOWHERE = Tightest("", math.nan, math.nan)
+
+
 @dataclass(frozen=True, eq=False)
 class Optimum:
     """The best parameters for a metric of the steady motion, and what holds them there.
@@ -66,39 +70,39 @@ class Optimum:
     """Whether it is greatest; else least."""
     system: System
     """The parameters at the optimum, those that were fixed among them."""
-    over: dict[str, float]
+    over: dict[str, float] = field(default_factory=dict)
     """The variables there."""
-    value: float
+    value: float = math.nan
     """The metric there, of the worst scenario."""
-    metrics: dict[str, float]
+    metrics: dict[str, float] = field(default_factory=dict)
     """All metrics of the first scenario there."""
-    success: bool
+    success: bool = False
     """Whether the conditions of an optimum hold, as `status` and `message` say."""
-    status: OptimumStatus
+    status: OptimumStatus = OptimumStatus.NO_MOTION
     """How it ended."""
-    message: str
+    message: str = ""
     """The same as a sentence."""
-    residual: float
+    residual: float = math.nan
     """Largest residual of the conditions of Karush, Kuhn and Tucker: of the derivatives of the
     Lagrangian by the variables, each times its range, over how much the metric varies within the
     bounds; and of active limits."""
-    constraints: tuple[Constraint, ...]
+    constraints: tuple[Constraint, ...] = ()
     """The constraints that were asked for, in the order of scenarios."""
-    bounds: dict[str, float]
+    bounds: dict[str, float] = field(default_factory=dict)
     """Variables at a bound, with the gain of the metric for each unit that the bound is let out."""
-    slopes: dict[str, float]
+    slopes: dict[str, float] = field(default_factory=dict)
     """How the optimum moves with each fixed parameter: the derivative of the optimal value."""
-    orbits: tuple[Orbit, ...]
+    orbits: tuple[Orbit, ...] = ()
     """The closed motion of each scenario; empty where there is none."""
-    itinerary: tuple[str, ...]
+    itinerary: tuple[str, ...] = ()
     """The itinerary of the first."""
-    multiplier: float
+    multiplier: float = math.nan
     """Largest modulus of a Floquet multiplier: at 1 the motion is lost or bifurcates."""
-    tightest: Tightest
+    tightest: Tightest = NOWHERE
     """The change of itinerary that the variables reach first."""
-    border: tuple[str, ...] | None
+    border: tuple[str, ...] | None = None
     """The itineraries to both sides where the optimum is on a border between them."""
-    sides: tuple[float, float] | None
+    sides: tuple[float, float] | None = None
     """There the metric's slopes away from the border into both sides, along its normal, by the
     scaled variables, each less what active constraints let it gain: both point downhill."""
     statistics: dict[str, int] = field(default_factory=dict)

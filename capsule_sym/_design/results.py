@@ -109,28 +109,7 @@ def infeasible(program: Program, name: str, place: Place) -> Optimum:
 
 def nowhere(program: Program, name: str, status: OptimumStatus, message: str) -> Optimum:
     """That there is no place to tell of."""
-    nan = math.nan
-    return Optimum(
-        metric=name,
-        maximised=program.sign < 0,
-        system=program.system,
-        over={},
-        value=nan,
-        metrics={},
-        success=False,
-        status=status,
-        message=message,
-        residual=nan,
-        constraints=(),
-        bounds={},
-        slopes={},
-        orbits=(),
-        itinerary=(),
-        multiplier=nan,
-        tightest=Tightest("", nan, nan),
-        border=None,
-        sides=None,
-    )
+    return Optimum(name, program.sign < 0, program.system, status=status, message=message)
 
 
 def _metrics(place: Place, system: System) -> dict[str, float]:

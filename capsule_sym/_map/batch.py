@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from operator import attrgetter
 from typing import NamedTuple
@@ -16,7 +16,6 @@ from capsule_sym._map.checks import LARGEST_STATE, RANGES, check_count, check_st
 from capsule_sym._map.evaluation import borrowed, give_back
 from capsule_sym._map.handover import Run, step, write
 from capsule_sym._map.native import core
-from capsule_sym._map.simulate import simulate
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
 
@@ -171,25 +170,6 @@ def final_state(
             raise Stopped(int(record["turn"]), periods)
         return float(record["x_r"]), float(record["v_r"]), float(record["v_c"])
     return found
-
-
-def switches(
-    parameters: Parameters,
-    state: Sequence[float] = (0.0, 0.0, 0.0),
-    phase: float = 0.0,
-    periods: int = 100,
-) -> NDArray[np.void]:
-    """All switches of one run: an array with fields period, angle, field and plane.
-
-    The time of a switch is `period` excitation periods and the forcing's `angle` in [0, 2 pi);
-    `field` (1 to 6) is left there, and `plane` (1 to 10) is the switching plane it happens on.
-
-    Raises InvalidInput for a value that is not allowed, and Stopped where the run came to no end.
-    """
-    found = simulate(parameters, state, phase, periods, keep="switches", max_segments=10**12)
-    if not found.success:
-        raise Stopped(found.final[0].period, periods)
-    return found.switches
 
 
 def _finish(

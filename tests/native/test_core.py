@@ -15,7 +15,7 @@ from capsule_sym import _native as native
 from capsule_sym._errors import Stopped
 from capsule_sym._hardcases.reference import CONTRACT, error
 from capsule_sym._map.backend import NumpyBackend, default_backend
-from capsule_sym._map.batch import final_state, final_states, parameter_rows, switches
+from capsule_sym._map.batch import final_state, final_states, parameter_rows
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
@@ -133,7 +133,7 @@ def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
     assert np.abs(finals.positions - exact[:, 3]).max() < 1e-12
     for run in runs:
         parameters = Parameters(alpha=float(run["alpha"]), gamma=float(gamma))
-        found = switches(parameters, periods=truth["periods"])
+        found = simulate(parameters, periods=truth["periods"], keep="switches").switches
         assert "".join(map(str, found["field"])) == run["fields"][: len(found)]
         assert len(found) in (len(run["fields"]), len(run["fields"]) - 1)
 
@@ -188,7 +188,7 @@ def test_every_way_of_asking_gives_the_same_run() -> None:
         np.testing.assert_allclose(strobe[i], run.stroboscopic, rtol=0, atol=2e-13)
         assert np.array_equal(strobe[i, -1], finals.states[i])
         np.testing.assert_allclose(finals.positions[i], run.advance, rtol=0, atol=1e-12)
-        found = switches(Parameters(*rows[i]), periods=30)
+        found = simulate(Parameters(*rows[i]), periods=30, keep="switches").switches
         ended = [s for s in run.segments if s.target]
         assert found["field"].tolist() == [s.field for s in ended]
         assert found["plane"].tolist() == [int(s.target[1:]) for s in ended]
@@ -252,7 +252,7 @@ def test_switches_found_by_more_digits_have_their_angles() -> None:
     native = core.Map(parameter_rows(parameters)[0])
     start = native.state_at(*state, phase)
     assert native.run(start, 2, precision=Precision.DOUBLE)[0] == core.OPEN
-    found = switches(parameters, state, phase, periods=2)
+    found = simulate(parameters, state, phase, periods=2, keep="switches").switches
     reference = simulate(parameters, state, phase, periods=2, backend="mpmath").segments
     ended = [float(s.end.phase * parameters.omega) for s in reference if s.target]
     assert len(ended) == 2
@@ -264,9 +264,9 @@ def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(Run, "next_segment", lambda *_: None)
     parameters, state = Parameters(alpha=0.0, zeta=0.0, delta=2.0), (1.0, 0.0, 0.0)
     assert final_states(parameter_rows(parameters), state, periods=2).stopped.all()
-    for ask in (final_state, switches):
-        with pytest.raises(Stopped, match="after 0 of 2 periods"):
-            ask(parameters, state, periods=2)
+    with pytest.raises(Stopped, match="after 0 of 2 periods"):
+        final_state(parameters, state, periods=2)
+    assert not simulate(parameters, state, periods=2, keep="switches").success
 
 
 @pytest.mark.parametrize(

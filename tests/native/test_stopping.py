@@ -24,7 +24,7 @@ INTERRUPTED = """
 import os, signal, threading
 import numpy as np
 from capsule_sym import Parameters, simulate
-from capsule_sym._map.batch import final_state, final_states, parameter_rows, switches
+from capsule_sym._map.batch import final_state, final_states, parameter_rows
 
 rows = parameter_rows(Parameters(), alpha=np.linspace(0.5, 0.9, 21))
 apart = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 21))
@@ -32,7 +32,9 @@ many = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 300_000))
 for call in (
     lambda: simulate(Parameters(), periods=10**12, max_segments=10**12),
     lambda: final_state(Parameters(), periods=10**12),
-    lambda: switches(Parameters(), periods=10**12),
+    lambda: simulate(
+        Parameters(), periods=10**12, keep="switches", max_segments=10**12
+    ),
     lambda: final_states(rows, periods=10**12),
     lambda: final_states(apart, periods=10**12),
     lambda: final_states(rows, periods=10**12, threads=2),
