@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from capsule_sym._map import simulate
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
+from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import core
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
@@ -29,7 +30,6 @@ from capsule_sym._parameters import Parameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle
-_LONGEST = 16  # excitation periods of a motion
 _REPEATED = 1e-2  # change over a turn, in units of the motion's size, at which it is closed
 _NEAR = 1e-2  # distance of the closed motion from the run that led to it
 _ARRIVED = 1e-7  # distance at which a run is on its motion
@@ -131,8 +131,8 @@ def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -
 
 def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
     """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
-    size, least = 1 + abs(marks[-_LONGEST:]).max(), math.inf
-    for period_number in range(1, _LONGEST + 1):
+    size, least = 1 + abs(marks[-LONGEST:]).max(), math.inf
+    for period_number in range(1, LONGEST + 1):
         if len(marks) <= 2 * period_number:
             return None
         change = abs(marks[-1] - marks[-1 - period_number]).max()

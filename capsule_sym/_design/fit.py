@@ -20,6 +20,7 @@ from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
 from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import simulate
+from capsule_sym._map.checks import check_count
 from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
@@ -27,7 +28,6 @@ from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 _OF_START = (*START, "x_c")
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
-_TRIES = 4  # of a multi-start's candidates, so many are followed
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -154,7 +154,9 @@ def fit(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     loss: str = "linear",
     starts: int = 0,
+    follow: int = 4,
     seed: int = 0,
+    steps: int = 200,
 ) -> Fit:
     """Values of what is unknown of a system, from measured time series, by least squares.
 
@@ -165,20 +167,26 @@ def fit(
     for the unknown is the first guess. All is dimensionless, or in SI units where `system` is
     PhysicalParameters. Each column's residuals count in units of its standard deviation; `loss` is
     one of SciPy's. `starts` draws so many other guesses, within `bounds` or else between half and
-    twice the guess, and follows the best of them; `seed` makes them others.
+    twice the guess, and the best `follow` are followed; `seed` makes them others. `steps` is how
+    many runs with derivatives each may take.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.
     """
     if loss not in LOSSES:
         raise InvalidInput("loss", loss, f"one of {', '.join(LOSSES)}")
-    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 0:
-        raise InvalidInput("starts", starts, "a whole number from 0 on")
+    for field, value, least in (
+        ("starts", starts, 0),
+        ("follow", follow, 1),
+        ("seed", seed, 0),
+        ("steps", steps, 1),
+    ):
+        check_count(field, value, least)
     problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase)
     low, high = _limits(problem, bounds or {})
     guesses = [problem.guess, *_drawn(problem, low, high, starts, seed)]
     if starts:
-        guesses = sorted(guesses, key=problem.cost)[:_TRIES]
-    found = [_least(problem, guess, low, high, loss) for guess in guesses]
+        guesses = sorted(guesses, key=problem.cost)[:follow]
+    found = [_least(problem, guess, low, high, loss, steps) for guess in guesses]
     best, scale = min(found, key=lambda one: float(one[0].cost))
     return _result(problem, best, low, high, loss, scale)
 
@@ -353,7 +361,7 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
 
 
 def _least(
-    problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str
+    problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str, steps: int
 ) -> tuple[Any, float]:
     """SciPy's result, and the scale of a robust loss: from the residuals that are left at last."""
     least_squares = package("scipy.optimize", "design").least_squares
@@ -370,7 +378,7 @@ def _least(
             ftol=1e-14,
             xtol=1e-12,
             gtol=1e-14,
-            max_nfev=200,
+            max_nfev=steps,
         )
 
     inside = np.clip(guess, low, high)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.optimiser import Optimiser
+from capsule_sym._design.optimiser import Optimiser, Survey
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import Program, scenarios_of
 from capsule_sym._design.quantities import (
@@ -25,7 +25,7 @@ from capsule_sym._design.quantities import (
     real,
 )
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_start
+from capsule_sym._map.checks import check_count, check_start
 from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 
 Vector = NDArray[np.float64]
@@ -43,6 +43,7 @@ def optimise(
     tolerances: Mapping[str, float] | None = None,
     samples: int = 256,
     seed: int = 0,
+    follow: int = 3,
 ) -> Optimum:
     """The parameters at which a metric of the steady motion is greatest, or least.
 
@@ -58,14 +59,14 @@ def optimise(
     The motion is the one that each of `starts` leads to, states (x_r, v_r, v_c) at phase 0,
     dimensionless; with several, or with `tolerances` of parameters as shares, such as {"mu": 0.1},
     the worst motion counts: of all starts, with all parameters at the ends of their tolerances.
-    `samples` is the size of the survey that chooses where to begin; `seed` makes it another.
+    `samples` is the size of the survey that chooses where to begin, at `follow` places at most;
+    `seed` makes it another.
 
     The optimum is a local one, the best of those that were found. Raises InvalidInput for names,
     bounds or texts that are not allowed.
     """
     program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
-    check_survey(samples, seed)
-    return Optimiser(program, named(metric)).run(samples, seed)
+    return Optimiser(program, named(metric)).run(checked_survey(samples, seed, follow))
 
 
 def named(metric: str | Function) -> str:
@@ -126,11 +127,12 @@ def _check_ends(program: Program) -> None:
                 raise InvalidInput(f"bounds of {name}", bounds, allowed) from None
 
 
-def check_survey(samples: int, seed: int) -> None:
-    """Raises InvalidInput for the size or the seed of a survey that are none."""
-    for field, value, least in (("samples", samples, 1), ("seed", seed, 0)):
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise InvalidInput(field, value, f"a whole number >= {least}")
+def checked_survey(samples: int, seed: int, follow: int) -> Survey:
+    """A survey; raises InvalidInput for a size, a seed or a number of places that is none."""
+    check_count("samples", samples)
+    check_count("seed", seed, 0)
+    check_count("follow", follow)
+    return Survey(samples, seed, follow)
 
 
 def _bounds(

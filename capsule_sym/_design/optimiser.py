@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,20 @@ from capsule_sym._design.program import KEPT, Place, Program
 from capsule_sym._design.results import infeasible, nowhere, optimum_of
 from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
 
-_FOLLOWED = 3  # starts, at most, from which the optimum is sought
 _WORSE = 1e-5  # units of the objective: a search rests a little beyond its limits
 _AGAIN = 4  # searches that go on from the best place, where others left it
 _REACH = 0.1  # of the bounds, of the first of them
 _SHORTER = 0.2  # the next one's, where it finds nothing better
 _APART = 0.15  # of the bounds, between two of them
 Vector = NDArray[np.float64]
+
+
+class Survey(NamedTuple):
+    """How many cells are surveyed, which ones, and at how many of them searches begin at most."""
+
+    samples: int
+    seed: int
+    follow: int
 
 
 class Optimiser:
@@ -34,9 +41,9 @@ class Optimiser:
         self.program, self.name = program, name
         self.evaluations, self.followed, self.samples = 0, 0, 0
 
-    def run(self, samples: int, seed: int) -> Optimum:
+    def run(self, survey: Survey) -> Optimum:
         """Survey, follow the best starts, and tell of the best optimum."""
-        starts = self.starts(samples, seed)
+        starts = self.starts(survey)
         runs = [places for u in starts if (places := self.go(self.program, u))]
         if not runs:
             return self.counted(self.nowhere(bool(starts)))
@@ -86,10 +93,10 @@ class Optimiser:
         places = self.go(self.program, u)
         return self.ended(places) if places and _feasible(places[0]) else None
 
-    def starts(self, samples: int, seed: int) -> list[Vector]:
+    def starts(self, survey: Survey) -> list[Vector]:
         """Where to begin: of a survey the feasible first, then the best, apart from each other."""
-        points = _spread(len(self.program.names), samples, seed)
-        self.samples = samples
+        points = _spread(len(self.program.names), survey.samples, survey.seed)
+        self.samples = survey.samples
         worst, slacks = self.program.survey(points)
         self.program = self.program.scaled(self.name, worst, slacks)
         known = np.flatnonzero(np.isfinite(worst))
@@ -99,7 +106,7 @@ class Optimiser:
         for i in order.tolist():
             if all(abs(points[i] - one).max() > _APART for one in chosen):
                 chosen.append(points[i])
-            if len(chosen) == _FOLLOWED:
+            if len(chosen) == survey.follow:
                 break
         if chosen and (first := Search(self.program).begin(chosen[0])) is not None:
             # A few cells may vary less than the objective does.

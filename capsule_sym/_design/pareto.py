@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.optimise import check_survey, named, program_of
-from capsule_sym._design.optimiser import Optimiser
+from capsule_sym._design.optimise import checked_survey, named, program_of
+from capsule_sym._design.optimiser import Optimiser, Survey
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit, System, function_of
-from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import check_count
 from capsule_sym._map.labelled import Labelled
 
 _BETTER = 1e-9  # share of the first metric by which one point counts as better than another
@@ -119,6 +119,7 @@ def pareto(
     tolerances: Mapping[str, float] | None = None,
     samples: int = 256,
     seed: int = 0,
+    follow: int = 3,
 ) -> Front:
     """The Pareto front of a metric that is to be great, or small, against one that is to be small.
 
@@ -129,12 +130,11 @@ def pareto(
 
     Raises InvalidInput as `optimise` does.
     """
-    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
-        raise InvalidInput("points", points, "a whole number >= 2")
-    check_survey(samples, seed)
+    check_count("points", points, 2)
+    survey = checked_survey(samples, seed, follow)
     program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
     cost = function_of("against", against, program.system)
-    return _Fronts(program, cost, (named(metric), named(against))).run(points, samples, seed)
+    return _Fronts(program, cost, (named(metric), named(against))).run(points, survey)
 
 
 class _Point(NamedTuple):
@@ -149,12 +149,12 @@ class _Fronts:
     def __init__(self, program: Program, cost: Function, names: tuple[str, str]) -> None:
         self.program, self.cost, self.names = program, cost, names
 
-    def run(self, points: int, samples: int, seed: int) -> Front:
+    def run(self, points: int, survey: Survey) -> Front:
         """The ends, and the points between them from either end."""
         first = Optimiser(self.program, self.names[0])
-        best = first.run(samples, seed)
+        best = first.run(survey)
         second = Optimiser(replace(self.program, function=self.cost, sign=1), self.names[1])
-        least = second.run(samples, seed)
+        least = second.run(survey)
         for end in (best, least):
             if not self.whole(end) or end.status is OptimumStatus.INFEASIBLE:
                 return self.front([], end.status, end.message)

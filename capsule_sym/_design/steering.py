@@ -19,12 +19,16 @@ from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.quantities import System
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.continuation import Branch, BranchPoint, continue_orbit
+from capsule_sym._orbits.continuation.continuation import (
+    Branch,
+    BranchPoint,
+    check_points,
+    continue_orbit,
+)
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters, PhysicalParameters
 
-_STEPS = 20  # of the branch along a stretch
 _WAYS = (0.25, 0.75)  # shares of the bounds of the corners that are tried
 _SHARE = "share"  # what varies along a stretch, from 0 to 1
 Vector = NDArray[np.float64]
@@ -143,6 +147,8 @@ def steer(
     margin: float | None = None,
     samples: int = 256,
     seed: int = 0,
+    follow: int = 3,
+    points: int = 20,
 ) -> Steering:
     """The drives of greatest velocity forward and backward, and a path of stable orbits between.
 
@@ -150,12 +156,14 @@ def steer(
     units; without it they go from a tenth of the friction bound, and half the natural frequency,
     to two and one and a half times these. The straight path is tried first, then those by a
     corner. A broken path says at which drive, and by which bifurcation.
-    `subject_to`, `margin`, `samples` and `seed` are as in `optimise`.
+    `subject_to`, `margin`, `samples`, `seed` and `follow` are as in `optimise`; each stretch of a
+    path is followed in `points` steps at least.
 
     Raises InvalidInput as `optimise` does, and for a drive by anything else.
     """
     system = Parameters() if base is None else base
     bounds = usual_drive(system) if over is None else over
+    check_points(points)
     allowed = _drives(system)
     for name in bounds if isinstance(bounds, Mapping) else ():
         if name not in allowed:
@@ -170,10 +178,11 @@ def steer(
             margin=margin,
             samples=samples,
             seed=seed,
+            follow=follow,
         )
         for way in (True, False)
     )
-    return _steered(forward, backward, bounds)
+    return _steered(forward, backward, bounds, points)
 
 
 def _drives(system: System) -> tuple[str, str]:
@@ -190,7 +199,7 @@ def usual_drive(system: System) -> dict[str, tuple[float, float]]:
 
 
 def _steered(
-    forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
+    forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]], points: int
 ) -> Steering:
     """The path between two drives, if there is one."""
 
@@ -215,7 +224,7 @@ def _steered(
     breaks: list[Break] = []
     straight: Sequence[Branch] = ()
     for corner in (None, *_corners(forward, backward, bounds)):
-        branches, broken = _along(forward, backward, corner)
+        branches, broken = _along(forward, backward, corner, points)
         if broken is None:
             path = [forward.over, *([corner] if corner else []), backward.over]
             message = "a path of stable orbits leads from one drive to the other"
@@ -245,12 +254,12 @@ def _corners(
 
 
 def _along(
-    forward: Optimum, backward: Optimum, corner: Drive | None
+    forward: Optimum, backward: Optimum, corner: Drive | None, points: int
 ) -> tuple[list[Branch], Break | None]:
     """The orbits along a path, and where it is broken."""
     orbit, system, branches = forward.orbits[0], forward.system, list[Branch]()
     for target in ([corner] if corner else []) + [backward.over]:
-        branch = _stretch(orbit, _parameters(system, target))
+        branch = _stretch(orbit, _parameters(system, target), points)
         if branch is None:  # the corner is where the stretch begins
             continue
         branches.append(branch)
@@ -271,7 +280,7 @@ def _parameters(system: System, drive: Drive) -> Parameters:
     return replace(system, **drive).dimensionless()
 
 
-def _stretch(orbit: Orbit, target: Parameters) -> Branch | None:
+def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:
     """The branch along a straight line of parameters from an orbit's."""
     begin = orbit.parameters.to_dict()
     ends = {
@@ -282,7 +291,7 @@ def _stretch(orbit: Orbit, target: Parameters) -> Branch | None:
     if not ends:
         return None
     ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
-    return continue_orbit(orbit, _SHARE, 1.0, points=_STEPS, ties=ties)
+    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
 def _broken(branch: Branch) -> tuple[Parameters, str] | None:

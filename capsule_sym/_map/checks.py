@@ -68,14 +68,11 @@ def check_start(
     return values
 
 
-def check_count(field: str, value: int) -> None:
-    """Raises InvalidInput unless the value is a whole number from 1 to 10^12."""
-    if (
-        isinstance(value, bool)
-        or not isinstance(value, Integral)
-        or not 1 <= value <= _LARGEST_COUNT
-    ):
-        raise InvalidInput(field, value, f"a whole number from 1 to {_LARGEST_COUNT}")
+def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_COUNT) -> None:
+    """Raises InvalidInput unless the value is a whole number from `least` to `most`, 10^12."""
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not (whole and least <= value <= most):  # type: ignore[operator]
+        raise InvalidInput(field, value, f"a whole number from {least} to {most}")
 
 
 def _check_phase(phase: float, parameters: Parameters) -> None:

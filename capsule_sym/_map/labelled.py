@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._map.checks import check_count
 from capsule_sym._parameters import UNITS
 
 if TYPE_CHECKING:
@@ -159,8 +160,7 @@ def draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
     """A run drawn into axes: displacements over time, or the phase portrait."""
     if of not in ("displacements", "phase"):
         raise InvalidInput("of", of, "displacements or phase")
-    if isinstance(points, bool) or not isinstance(points, int) or points < 2:
-        raise InvalidInput("points", points, "a whole number from 2 on")
+    check_count("points", points, 2)
     if axes is None:
         axes = package("matplotlib.pyplot", "plot").subplots()[1]
     period, (first, last) = run.parameters.period, run.span

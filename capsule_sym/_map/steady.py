@@ -11,6 +11,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._map.backend import Number
+from capsule_sym._map.checks import check_count
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment
 from capsule_sym.generated import formulas
@@ -51,21 +52,22 @@ class SteadyMotion:
         return " ∘ ".join(segment.local_map for segment in reversed(self.segments))
 
 
-def steady_motion(run: Trajectory, tolerance: float) -> SteadyMotion | None:
+def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMotion | None:
     """The periodic motion at the end of a run, as `Trajectory.steady` gives it."""
     if not (_is_real(tolerance) and 0 < tolerance < math.inf):
         raise InvalidInput("tolerance", tolerance, "a finite number > 0")
+    check_count("longest", longest)
     _ = run.segments  # which have to be kept
     if _rests(run, tolerance):
         return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0)
-    states = np.array(run.stroboscopic[-2 * LONGEST :], dtype=float)
+    states = np.array(run.stroboscopic[-2 * longest :], dtype=float)
 
     def change(after: int, period_number: int) -> float:
         """Largest change of the last `period_number` states from those `after` periods before."""
         last, before = states[-period_number:], states[-period_number - after : len(states) - after]
         return float(np.max(np.abs(last - before)))
 
-    for period_number in range(1, min(LONGEST, len(states) // 2) + 1):
+    for period_number in range(1, min(longest, len(states) // 2) + 1):
         if change(period_number, period_number) > tolerance:
             continue
         divisors = (d for d in range(1, period_number) if period_number % d == 0)

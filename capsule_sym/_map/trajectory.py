@@ -23,7 +23,7 @@ from capsule_sym._map.segments import (
     records_of,
     switches_of,
 )
-from capsule_sym._map.steady import SteadyMotion, steady_motion
+from capsule_sym._map.steady import LONGEST, SteadyMotion, steady_motion
 from capsule_sym._native import core
 from capsule_sym._parameters import Parameters
 
@@ -232,20 +232,21 @@ class Trajectory(Labelled):
             return evaluation.by_core(self.parameters, records, times)
         return evaluation.by_numpy(self.parameters, records, times)
 
-    def steady(self, tolerance: float = 1e-9) -> SteadyMotion | None:
+    def steady(self, tolerance: float = 1e-9, longest: int = LONGEST) -> SteadyMotion | None:
         """The periodic motion at the end of the run, None if it has not settled on one.
 
-        The motion is periodic with multiple m if the stroboscopic states repeat after m periods
-        within `tolerance`, and so do the segments; the least m up to 16 is taken. Slow
+        The motion has the period number m if the stroboscopic states repeat after m periods
+        within `tolerance`, and so do the segments; the least m up to `longest` is taken. Slow
         alternating convergence to a shorter period looks almost periodic too: it is told apart by
         asking that states within the period differ by a thousand tolerances.
 
         Without forcing a motion may die away and switch for ever, ever smaller. It is rest if its
         energy, which never grows, keeps it within `tolerance` of that.
 
-        Raises InvalidInput for a tolerance that is not a number > 0 and finite.
+        Raises InvalidInput for a tolerance that is not a number > 0 and finite, and for a `longest`
+        that is no whole number from 1 on.
         """
-        return steady_motion(self, tolerance)
+        return steady_motion(self, tolerance, longest)
 
     def attributes(self) -> dict[str, Any]:
         """Parameters, backend and status."""

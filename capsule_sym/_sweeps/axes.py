@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import RANGES
+from capsule_sym._map.checks import RANGES, check_count
 from capsule_sym._map.labelled import package
 from capsule_sym._parameters import DRIVEN, PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
@@ -90,7 +90,7 @@ class Axis:
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
         low, high = _ends(name, low, high)
-        _check_count(count, 1)
+        check_count("count", count, most=_MOST_VALUES)
         return cls.of(name, np.linspace(low, high, count))
 
     @classmethod
@@ -100,7 +100,7 @@ class Axis:
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
         low, high = _ends(name, low, high)
-        _check_count(count, 1)
+        check_count("count", count, most=_MOST_VALUES)
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
         values = np.geomspace(low, high, count)
@@ -123,9 +123,8 @@ class Axis:
             box.append(_ends(name, *ends))
             if not box[-1][0] < box[-1][1]:
                 raise InvalidInput(name, ends, "a range [low, high] with low < high")
-        _check_count(count, len(box))
-        if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-            raise InvalidInput("seed", seed, "a whole number >= 0")
+        check_count("count", count, most=_MOST_VALUES // len(box))
+        check_count("seed", seed, 0)
         low, high = np.array(box).T
         design = package("scipy.stats.qmc", "sweep").Sobol(
             len(box), rng=np.random.default_rng(seed)
@@ -194,12 +193,6 @@ def _ends(name: str, low: object, high: object) -> tuple[float, float]:
         if not is_real(value) or not least <= value <= most:  # type: ignore[operator]
             raise InvalidInput(name, value, _within(least, most))
     return float(low), float(high)  # type: ignore[arg-type]
-
-
-def _check_count(count: object, width: int) -> None:
-    most = _MOST_VALUES // width
-    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= most:
-        raise InvalidInput("count", count, f"a whole number from 1 to {most}")
 
 
 def _within(low: float, high: float) -> str:

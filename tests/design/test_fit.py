@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from capsule_sym import InvalidInput, Parameters, PhysicalParameters, fit, read_measured, simulate
+from capsule_sym import (
+    FitStatus,
+    InvalidInput,
+    Parameters,
+    PhysicalParameters,
+    fit,
+    read_measured,
+    simulate,
+)
 from capsule_sym._design.fit import Problem
 from capsule_sym._design.measured import measured
 from capsule_sym._design.units import DEVICE, slopes_of
@@ -205,6 +213,15 @@ def test_a_far_guess_is_found_by_many_starts() -> None:
     assert found.values == pytest.approx({"alpha": 0.83, "beta": 1.7, "delta": 0.03}, abs=1e-8)
 
 
+def test_few_steps_leave_a_fit_short_of_its_minimum() -> None:
+    guess = TRUE.replace(alpha=0.85)
+    options = {"state": START, "phase": PHASE}
+    assert fit(series(), guess, ("alpha",), **options).success
+    short = fit(series(), guess, ("alpha",), steps=1, **options)
+    assert not short.success
+    assert short.status is FitStatus.NOT_CONVERGED
+
+
 def test_what_measurements_cannot_tell_is_named() -> None:
     # The capsule rests: its mass and friction have no effect.
     p = Parameters(alpha=0.01, delta=2.0)
@@ -280,6 +297,9 @@ def test_bad_columns_are_named(change, named) -> None:
         ({"unknown": ("mu",)}, "unknown"),
         ({"loss": "median"}, "loss"),
         ({"starts": -1}, "starts"),
+        ({"follow": 0}, "follow"),
+        ({"seed": -1}, "seed"),
+        ({"steps": 0}, "steps"),
         ({"bounds": {"beta": (0, 1)}}, "bounds"),
         ({"bounds": {"alpha": (1, 0)}}, "bounds of alpha"),
         ({"bounds": {"alpha": (-1, 2)}}, "bounds of alpha"),

@@ -146,6 +146,7 @@ def test_multipliers_of_the_wrong_sign_make_no_minimum() -> None:
         ({"tolerances": ["zeta"]}, "tolerances"),
         ({"tolerances": {"zeta": "a"}}, "tolerance of zeta"),
         ({"seed": -1}, "seed"),
+        ({"follow": 0}, "follow"),
         ({"starts": ["abc"]}, "starts"),
         ({"starts": None}, "starts"),
         ({"base": {"alpha": 1}}, "base"),

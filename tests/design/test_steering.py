@@ -58,6 +58,14 @@ def test_where_the_capsule_goes_one_way_only_that_is_said() -> None:
     assert found.path == ()
 
 
+def test_a_stretch_is_followed_in_as_many_steps_as_asked_for() -> None:
+    given = Parameters(alpha=2.0), {"omega": (0.65, 0.8)}
+    few, many = (steer(*given, samples=8, points=n).statistics["points"] for n in (20, 60))
+    assert 60 <= many > few + 20
+    with pytest.raises(InvalidInput, match="points = 0"):
+        steer(points=0)
+
+
 def test_a_drive_by_the_gap_is_refused() -> None:
     with pytest.raises(InvalidInput) as caught:
         steer(Parameters(), {"delta": (0.0, 1.0)})

@@ -210,6 +210,10 @@ def test_a_steady_motion_of_two_periods(case: Parameters) -> None:
     assert motion is not None
     assert motion.period_number == 2
     check_steady(run, motion)
+    assert run.steady(longest=1) is None
+    assert run.steady(longest=2) == motion
+    with pytest.raises(InvalidInput, match="longest = 0"):
+        run.steady(longest=0)
 
 
 def test_rest_is_a_steady_motion_without_switches() -> None:
