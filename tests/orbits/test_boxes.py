@@ -6,16 +6,20 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from capsule_sym import (
     BoxSearch,
+    BranchPoint,
     Ending,
     InvalidInput,
+    Orbit,
     Parameters,
     continue_both_ways,
     floquet_multipliers,
     search_box,
     simulate,
+    solve_itinerary,
     solve_orbit,
 )
 from capsule_sym._map.batch import final_states, parameter_rows
@@ -88,6 +92,44 @@ def test_motions_of_three_periods_lie_on_an_isola() -> None:
     assert of_period_three(BESIDE_THREE.replace(delta=folds[-1] + 2e-3)) == 0
     assert of_period_three(BESIDE_THREE.replace(delta=folds[0] - 2e-3)) == 0
     assert "1 closed" in found.message
+
+
+def by_the_map(orbit: Orbit) -> NDArray[np.complex128]:
+    """Multipliers of an orbit, the largest modulus first, by differences of runs."""
+    number, parameters = orbit.itinerary.period_number, orbit.parameters
+    state = orbit.trajectory()(parameters.period * number)
+    ends = [*(state + 1e-5 * np.eye(3)), *(state - 1e-5 * np.eye(3))]
+    rows = np.repeat(parameter_rows(parameters), len(ends), axis=0)
+    there = final_states(rows, np.array(ends), 0.0, number).states
+    values = np.linalg.eigvals((there[:3] - there[3:]).T / 2e-5)
+    return values[np.argsort(-abs(values))]
+
+
+def test_an_isola_comes_back_to_the_orbit_it_began_at() -> None:
+    (isola,) = found_with_isola().isolas
+    begin, other = found_with_isola().orbits[1:]
+    assert isola.status is Ending.RETURNED
+
+    def near(point: BranchPoint) -> Orbit:
+        """The orbit at the value of the begin that Newton's method finds from a point."""
+        orbit = solve_itinerary(begin.parameters, point.orbit.itinerary, list(point.orbit.z))
+        assert orbit.success
+        assert max(abs(orbit.z - point.orbit.z)) > 1e-4
+        return orbit
+
+    # Between, it passes the one other orbit that the box has there, and no third.
+    past = [point.value - isola.points[0].value for point in isola.points]
+    (passing,) = (k for k in range(1, len(past) - 2) if past[k] * past[k + 1] < 0)
+    again, passed = near(isola.points[-1]), near(isola.points[passing])
+    assert same(again, begin)
+    assert same(passed, other)
+    assert not same(again, other)
+    for one, known in ((begin, again), (other, passed)):
+        multipliers = floquet_multipliers(known)
+        assert multipliers == pytest.approx(floquet_multipliers(one), abs=1e-9)
+        assert multipliers == pytest.approx(by_the_map(one), abs=1e-4)
+    largest = [abs(floquet_multipliers(one)[0]) for one in (begin, other)]
+    assert largest[0] < 1 < largest[1]
 
 
 def test_a_branch_that_is_not_closed_is_followed_to_both_ends() -> None:

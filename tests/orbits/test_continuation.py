@@ -1,9 +1,12 @@
 """Branches: from end to end with every change of itinerary, through folds, and typed endings."""
 
+import math
+
 import numpy as np
 import pytest
 
 from capsule_sym import (
+    Bifurcation,
     Branch,
     Ending,
     InvalidInput,
@@ -176,6 +179,26 @@ def test_a_branch_back_at_its_parameter_on_another_orbit_has_not_returned() -> N
     assert branch.status is Ending.TURNED_BACK
     assert branch.points[-1].value == pytest.approx(1.6, rel=1e-12)
     assert text(branch.points[-1].orbit.itinerary) != text(orbit.itinerary)
+
+
+@pytest.mark.parametrize("s", [1e-4, 1e-6, 2e-7])
+@pytest.mark.parametrize("label", ["FO1", "FO2"])
+def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s: float) -> None:
+    """Begun so near to a fold, it comes back on the other side of it: 2 s apart in durations."""
+    fold = hysteretic().at(label)
+    assert isinstance(fold, Bifurcation)
+    assert fold.normal_form is not None
+    along = np.linalg.svd(fold.orbit.shot.by_z)[2][-1]
+    along /= np.linalg.norm(along[4:])
+    growth = fold.normal_form.growth
+    parameters = fold.orbit.parameters.replace(omega=fold.value + growth * s * s)
+    orbit = solve_itinerary(parameters, fold.orbit.itinerary, list(fold.orbit.z + s * along))
+    branch = continue_orbit(orbit, "omega", fold.value - math.copysign(2e-3, growth), points=2)
+    assert branch.status is Ending.TURNED_BACK
+    assert [one.type for one in branch.bifurcations] == [FOLD]
+    apart = np.linalg.norm(branch.points[-1].orbit.durations - orbit.durations)
+    # What 1e-16 of omega makes of s.
+    assert apart == pytest.approx(2 * s, rel=1e-3 + 1e-16 / abs(growth) / s**2)
 
 
 def test_other_parameters_serve_as_well() -> None:

@@ -28,7 +28,7 @@ from capsule_sym._orbits.continuation.parameter_paths import Function, Parameter
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
-from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
@@ -228,7 +228,10 @@ class Run:
         if at_border:
             ending = Ending.REACHED
             if new.u[-1] < 0.5 and self.start[-1] < BESIDE:
-                returned = same(whole_orbit(new.orbit), self.points[0].orbit)
+                # It runs the other way: to an orbit beyond a fold, however near, or along itself
+                # with the halves of a doubled orbit exchanged.
+                end, first = whole_orbit(new.orbit), self.points[0].orbit
+                returned = same(end, first) and not same_start(end, first)
                 ending = Ending.RETURNED if returned else Ending.TURNED_BACK
             raise Stop(ending, where(new.orbit, (self.axis,)))
         return new, step

@@ -35,6 +35,7 @@ _AROUND = 1e-3  # distance from a point at which the curves that cross there are
 _CROSSING = 1e-9  # least singular value over the largest where two curves of solutions cross
 _DIRECTIONS = 16
 _FINEST = 1e-5  # a step not longer than this is not looked through for two bifurcations
+_AHEAD = 0.25  # least share of a step that turns back to the border it comes from
 _CLEAR = 0.1  # share of what is at a step's ends, above which a cubic stays clear of 0 between
 _SMALL = 0.3  # a test function below this may vanish twice within a step
 
@@ -166,12 +167,17 @@ class Follower(Family):
         return None
 
     def _at_border(self, state: State, beyond: Solution, k: int, edge: float) -> Solution | None:
-        share = (edge - state.u[k]) / (beyond.u[k] - state.u[k])
-        guess = state.u + share * (beyond.u - state.u)
+        """Where a step leaves the range; None where the path turns back within it, too near."""
+        step = beyond.u - state.u
+        guess = state.u + (edge - state.u[k]) / step[k] * step
         guess[k] = edge
         normal = np.zeros(len(guess))
         normal[k] = 1.0
-        return corrected(self.equations, guess, normal)
+        found = corrected(self.equations, guess, normal)
+        if found is None or (edge - 0.5) * state.tangent[k] > 0:
+            return found
+        ahead = (found.u - state.u) @ state.tangent
+        return found if ahead > _AHEAD * np.linalg.norm(step) else None
 
     def cross(self, event: Event) -> Beside | None:
         """Go on in the itinerary beyond an event, to a little further on; None if there is nothing.

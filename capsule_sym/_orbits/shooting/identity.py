@@ -25,6 +25,11 @@ def same(orbit: Orbit, other: Orbit) -> bool:
     )
 
 
+def same_start(orbit: Orbit, other: Orbit) -> bool:
+    """Whether two orbits of one itinerary begin in the same state."""
+    return orbit.itinerary == other.itinerary and _alike(orbit, 0, other, 0)
+
+
 def primitive(orbit: Orbit) -> Orbit:
     """The orbit traversed once: that of the shortest itinerary which it repeats."""
     itinerary, most = orbit.itinerary, gcd(len(orbit.itinerary), orbit.itinerary.period_number)
