@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from capsule_sym import Itinerary, ParameterPath, Parameters, solve_itinerary
+from capsule_sym import Itinerary, ParameterPath, Parameters, monodromy_matrix, solve_itinerary
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation import bifurcations, events
 from capsule_sym._orbits.continuation.bifurcations import (
@@ -228,7 +228,7 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
             orbit = solve_itinerary(
                 values, one.orbit.itinerary, list(one.orbit.z), backend="mpmath"
             )
-            m = bifurcations.monodromy(orbit) + np.eye(3, dtype=int)
+            m = monodromy_matrix(orbit) + np.eye(3, dtype=int)
             return (
                 m[0, 0] * (m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1])
                 - m[0, 1] * (m[1, 0] * m[2, 2] - m[1, 2] * m[2, 0])
