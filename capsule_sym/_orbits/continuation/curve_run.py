@@ -26,6 +26,7 @@ from capsule_sym._orbits.continuation.events import (
     place,
 )
 from capsule_sym._orbits.continuation.following import FIRST, Follower
+from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import Ending, Event, State, Stop, where
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
@@ -38,6 +39,7 @@ _ILL = 1e-8  # uncertainty from which on a system of equations is taken for sing
 RESONANCES = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}
 """What a curve of rotations meets where both multipliers are those of a smooth bifurcation."""
 _SADDLES = "the multipliers of product 1 are real"
+_CLOSED = 1e-6  # unknowns of one point of a closed curve, found twice, differ by less
 _RESONANT = 1e-6  # derivative of the characteristic polynomial at a double multiplier
 _NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
 
@@ -59,10 +61,9 @@ class CurveRun:
             self._add(first)
             self.last = first
             while len(self.points) < _MOST_POINTS:
-                self.last, step = self._step(self.last, step)
-                # Closed: one step from its first point, in the same itinerary.
-                same = self.last.orbit.itinerary == begin and len(self.points) >= 10
-                if same and np.linalg.norm(self.last.u - first.u) < self.largest / 2:
+                before = self.last
+                self.last, step = self._step(before, step)
+                if self.last.orbit.itinerary == begin and self._between(before, self.last, first):
                     raise Stop(Ending.RETURNED, where(self.last.orbit, self.axes))
         except Stop as stop:
             fine = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
@@ -70,6 +71,18 @@ class CurveRun:
                 return Ending.CODIMENSION_TWO, where(self.meetings[-1].orbit, self.axes)
             return stop.ending, stop.detail
         return Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
+
+    def _between(self, old: State, new: State, first: State) -> bool:
+        """Whether the curve passes its first point between two neighbours."""
+        if old.orbit.itinerary != new.orbit.itinerary:
+            return False
+        step = new.u - old.u
+        share = (first.u - old.u) @ step / (step @ step)
+        if not 0 < share <= 1:
+            return False
+        there = old.u + share * step
+        solution = corrected(self.follower.equations, there, step / np.linalg.norm(step))
+        return solution is not None and bool(np.linalg.norm(solution.u - first.u) < _CLOSED)
 
     def _place(self, orbit: Orbit, segment: int | None) -> Place:
         if segment is None:

@@ -19,13 +19,16 @@ from capsule_sym._orbits.continuation.curve_run import RESONANCES, CurveRun
 from capsule_sym._orbits.continuation.events import (
     CUSP,
     DEGENERATE,
+    FOLD,
     GENERALIZED_DOUBLING,
     NEIMARK_SACKER,
     RESONANCE_1_1,
     RESONANCE_1_2,
 )
 from capsule_sym._orbits.continuation.following import Follower, vanishing
+from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
@@ -37,12 +40,14 @@ __all__ += ["curves_from"]
 
 _FINE = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
 _THERE = 1e-6  # least duration, beside a point, of a segment that has the duration 0 there
+_APART = (3e-2, 1e-2, 1e-1)  # of a doubled orbit from that which doubles, where folds are sought
+_LOOSE = 1e-6  # so near to that point rounding moves them along their curve
 _BEGIN = (Ending.CODIMENSION_TWO, "the point from which the curve is followed")
 # The type of the other curve through a point where this vanishes; None where there is none.
 _OTHER = {
     CUSP: None,
     DEGENERATE: None,
-    GENERALIZED_DOUBLING: None,
+    GENERALIZED_DOUBLING: FOLD,
     RESONANCE_1_1: NEIMARK_SACKER,
     RESONANCE_1_2: NEIMARK_SACKER,
 }
@@ -167,9 +172,9 @@ def curves_from(
     At a multiplier 1 or -1 on a curve of border collisions it is that of folds or period doublings,
     at two border collisions, or at a degenerate one, that of the other collision, at a 1:1 or 1:2
     resonance that of Neimark-Sacker bifurcations, or from these that of folds or period doublings.
-    None leaves a cusp: the curve of folds itself
-    passes. At a generalized period doubling none is sought. Each curve is given once, and none that
-    is among those `known`. The ranges are dimensionless. Raises InvalidInput as
+    None leaves a cusp: the curve of folds itself passes. At a generalized period doubling a curve
+    of folds of the doubled orbits begins. Each curve is given once, and none that is among those
+    `known`. The ranges are dimensionless. Raises InvalidInput as
     `continue_bifurcation` does.
     """
     check_points(points)
@@ -271,6 +276,8 @@ def _beside_point(
 ) -> list[_Start]:
     """The starts of the other curve through a point, on the sides on which it is a motion."""
     orbit, segments, smooth = point.orbit, point.segments, kind in SMOOTH
+    if point.types[1] == GENERALIZED_DOUBLING:
+        return _doubled_folds(numbers, orbit, axes)
     if (half := halved_at(orbit, None)) is not None:
         orbit, _ = half
     if len(segments) == 1 and not smooth:
@@ -304,6 +311,26 @@ def _beside_point(
         except (InvalidInput, Stop):
             continue
     return found
+
+
+def _doubled_folds(numbers: Backend, orbit: Orbit, axes: tuple[Axis, ...]) -> list[_Start]:
+    """The start of the folds of doubled orbits, from the generalized doubling of an orbit.
+
+    Of doubled orbits whose halves are so far apart, to either side, which are the same, the fold
+    is next to the point: the parameters differ by the square of that.
+    """
+    whole = doubled(numbers, orbit)
+    follower = Follower(numbers, whole, axes, critical=FOLD)
+    u = follower.unknowns(whole.z, whole.values)
+    along = np.append(np.linalg.svd(whole.shot.by_z)[2][-1], np.zeros(len(axes)))
+    for distance in _APART:
+        solution = corrected(follower.equations, u + distance * along, along, _LOOSE)
+        if solution is None or not all(0 <= q <= 1 for q in solution.u[-len(axes) :]):
+            continue
+        state = follower.state(solution.u, along, solution)
+        if _holds(state):
+            return [_Start(follower, state, shared=False)]
+    return []
 
 
 def _holds(state: State) -> bool:

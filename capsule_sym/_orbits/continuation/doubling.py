@@ -5,6 +5,8 @@ Followed further it would come back along itself, with its halves exchanged.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from capsule_sym._orbits.continuation.bifurcations import (
@@ -69,3 +71,11 @@ def _difference(orbit: Orbit) -> Vector:
     """How the durations of the two halves differ, (n/2,)."""
     half = len(orbit.itinerary) // 2
     return orbit.durations[:half] - orbit.durations[half:]
+
+
+def apart(orbit: Orbit, least: float) -> bool:
+    """Whether the two halves of an orbit differ by so much."""
+    n = len(orbit.itinerary) // 2
+    begin, middle = orbit.shot.spans[0].start, orbit.shot.spans[n].start
+    apart: Sequence[float] = [*(begin - middle), *(orbit.durations[:n] - orbit.durations[n:])]
+    return bool(np.max(np.abs(apart)) > least)

@@ -198,7 +198,7 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
 
     Of the orbit that doubles; reduced by what the second derivative bends.
     """
-    n, whole = len(orbit.itinerary), _doubled(numbers, orbit)
+    n, whole = len(orbit.itinerary), doubled(numbers, orbit)
     left, along = _null_vectors(whole.shot.by_z, n)
     second = residual_series(numbers, whole, _along(whole.z, along, many=3))[2]
     bordered = np.block([[whole.shot.by_z, left[:, None]], [along, np.zeros(1)]])
@@ -208,7 +208,7 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
     return _Singular(left, along, -float(third), 2 * float(left[2 * n :] @ along[:4]))
 
 
-def _doubled(numbers: Backend, orbit: Orbit) -> Orbit:
+def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
     """The orbit twice over."""
     once = orbit.itinerary
     twice = Itinerary(2 * once.segments, 2 * once.period_number)
@@ -232,7 +232,7 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
 
     def closed(k: int) -> float:
         z, values = orbit.z + k * step * moved, tuple(path.placed(orbit.values, value + k * step))
-        beside = _doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.shot, numbers.name))
+        beside = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.shot, numbers.name))
         return float(left @ beside.shot.by_z @ along)
 
     slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * closing)

@@ -47,8 +47,13 @@ def tangent(by: Matrix, along: Vector) -> Vector:
     return direction / np.linalg.norm(direction)
 
 
-def corrected(equations: Equations, guess: Vector, normal: Vector) -> Solution | None:
-    """The point of the curve in the plane through the guess, by Newton's method; None if none."""
+def corrected(
+    equations: Equations, guess: Vector, normal: Vector, settled: float = _SETTLED
+) -> Solution | None:
+    """The point of the curve in the plane through the guess, by Newton's method; None if none.
+
+    Steps that are `settled` end it; they do not get smaller than rounding lets them.
+    """
     u, size = guess, float("inf")
     for step in range(1, _MOST_STEPS + 1):
         at = equations(u)
@@ -63,7 +68,7 @@ def corrected(equations: Equations, guess: Vector, normal: Vector) -> Solution |
         except np.linalg.LinAlgError:
             return None
         u, size = u + change, float(np.linalg.norm(change))
-        if size < _SETTLED * (1 + np.linalg.norm(u)):
+        if size < settled * (1 + np.linalg.norm(u)):
             return Solution(u, equations(u), step)
     return None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -20,15 +20,16 @@ from capsule_sym._orbits.continuation.continuation import (
     check_points,
     failure_of,
 )
+from capsule_sym._orbits.continuation.doubling import apart
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.following import Follower, first_half, vanishing
+from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same
-from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
@@ -210,27 +211,18 @@ def _started(follower: Follower, u: Vector, along: Vector) -> Iterator[_Start]:
 
 def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
     """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
-    itinerary = Itinerary(2 * orbit.itinerary.segments, 2 * orbit.itinerary.period_number)
-    z = np.array([*orbit.z, *orbit.durations])
-    follower = Follower(numbers, replace(orbit, itinerary=itinerary, z=z), (axis,))
-    u = follower.unknowns(z, orbit.values)
+    whole = doubled(numbers, orbit)
+    follower = Follower(numbers, whole, (axis,))
+    u = follower.unknowns(whole.z, whole.values)
     by = follower.equations(u).by
     # Of the doubled equations two curves of solutions meet there; along one only the parameter
     # stands still, and the halves move apart.
     along = np.append(np.linalg.svd(by[:, :-1])[2][-1], 0.0)
     for distance in _DISTANCES:
         solution = corrected(follower.equations, u + distance * along, along)
-        if solution is None or not _apart(solution.at.made, distance / 2):
+        if solution is None or not apart(solution.at.made, distance / 2):
             continue
         state = follower.state(solution.u, along, solution)
         if not failure_of(state):
             return _Start(follower, state, doubled=True)
     return None
-
-
-def _apart(orbit: Orbit, least: float) -> bool:
-    """Whether the two halves of an orbit differ by so much."""
-    n = len(orbit.itinerary) // 2
-    begin, middle = orbit.shot.spans[0].start, orbit.shot.spans[n].start
-    apart: Sequence[float] = [*(begin - middle), *(orbit.durations[:n] - orbit.durations[n:])]
-    return bool(np.max(np.abs(apart)) > least)
