@@ -99,7 +99,15 @@ def test_formulas_are_typeset() -> None:
         text = path.read_text(encoding="utf-8")
         assert "MathJax" not in text
         assert '<span class="problematic"' not in text
-    assert (SITE / "theory" / "statements.html").read_text(encoding="utf-8").count("<math") > 300
+    shown = [path.read_text(encoding="utf-8") for path in SITE.glob("theory/statements/*.html")]
+    assert len(shown) == 3
+    assert sum(text.count("<math") for text in shown) > 300
+    # Each section of the proofs is in one page.
+    titles = re.findall(r"^## (.+)$", (ROOT / "results/verify.md").read_text("utf-8"), re.M)
+    pages_of = [*shown, (SITE / "theory" / "errata.html").read_text(encoding="utf-8")]
+    for title in titles[1:]:
+        words = title.replace("Printed statements that hold under", "Those that hold under")
+        assert sum(f">{words}<a" in text for text in pages_of) == 1, title
 
 
 def test_every_picture_has_a_text() -> None:
