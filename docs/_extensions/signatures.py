@@ -3,6 +3,8 @@
 import re
 from typing import Any
 
+from docutils import nodes
+from sphinx import addnodes
 from sphinx.application import Sphinx
 
 _ARRAYS = r"_SupportsArray\[dtype\[Any\]\]"
@@ -36,8 +38,16 @@ def _untold(
     lines[:] = [line for line in lines if not line.startswith("Alias for field number ")]
 
 
+def _attributes(_app: Sphinx, document: nodes.document) -> None:
+    """Types of attributes, which are no part of a signature."""
+    for node in document.findall(addnodes.desc_annotation):
+        if (text := shortened(node.astext())) != node.astext():
+            node[:] = [nodes.Text(text)]
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Have every signature shortened."""
     app.connect("autodoc-process-signature", _process)
     app.connect("autodoc-process-docstring", _untold)
+    app.connect("doctree-read", _attributes)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
