@@ -38,7 +38,7 @@ def _untold(
     lines[:] = [line for line in lines if not line.startswith("Alias for field number ")]
 
 
-def _attributes(_app: Sphinx, document: nodes.document) -> None:
+def _attributes(_app: Sphinx, document: nodes.document, _name: str) -> None:
     """Types of attributes, which are no part of a signature."""
     for node in document.findall(addnodes.desc_annotation):
         if (text := shortened(node.astext())) != node.astext():
@@ -49,5 +49,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     """Have every signature shortened."""
     app.connect("autodoc-process-signature", _process)
     app.connect("autodoc-process-docstring", _untold)
-    app.connect("doctree-read", _attributes)
+    app.connect("doctree-resolved", _attributes)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
