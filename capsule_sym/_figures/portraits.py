@@ -18,6 +18,7 @@ from capsule_sym._figures.style import (
     figure_style,
     mathematical,
 )
+from capsule_sym._map.segments import MODES
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc, Motion, arcs
 from capsule_sym._study.boundaries import lines
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
 _MARGIN = 0.08  # of the range of a curve, left free around it
 
 

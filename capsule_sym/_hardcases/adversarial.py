@@ -31,8 +31,8 @@ from capsule_sym._map.location import SegmentStart, Switch
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State
 from capsule_sym._native import core
+from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym.generated.py import DIGEST
-from capsule_sym.generated.switching import FIELDS
 
 CHUNK = 200
 """Starts in one line of the log."""
@@ -40,7 +40,6 @@ CHUNK = 200
 _PROCESSES = 2
 _REFERENCE = 8  # of so many starts one is checked by the reference map as well
 _SMALL = 2.0  # errors below, in units of the contract, are not told apart
-_MODES = {field: mode for mode, field in FIELDS.items()}
 
 
 @dataclass
@@ -271,13 +270,11 @@ def _fired(switch: LaneSwitch) -> Guard | None:
     """The guard that ended a segment, by its planes; None if none did."""
     if not switch.plane:
         return None
-    contact, drift = _MODES[switch.field]
-    if drift:
+    if drift(switch.field):
         return Guard.GAP if switch.plane > 6 else Guard.DRIFT
-    after, towards = _MODES[switch.plane]
-    if after != contact:
+    if contact(switch.plane) != contact(switch.field):
         return Guard.GAP
-    return Guard.UPPER if towards > 0 else Guard.LOWER
+    return Guard.UPPER if drift(switch.plane) > 0 else Guard.LOWER
 
 
 def _decade(distance: float) -> str:

@@ -19,7 +19,7 @@ from capsule_sym._map.native import core
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
 
-_NAMES = tuple(Parameters().to_dict())
+_NAMES = Parameters.__slots__
 _SIDE_BY_SIDE = 8
 _row = attrgetter(*_NAMES)
 _LOW, _HIGH = np.array(list(map(RANGES.__getitem__, _NAMES))).T.copy()

@@ -19,7 +19,8 @@ from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
 from capsule_sym.generated.interface import OUTCOMES, SEGMENT
 
-_MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
+MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
+"""Modes of operation of F1 to F6, in the paper's notation."""
 _OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
 Triple = tuple[Number, Number, Number]
@@ -83,7 +84,7 @@ class Segment:
     @property
     def mode(self) -> str:
         """Mode of operation in the paper's notation, such as "NC-FD"."""
-        return _MODES[self.field - 1]
+        return MODES[self.field - 1]
 
     @property
     def local_map(self) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Instant, Trajectory
 from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
@@ -46,12 +47,12 @@ class Arc:
     @property
     def stick(self) -> bool:
         """Whether the capsule is at rest: F2 or F5."""
-        return self.field in (2, 5)
+        return drift(self.field) == 0
 
     @property
     def contact(self) -> bool:
         """Whether the mass touches the second spring: F4, F5 or F6."""
-        return self.field >= 4
+        return bool(contact(self.field))
 
 
 def arcs(motion: Motion, periods: int) -> list[Arc]:

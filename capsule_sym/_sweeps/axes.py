@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import RANGES, check_count
 from capsule_sym._map.labelled import package
+from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import DRIVEN, PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
 
-PARAMETERS = tuple(RANGES)
 START = ("x_r", "v_r", "v_c", "phase")
 
 _MOST_VALUES = 10**8  # of one axis, which is held in memory

@@ -14,10 +14,10 @@ from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import Watch, core, live
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
+from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
-from capsule_sym._sweeps.axes import PARAMETERS
 from capsule_sym._sweeps.closing import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep

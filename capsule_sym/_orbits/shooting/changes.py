@@ -17,6 +17,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, Inequality
 from capsule_sym._orbits.shooting.equations import Shooting, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym.generated.switching import FIELDS
 
 
 class Change(NamedTuple):
@@ -40,11 +41,6 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
     )
 
 
-def _field(in_contact: int, drifting: int) -> int:
-    """The number of the field with this contact (0, 1) and drift (1, 0, -1)."""
-    return 2 - drifting + 3 * in_contact
-
-
 def inserted(
     numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, failed: Inequality
 ) -> tuple[Change, int]:
@@ -56,7 +52,7 @@ def inserted(
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
     f, following = fields[i], itinerary.neighbour(i + 1)
     if failed.kind == LANDING:
-        comes = _field(contact(f), 0 if drift(following) else -drift(f))
+        comes = FIELDS[contact(f), 0 if drift(following) else -drift(f)]
         longer = _itinerary((*fields[: i + 1], comes, *fields[i + 1 :]), itinerary)
         kept = tuple(k + (k > i) for k in range(len(itinerary)))
         return Change(longer, np.array([*z[: 5 + i], zero, *z[5 + i :]]), kept), i + 1
@@ -76,10 +72,10 @@ def inserted(
 def _comes(field: int, guard: Guard | None) -> int:
     """The field that a segment of F`field` touches where this guard has a minimum of 0."""
     if guard is Guard.GAP:
-        return _field(1 - contact(field), drift(field))
+        return FIELDS[1 - contact(field), drift(field)]
     if guard is Guard.DRIFT:
-        return _field(contact(field), 0)
-    return _field(contact(field), 1 if guard is Guard.UPPER else -1)
+        return FIELDS[contact(field), 0]
+    return FIELDS[contact(field), 1 if guard is Guard.UPPER else -1]
 
 
 def exchanged(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
@@ -92,7 +88,7 @@ def exchanged(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
         return None
     gap_first = contact(during) != contact(before)
     first, second = (before, after) if gap_first else (after, before)
-    comes = _field(contact(first), drift(second))
+    comes = FIELDS[contact(first), drift(second)]
     fields = itinerary.fields
     other = _itinerary((*fields[:segment], comes, *fields[segment + 1 :]), itinerary)
     return Change(other, z, tuple(range(len(itinerary))))
