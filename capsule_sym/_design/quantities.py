@@ -14,6 +14,7 @@ import numpy as np
 
 from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
 from capsule_sym._parameters import METRIC_UNITS, Parameters, PhysicalParameters, mean_power
@@ -43,8 +44,7 @@ OF_DEVICE = {
 
 def real(value: object) -> bool:
     """Whether a value is a finite real number, of Python or of NumPy."""
-    kinds = int | float | np.integer | np.floating
-    return isinstance(value, kinds) and not isinstance(value, bool) and math.isfinite(value)
+    return is_real(value) and math.isfinite(value)
 
 
 def names_of(system: System) -> tuple[str, ...]:

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from functools import lru_cache
 from numbers import Integral
 from operator import attrgetter
+from typing import TypeGuard
+
+import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import Parameters
@@ -22,6 +25,12 @@ RANGES = {
     "f_b": (1e-10, 1e10),
 }
 _scales = attrgetter(*RANGES)
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Whether a value is a number that a double can stand for; not so bool, or digits as text."""
+    kinds = int | float | np.integer | np.floating
+    return isinstance(value, kinds) and not isinstance(value, bool)
 
 
 def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
@@ -42,7 +51,7 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
 
 def checked_seconds(value: float) -> float:
     """The limit of time; raises InvalidInput unless it is a number > 0."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+    if not is_real(value) or not value > 0:
         raise InvalidInput("max_seconds", value, "a number > 0")
     return value
 
@@ -76,7 +85,6 @@ def check_count(field: str, value: object, least: int = 1, most: int = _LARGEST_
 
 
 def _check_phase(phase: float, parameters: Parameters) -> None:
-    real = isinstance(phase, int | float) and not isinstance(phase, bool)
-    if not (real and 0.0 <= phase < parameters.period):
+    if not (is_real(phase) and 0.0 <= phase < parameters.period):
         allowed = f"a time in [0, 2 pi/omega) = [0, {parameters.period!r})"
         raise InvalidInput("phase", phase, allowed)

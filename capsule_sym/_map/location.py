@@ -43,7 +43,7 @@ class Start(NamedTuple):
 
 @dataclass(frozen=True)
 class SegmentStart:
-    """The field that takes over at a state, and the start of its segment."""
+    """The successor field at a state, and the start of its segment."""
 
     field: int
     start: Start

@@ -194,7 +194,7 @@ class Run:
         return state, self._escalate_start(state, source)
 
     def next_segment(self, state: State, source: int | None = None) -> SegmentStart | None:
-        """The field that takes over, after a segment of F`source`; None where that stays open."""
+        """The successor field, after a segment of F`source`; None where that stays open."""
         try:
             return select_field(self.numbers, self.constants, state, source)
         except Undetermined:

@@ -11,7 +11,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._map.backend import Number
-from capsule_sym._map.checks import check_count
+from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment
 from capsule_sym.generated import formulas
@@ -54,7 +54,7 @@ class SteadyMotion:
 
 def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMotion | None:
     """The periodic motion at the end of a run, as `Trajectory.steady` gives it."""
-    if not (_is_real(tolerance) and 0 < tolerance < math.inf):
+    if not (is_real(tolerance) and 0 < tolerance < math.inf):
         raise InvalidInput("tolerance", tolerance, "a finite number > 0")
     check_count("longest", longest)
     _ = run.segments  # which have to be kept
@@ -158,10 +158,6 @@ def _steady(segments: tuple[Segment, ...], period_number: int) -> SteadyMotion:
     first = cyclic_start([s.field for s in segments])
     advance = sum((s.advance for s in segments), segments[0].advance * 0)
     return SteadyMotion(segments[first:] + segments[:first], period_number, advance / period_number)
-
-
-def _is_real(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def shortened(text: str, length: int = 60) -> str:

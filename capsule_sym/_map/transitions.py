@@ -1,8 +1,8 @@
-"""Where a trajectory stands, and the field that takes it on: the rule for every start.
+"""Where a trajectory stands, and its successor field: the rule for every start.
 
-At a point, a field takes over if every one of its guards is positive just after: the first of the
-guard's time derivatives that does not vanish is positive. On S1-S10 and L1-L8 this is the derived
-switching table; the same rule serves corner points and tangencies.
+At a point, a field is the successor if every one of its guards is positive just after: the first
+of the guard's time derivatives that does not vanish is positive. On S1-S10 and L1-L8 this is the
+derived switching table; the same rule serves corner points and tangencies.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class State(NamedTuple):
 
 
 class Undetermined(Exception):
-    """No field, or more than one, takes over with certainty at this precision."""
+    """No field, or more than one, is the successor with certainty at this precision."""
 
 
 def select_field(
@@ -59,12 +59,12 @@ def select_field(
     *,
     vanish: bool = False,
 ) -> SegmentStart:
-    """The field that takes over at a state; `constants` are those of F1 to F6, in order.
+    """The successor field at a state; `constants` are those of F1 to F6, in order.
 
     After a segment of field F`source` only those fields are considered that the derived switching
     table allows there. A derivative within its error bound of zero leaves the decision open, or,
     with `vanish`, is taken to be zero. Raises Undetermined where no field, or more than one, may
-    take over.
+    be the successor.
     """
     begins = []
     candidates = _candidates(state)
@@ -126,7 +126,7 @@ def start_at(c: Any, state: State) -> Start:
 def _departing(
     backend: Backend, c: Any, state: State, start: Start, vanish: bool
 ) -> dict[Guard, int] | None:
-    """Leading zeros of each guard if the field takes over, None if it does not.
+    """Leading zeros of each guard if the field is the successor, None if it does not.
 
     Raises Undetermined where a sign that decides is open.
     """

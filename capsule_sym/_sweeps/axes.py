@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import RANGES, check_count
+from capsule_sym._map.checks import RANGES, check_count, is_real
 from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import DRIVEN, PhysicalParameters
@@ -152,12 +152,6 @@ def check_name(name: object) -> None:
         raise InvalidInput("axis", name, "another name: this one is a result's")
 
 
-def is_real(value: object) -> bool:
-    """Whether a value is a number that a double can stand for; not so bool, or digits as text."""
-    kinds = int | float | np.integer | np.floating
-    return isinstance(value, kinds) and not isinstance(value, bool)
-
-
 def _doubles(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """The values as doubles, in their shape; raises InvalidInput for what are no numbers."""
     allowed = "real numbers, as many in each row"
@@ -190,7 +184,7 @@ def _ends(name: str, low: object, high: object) -> tuple[float, float]:
     """Both ends of an axis as floats; raises InvalidInput for values that are not allowed."""
     least, most = _range(name)
     for value in (low, high):
-        if not is_real(value) or not least <= value <= most:  # type: ignore[operator]
+        if not is_real(value) or not least <= value <= most:
             raise InvalidInput(name, value, _within(least, most))
     return float(low), float(high)  # type: ignore[arg-type]
 

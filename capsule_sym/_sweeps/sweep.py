@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_start
+from capsule_sym._map.checks import check_start, is_real
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters, PhysicalParameters
-from capsule_sym._sweeps.axes import START, Axis, is_real
+from capsule_sym._sweeps.axes import START, Axis
 from capsule_sym._sweeps.quantities import OF_ORBIT, QUANTITIES
 
 _MOST_CELLS = 10**10

@@ -85,7 +85,7 @@ def _departs(witness: Witness, field: Segment) -> bool:
 
 
 def target(witness: Witness) -> str:
-    """The plane on which the witness ends, by the field that takes over."""
+    """The plane on which the witness ends, by the successor field."""
     (following,) = [field for field in SEGMENTS if _departs(witness, field)]
     return f"Σ{following.index}" if witness.end[2] == 0 else ENTRY_PLANE[following.index]
 
