@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,7 +42,7 @@ def hardcases(as_json: bool, only: str) -> None:
     median, most = cost()
     if as_json:
         evaluations = {"median": median, "maximum": most}
-        records = [row.record() for row in table]
+        records = [asdict(row) for row in table]
         click.echo(dumps({"cases": records, "evaluations_per_segment": evaluations}))
     else:
         _print(table, median, most)
@@ -91,8 +92,6 @@ def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
     it stopped, unless the code has changed. Exits with 1 if at a single start another field
     follows, another guard fires, or the time is not as accurate as promised.
     """
-    from dataclasses import asdict
-
     from capsule_sym._hardcases.adversarial import CHUNK, Tally, run
     from capsule_sym._records import dumps
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import statistics
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import Any
 
 from capsule_sym._errors import Outcome
 from capsule_sym._hardcases import baselines
@@ -45,10 +44,6 @@ class Row:
     def passed(self) -> bool:
         """Whether all events are true ones, none is missing, and all times are accurate."""
         return self.verdict == "ok"
-
-    def record(self) -> dict[str, Any]:
-        """The row as a plain record."""
-        return asdict(self)
 
 
 def rows(cases: list[Case]) -> Iterator[Row]:

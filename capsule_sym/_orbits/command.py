@@ -89,12 +89,10 @@ def orbit(
 
     if along is not None and box is None:
         raise InvalidInput("along", along, "given with --box only")
+    found: Sequence[Orbit]
     if box is not None:
         found = _search_box(parameters, device, box, along, as_json)
-        if certify is not None:
-            certify_found(certify, found)
-        return
-    if starts:
+    elif starts:
         found = _search(parameters, starts, seed)
         if as_json:
             click.echo(dumps({"orbits": [_record(one, device) for one in found]}))
@@ -102,20 +100,19 @@ def orbit(
             for one in found:
                 _print_orbit(one, _record(one, device))
             click.echo(f"{len(found)} orbits from {starts} random states")
-        if certify is not None:
-            certify_found(certify, found)
-        return
-    settled = solve_orbit(parameters, state)
-    if not settled.success:
-        if as_json:
-            click.echo(dumps(failure_record(settled)))
-        _give_up(settled)
-    if as_json:
-        click.echo(dumps(_record(settled, device)))
     else:
-        _print_orbit(settled, _record(settled, device))
+        settled = solve_orbit(parameters, state)
+        if as_json:
+            click.echo(
+                dumps(_record(settled, device) if settled.success else failure_record(settled))
+            )
+        if not settled.success:
+            _give_up(settled)
+        if not as_json:
+            _print_orbit(settled, _record(settled, device))
+        found = [settled]
     if certify is not None:
-        certify_found(certify, [settled])
+        certify_found(certify, found)
 
 
 def certify_found(path: Path, found: Sequence[Certified]) -> None:

@@ -126,10 +126,6 @@ def _middle_part(parameters: Parameters, line: str) -> tuple[float, float]:
     return float((turn - reach) / slope), float((turn + reach) / slope)
 
 
-FIG3, FIG4, FIG5 = sections(SCHEMATIC)
-"""The sections of Figs. 3 to 5 at the parameters of Fig. 2."""
-
-
 def derivatives(
     parameters: Parameters, field: int, place: tuple[float, float], cosine: float
 ) -> tuple[float, float, float]:

@@ -29,7 +29,7 @@ from capsule_sym import (
     simulate,
 )
 from capsule_sym._study.events import CROSSINGS
-from capsule_sym._study.sections import FIG3, FIG4, FIG5, SCHEMATIC
+from capsule_sym._study.sections import SCHEMATIC, sections
 from tests.figures.test_precision import RECORD
 
 
@@ -43,6 +43,7 @@ def fitted() -> Any:
     return fit({"t": times, "x_m": x_r + x_c, "x_c": x_c}, Parameters(alpha=0.71), ("alpha",))
 
 
+FIG3, FIG4, FIG5 = sections(SCHEMATIC)
 STEERING = SimpleNamespace(
     columns={
         "stretch": np.zeros(3),

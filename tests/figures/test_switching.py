@@ -13,9 +13,6 @@ from capsule_sym._figures.style import mathematical
 from capsule_sym._study import sections
 from capsule_sym._study.data import Store
 from capsule_sym._study.sections import (
-    FIG3,
-    FIG4,
-    FIG5,
     SCHEMATIC,
     Section,
     derivatives,
@@ -25,6 +22,7 @@ from tests.figures import SAFE
 from tests.judges.dop853 import derivative
 
 FIELDS = {to_hex(colour): field for field, colour in enumerate(SAFE, start=1)}
+FIG3, FIG4, FIG5 = sections.sections(SCHEMATIC)
 SECTIONS = {section.name: section for section in (*FIG3, *FIG4, *FIG5)}
 
 
