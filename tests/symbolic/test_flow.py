@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tomllib
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -16,18 +15,12 @@ from capsule_sym._symbolic.proofs.flow_proofs import JET_ORDER, proofs
 from tests.sampling import sampled, some
 
 
-@cache
-def all_proofs() -> tuple[Proof, ...]:
-    """They take seconds to derive, which is not for the collection of tests."""
-    return tuple(proofs())
-
-
 def proofs_of(name: str) -> list[Proof]:
     """Those of a segment, or those of all segments."""
     if name in (segment.name for segment in SEGMENTS):
-        return [proof for proof in all_proofs() if f".{name}." in proof.name]
+        return [proof for proof in proofs() if f".{name}." in proof.name]
     ours = [proof.name for segment in SEGMENTS for proof in proofs_of(segment.name)]
-    return [proof for proof in all_proofs() if proof.name not in ours]
+    return [proof for proof in proofs() if proof.name not in ours]
 
 
 NAMES = [segment.name for segment in SEGMENTS] + ["all"]
@@ -35,7 +28,7 @@ NAMES = [segment.name for segment in SEGMENTS] + ["all"]
 
 def test_every_proof_has_its_place() -> None:
     assert all(proofs_of(name) for name in NAMES)
-    assert sum(len(proofs_of(name)) for name in NAMES) == len(all_proofs())
+    assert sum(len(proofs_of(name)) for name in NAMES) == len(proofs())
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -57,7 +50,7 @@ def test_wrong_signs_are_refused(name: str) -> None:
 
 
 def test_every_line_of_the_derivation_is_proved() -> None:
-    names = {proof.name for proof in all_proofs()}
+    names = {proof.name for proof in proofs()}
     for segment in SEGMENTS:
         states = ("x_r", "v_r") if segment.stick else ("x_r", "v_r", "v_c", "x_c", "drift_short")
         assert names >= {f"flow.{segment.name}.{state}" for state in states}

@@ -325,6 +325,7 @@ def _additions() -> Iterator[Proof]:
         )
 
 
+@cache
 def proofs() -> tuple[Proof, ...]:
     """Every statement about the response functions on which the derivation rests."""
     return (*_definitions(), *_closed_forms(), *_additions())

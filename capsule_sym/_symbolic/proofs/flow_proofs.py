@@ -247,6 +247,7 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Proof]:
             )
 
 
+@cache
 def proofs() -> tuple[Proof, ...]:
     """Every statement about the six flows, their jets and their Jacobians."""
     groups: Iterable[Iterator[Proof]] = (
