@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import pytest
+from mpmath import mp, mpf
 
 from capsule_sym import (
     Bifurcation,
@@ -16,6 +17,8 @@ from capsule_sym import (
     continue_orbit,
     curves_from,
 )
+from capsule_sym._map.backend import MpmathBackend
+from capsule_sym._map.reference import Run
 from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.events import GENERALIZED_DOUBLING
 from tests.orbits.branches import settled
@@ -103,3 +106,53 @@ def test_they_are_tangent_to_the_doublings() -> None:
         omega, delta = folds_of_doubled_orbits(away).points[0].values
         apart.append(omega - doubling(delta)[1].value)
     assert apart[0] / apart[1] == pytest.approx(4, rel=0.02)
+
+
+def third_order(one: Bifurcation) -> mpf:
+    """Coefficient c of the map u -> -u + c u^3 at a period doubling, by 50-digit differences.
+
+    Of the map from (x_r, v_r) at phase 0, where the capsule sticks, to those a period later.
+    """
+    numbers = MpmathBackend()
+    step, identity = mpf("1e-10"), mp.eye(2)
+
+    def after(start: mp.matrix) -> mp.matrix:
+        run = Run(numbers, one.orbit.parameters, escalate=False)
+        x_r, v_r, v_c = run.go((start[0], start[1], mpf(0)), 0.0, 1, 1000).final[1]
+        assert v_c == 0
+        return mp.matrix([x_r, v_r])
+
+    def jacobian(at: mp.matrix) -> mp.matrix:
+        return mp.matrix([list(first(at, identity[:, k])) for k in range(2)]).T
+
+    def first(at: mp.matrix, way: mp.matrix) -> mp.matrix:
+        return (after(at + step * way) - after(at - step * way)) / (2 * step)
+
+    def second(at: mp.matrix, way: mp.matrix) -> mp.matrix:
+        ends = after(at + step * way) + after(at - step * way)
+        return (ends - 2 * after(at)) / step**2
+
+    parameters = one.orbit.parameters
+    begin = one.orbit.trajectory()(parameters.period * one.orbit.itinerary.period_number)
+    at = mp.matrix(begin[:2].tolist())
+    matrix = jacobian(at)
+    at -= mp.lu_solve(matrix - identity, after(at) - at)
+    (a, b), (c, d) = (matrix + identity).tolist()
+    assert abs(a * d - b * c) < mpf("1e-9")  # a multiplier is -1
+    right, left = mp.matrix([b, -a]), mp.matrix([[c, -a]])
+    left /= (left * right)[0]
+    bent = mp.lu_solve(identity - matrix, second(at, right))
+    mixed = (second(at, right + bent) - second(at, right - bent)) / 4
+    far, near = (after(at + k * step * right) - after(at - k * step * right) for k in (2, 1))
+    cubed = (far - 2 * near) / (2 * step**3)
+    return (left * (cubed / 6 + mixed / 2))[0]
+
+
+@pytest.mark.long
+def test_the_third_order_coefficient_of_the_map_vanishes_there() -> None:
+    """Kuznetsov, Elements of Applied Bifurcation Theory, section 5.4: by the map, at doublings."""
+    with mp.workdps(60):
+        delta = doublings().codimension_two[0].values[1]
+        low, here, high = (third_order(doubling(delta + by)[1]) for by in (-1e-4, 0.0, 1e-4))
+        assert low * high < 0
+        assert abs(here / ((high - low) / 2e-4)) < 1e-10
