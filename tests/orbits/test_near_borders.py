@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from capsule_sym import Bifurcation, Ending, continue_orbit
+from capsule_sym import Bifurcation, Ending, continue_from, continue_orbit
 from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.events import (
     ADDING,
@@ -52,6 +52,21 @@ def test_folds_nearer_to_a_border_than_a_first_point_beside_it() -> None:
         apart.append([abs(found[k].value - found[1].value) for k in (0, 2)])
     assert np.divide(*apart) == pytest.approx(4, rel=0.01)
     assert [one.type for one in events(point[1] + 1e-5)] == [CROSSING]
+
+
+def test_branches_that_leave_a_border_have_the_folds_beside_it() -> None:
+    start = settled(omega=0.865, alpha=1.224186888611542 - 1e-5, beta=10.0)
+    branch = continue_orbit(start, "omega", 0.8662, points=2)
+    (one,) = (b for b in branch.bifurcations if b.type == CROSSING)
+    found = [
+        bifurcation.value
+        for new in continue_from(branch, one.label, one.value + 1e-4, points=2)
+        for bifurcation in new.bifurcations
+        if bifurcation.type == FOLD
+    ]
+    expected = [b.value for b in branch.bifurcations if b.type == FOLD]
+    assert len(expected) == 2
+    assert sorted(found) == pytest.approx(sorted(expected), abs=1e-14)
 
 
 def test_period_doublings_nearer_to_a_border_than_a_first_point_beside_it() -> None:

@@ -23,7 +23,13 @@ from capsule_sym._orbits.continuation.bifurcations import (
 )
 from capsule_sym._orbits.continuation.doubling import halved
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING, place
-from capsule_sym._orbits.continuation.following import BESIDE, FIRST, Follower, first_half
+from capsule_sym._orbits.continuation.following import (
+    BESIDE,
+    FIRST,
+    Beside,
+    Follower,
+    first_half,
+)
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
@@ -192,11 +198,12 @@ class Run:
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
 
-    def go(self) -> Branch:
-        """Follow the branch to its end."""
+    def go(self, beside: Beside | None = None) -> Branch:
+        """Follow the branch to its end; it may begin beside a point, with what lies between."""
         ending, detail = Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
         try:
             state = self.follower.state(self.start, self.along)
+            self._pass(beside)
             self._add(state)
             step = FIRST
             while len(self.points) < _MOST_POINTS:
@@ -317,10 +324,15 @@ class Run:
             failed, spot = event.failed.named(old.orbit.itinerary), where(at, (self.axis,))
             detail = f"{failed} fails at {spot}; beyond, {failure}"
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
-        for name, one in beyond.smooth:
-            self._record_smooth(name, one, beyond.point, beyond.state)
+        self._pass(beyond)
         self._add(beside)
         return beside
+
+    def _pass(self, beside: Beside | None) -> None:
+        """Record what lies between a point and a state beside it."""
+        if beside is not None:
+            for name, one in beside.smooth:
+                self._record_smooth(name, one, beside.point, beside.state)
 
 
 def _symmetry(old: State, itinerary: Itinerary, beside: State | None) -> str:

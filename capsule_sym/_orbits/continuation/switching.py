@@ -22,13 +22,17 @@ from capsule_sym._orbits.continuation.continuation import (
 )
 from capsule_sym._orbits.continuation.doubling import apart
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.following import Follower, first_half, vanishing
+from capsule_sym._orbits.continuation.following import (
+    Beside,
+    Follower,
+    first_half,
+    vanishing,
+)
 from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.admissibility import tightest
-from capsule_sym._orbits.shooting.equations import Vector
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
@@ -38,11 +42,11 @@ _DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its double
 
 
 class _Start(NamedTuple):
-    """A state beside a point, the follower that it belongs to, and whether the period doubles."""
+    """A state beside a point, the follower that it belongs to, and what lies between, if asked."""
 
     follower: Follower
     state: State
-    doubled: bool
+    beside: Beside | None = None
 
 
 def continue_from(
@@ -80,7 +84,7 @@ def continue_from(
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
         found = [
-            Run(start.follower, start.state.u, start.state.tangent, points, name).go()
+            Run(start.follower, start.state.u, start.state.tangent, points, name).go(start.beside)
             for start, name in zip(ahead, names, strict=True)
         ]
     if not starts:
@@ -183,7 +187,10 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
         follower = Follower(numbers, orbit, (axis,))
         u = follower.unknowns(orbit.z, orbit.values)
         for along in follower.directions(u):
-            yield from _started(Follower(numbers, orbit, (axis,)), u, along)
+            one = Follower(numbers, orbit, (axis,))
+            beside = one.beside(u, along)
+            if beside is not None:
+                yield _Start(one, beside.state)
         return
     assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
@@ -193,20 +200,16 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
     u = follower.unknowns(orbit.z, orbit.values)
     along = np.zeros(len(u))
     along[4 + segment] = 1.0
-    yield from _started(follower, u, along)
-    follower = Follower(numbers, orbit, (axis,))
-    try:
-        beyond = follower.cross(vanishing(orbit, segment))
-    except (InvalidInput, Stop):
-        return
-    if beyond is not None:
-        yield _Start(follower, beyond.state, doubled=False)
-
-
-def _started(follower: Follower, u: Vector, along: Vector) -> Iterator[_Start]:
     beside = follower.beside(u, along)
     if beside is not None:
-        yield _Start(follower, beside.state, doubled=False)
+        yield _Start(follower, beside.state, beside)
+    follower = Follower(numbers, orbit, (axis,))
+    try:
+        beside = follower.cross(vanishing(orbit, segment))
+    except (InvalidInput, Stop):
+        return
+    if beside is not None:
+        yield _Start(follower, beside.state, beside)
 
 
 def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
@@ -224,5 +227,5 @@ def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
             continue
         state = follower.state(solution.u, along, solution)
         if not failure_of(state):
-            return _Start(follower, state, doubled=True)
+            return _Start(follower, state)
     return None
