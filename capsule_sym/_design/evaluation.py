@@ -30,7 +30,7 @@ from capsule_sym._parameters import Parameters
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle
-_REPEATED = 1e-2  # change over a turn, in units of the motion's size, at which it is closed
+_REPEATED = 1e-2  # change over its periods, in units of the motion's size, at which it is closed
 _NEAR = 1e-2  # distance of the closed motion from the run that led to it
 _ARRIVED = 1e-7  # distance at which a run is on its motion
 _SAME = 1e-6  # distance of two that are one
@@ -137,14 +137,14 @@ def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
             return None
         change = abs(marks[-1] - marks[-1 - period_number]).max()
         if change > _REPEATED * size or change >= least:
-            continue  # a turn of another number repeats better
+            continue  # another number of periods repeats better
         least = change
         found = _closed(parameters, marks[-1], period_number)
         if found is None or not found.multiplier < 1:
             continue
         far = abs(marks[-1] - found.state).max()
         before = abs(marks[-1 - period_number] - found.state).max()
-        # The run is on it, or comes closer to it turn by turn.
+        # The run is on it, or comes closer to it period by period.
         if far <= _ARRIVED * size or (far <= _NEAR * size and far < before):
             return found
     return None

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map import Instant, Trajectory
+from capsule_sym._map import Trajectory
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -66,16 +66,13 @@ def arcs(motion: Motion, periods: int) -> list[Arc]:
     end, _ = motion.final
     if not 1 <= periods <= end.period:
         raise InvalidInput("periods", periods, f"from 1 to the run's {end.period}")
-    period = motion.parameters.period
-    stop = _time(end, period)
+    period, (_, stop) = motion.parameters.period, motion.span
     return _between(motion, stop - periods * period, stop, period / _PER_PERIOD)
 
 
 def opening(trajectory: Trajectory, duration: float) -> list[Arc]:
     """The segments over the first time of a run, cut at `duration` (dimensionless)."""
-    period = trajectory.parameters.period
-    (first, _), (last, _) = trajectory.origin, trajectory.final
-    begin, stop = _time(first, period), _time(last, period)
+    begin, stop = trajectory.span
     return _between(trajectory, begin, min(begin + duration, stop), duration / _PER_PERIOD)
 
 
@@ -85,24 +82,19 @@ def cycle(motion: Motion) -> list[Arc]:
     Raises InvalidInput if a run does not end in a steady motion.
     """
     if not isinstance(motion, Trajectory):
-        run, period = motion.trajectory(), motion.parameters.period
-        begin, end = (_time(instant, period) for instant, _ in (run.origin, run.final))
-        return _between(run, begin, end, period / _PER_PERIOD)
+        run = motion.trajectory()
+        return _between(run, *run.span, motion.parameters.period / _PER_PERIOD)
     steady = motion.steady()
     if steady is None:
         raise InvalidInput("motion", motion.parameters, "a run that ends in a steady motion")
     return arcs(motion, steady.period_number)
 
 
-def _time(instant: Instant, period: float) -> float:
-    return instant.period * period + float(instant.phase)
-
-
 def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> list[Arc]:
     period = trajectory.parameters.period
     found = []
     for segment in trajectory.segments:
-        start, stop = (_time(instant, period) for instant in (segment.start, segment.end))
+        start, stop = (at.period * period + float(at.phase) for at in (segment.start, segment.end))
         low, high = max(start, begin), min(stop, end)
         if low < high:
             time = np.linspace(low, high, 2 + int(np.ceil((high - low) / step)))

@@ -154,7 +154,7 @@ class _Found:
         return apart
 
     def index(self, end: tuple[float, float, float], period_number: int, itinerary: int) -> int:
-        """The place of the orbit that Newton's method finds; raises NotClosed for none."""
+        """The place of the orbit that Newton's method finds; raises NotSolved for none."""
         orbit = orbit_at_end(self.parameters, end, period_number, itinerary)
         states = _stroboscopic(orbit)
         for i, (_, known) in enumerate(self.orbits):
@@ -167,10 +167,7 @@ class _Found:
 def _stroboscopic(orbit: Orbit) -> NDArray[np.float64]:
     """States of an orbit at phase 0, shape (period_number, 3)."""
     trajectory = orbit.trajectory()
-    period = orbit.parameters.period
-    (turn, phase), _ = trajectory.origin
-    first = turn * period + float(phase)
-    end = trajectory.final[0].period * period + float(trajectory.final[0].phase)
+    period, (first, end) = orbit.parameters.period, trajectory.span
     times = np.arange(orbit.itinerary.period_number) * period + (period if first > 0 else 0.0)
     return trajectory(np.clip(times, first, end))
 

@@ -18,7 +18,7 @@ def orbit_at_end(
 ) -> Orbit:
     """The orbit of an itinerary (its code) and period number at a state of phase 0.
 
-    Raises NotClosed where Newton's method leads to none, or to one of another itinerary.
+    Raises NotSolved where Newton's method leads to none, or to one of another itinerary.
     """
     orbit = solve_orbit(parameters, state, 0.0, 2 * period_number + 1)
     if not orbit.success:
