@@ -230,7 +230,7 @@ def brent(
     kept, f_kept = before, f_before
     step = last = here - before
     while f_here != 0:
-        if f_before * f_here < 0:
+        if (f_before < 0) != (f_here < 0):  # a product may underflow
             kept, f_kept = before, f_before
             step = last = here - before
         if abs(f_kept) < abs(f_here):
