@@ -13,12 +13,14 @@ from capsule_sym import (
     continue_bifurcation,
     continue_orbit,
 )
+from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.bifurcations import (
     FOLD,
     PERIOD_DOUBLING,
     of_matrix,
     sorted_multipliers,
 )
+from capsule_sym._orbits.continuation.curve_run import CurveRun
 from capsule_sym._orbits.continuation.events import (
     ADDING,
     CROSSING,
@@ -29,7 +31,11 @@ from capsule_sym._orbits.continuation.events import (
     RESONANCE_1_2,
     SWITCHING,
 )
+from capsule_sym._orbits.continuation.following import Follower
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
+from capsule_sym._orbits.continuation.states import Axis
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -55,6 +61,31 @@ def test_a_curve_joins_the_values_of_two_branches(kind: str) -> None:
         assert point.orbit.residual < 1e-12
         assert point.orbit.z[4 + point.segment] == 0
         assert point.admissibility.value > 0
+
+
+def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
+    """However large its steps are beside the ranges."""
+    one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
+    axes = tuple(
+        Axis(ParameterPath(name), *ends)
+        for name, ends in zip(("alpha", "gamma"), RANGES, strict=True)
+    )
+    with backend("numpy") as numbers:
+        follower = Follower(numbers, one.orbit, axes, one.segment)
+        u = follower.unknowns(one.orbit.z, one.orbit.values)
+        begin = follower.state(u, -np.eye(len(u))[-1])
+        states = [begin]
+        for _ in range(2):
+            states.append(follower.advance(states[-1], 0.1, 0.1).state)
+        run = CurveRun(follower, GRAZING, 2)
+        old, new = states[1:]
+        middle = corrected(follower.equations, (old.u + new.u) / 2, new.u - old.u)
+        assert middle is not None
+        first = follower.state(middle.u, begin.tangent, middle)
+        assert run._between(old, new, first)
+        assert not run._between(begin, old, first)
+        assert not run._between(old, new, begin)
+        assert not run._between(old, new, first._replace(u=first.u + 1e-5 * np.eye(len(u))[0]))
 
 
 def test_two_curves_meet_in_one_point() -> None:
