@@ -330,7 +330,7 @@ FIGURES = {
         "where the quantity is no guard of the acting field.",
         True,
         _margins,
-        4.1,
+        3.3,
     ),
     "work-precision": Entry(
         "Work against precision",

@@ -64,7 +64,9 @@ def plot_margins(
         force.set_xlim(0, drawn[-1].time[-1] - begin)
         if axes is None:
             handles = field_handles(figure, colours)
-            figure.legend(handles=handles, loc="outside upper center", ncols=6)
+            # Six names of fields in a line take more than a column of print.
+            across = 6 if width > 4.1 else 3
+            figure.legend(handles=handles, loc="outside upper center", ncols=across)
         return describe(figure, "Guards over time", parameters=parameters)
 
 

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 import capsule_sym
 from capsule_sym._cli import group
+from capsule_sym._figures.catalogue import FIGURES
 from tests.examples import MAIN_JOB, PAGES, README, ROOT, Page, shown
 
 SLOW = {
@@ -99,7 +100,9 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
         _, command, _ = group.resolve_command(click.Context(group), [name])
         assert command is not None
         with contextlib.suppress(click.exceptions.Exit):
-            command.make_context(name, rest)
+            given = command.make_context(name, rest).params
+            if name == "figure" and given["width"] is not None:
+                assert given["width"] >= FIGURES[given["name"]].least
     else:
         assert program in {
             "cc",
