@@ -338,3 +338,21 @@ def test_brents_method_has_all_digits_and_takes_scipys_steps(
     with mp.workdps(30):
         last = isolation.brent(counted, float(a), float(b), 1e-290, isolation.LEAST)
         assert last == brentq(counted, a, b, xtol=2e-290, rtol=4 * 2.0**-52)
+
+
+def test_brents_method_keeps_its_bracket_where_products_of_values_underflow() -> None:
+    def f(x: float) -> float:
+        return 2.0**-560 * (0.2 - x**3)
+
+    root = isolation.brent(f, 0.0, 1.0, 1e-290, isolation.LEAST)
+    assert root == pytest.approx(0.2 ** (1 / 3), rel=1e-15)
+
+
+def test_switches_of_the_smallest_motions_are_those_of_small_ones() -> None:
+    """Where all scales with the drive: the capsule rests, and the gap is 0."""
+    small, tiny = (
+        simulate(Parameters(alpha=alpha, delta=0.0), periods=2, backend="numpy").segments
+        for alpha in (1e-50, 1e-170)
+    )
+    assert len(small) == 5
+    assert [s.duration for s in tiny] == pytest.approx([s.duration for s in small], rel=1e-12)
