@@ -356,7 +356,7 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
         k, system = problem.unknown.index("phase"), problem.system
         first[k] = 0.0
         last[k] = system.period if isinstance(system, Parameters) else 2 * math.pi / system.Omega
-    draws = Sobol(len(first), seed=seed).random_base2(max(0, (count - 1).bit_length()))[:count]
+    draws = Sobol(len(first), seed=seed).random_base2(max(0, int(count - 1).bit_length()))[:count]
     return list(first + draws * (last - first))
 
 

@@ -129,7 +129,7 @@ class Axis:
         design = package("scipy.stats.qmc", "sweep").Sobol(
             len(box), rng=np.random.default_rng(seed)
         )
-        whole = design.random_base2((count - 1).bit_length())
+        whole = design.random_base2(int(count - 1).bit_length())
         return cls("sample", tuple(ranges), low + (high - low) * whole[:count])
 
     def record(self) -> dict[str, Any]:

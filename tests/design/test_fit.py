@@ -208,7 +208,10 @@ def test_outliers_are_told_by_a_robust_loss() -> None:
 
 def test_a_far_guess_is_found_by_many_starts() -> None:
     guess = TRUE.replace(alpha=1.6, beta=6.0, delta=0.2)
-    found = fit(series(), guess, ("alpha", "beta", "delta"), state=START, phase=PHASE, starts=64)
+    starts = np.int64(64)
+    found = fit(
+        series(), guess, ("alpha", "beta", "delta"), state=START, phase=PHASE, starts=starts
+    )
     assert found.success
     assert found.values == pytest.approx({"alpha": 0.83, "beta": 1.7, "delta": 0.03}, abs=1e-8)
 

@@ -31,6 +31,16 @@ def test_a_random_design_is_low_in_discrepancy_and_repeats_with_its_seed() -> No
     assert (axis.values != Axis.sobol(ranges, 64, seed=4).values).any()
 
 
+def test_counts_are_whole_numbers_of_any_kind() -> None:
+    ranges = {"alpha": (0.0, 2.0), "gamma": (1.0, 5.0)}
+    for make in (
+        lambda count: Axis.linear("alpha", 0.1, 1.0, count),
+        lambda count: Axis.log("alpha", 0.1, 1.0, count),
+        lambda count: Axis.sobol(ranges, count, seed=count),
+    ):
+        assert np.array_equal(make(np.int64(12)).values, make(12).values)
+
+
 def test_columns_are_the_product_of_the_axes_and_parts_tile_them() -> None:
     pair = Axis("pair", ("beta", "v_c"), np.array([[1.0, 0.1], [2.0, 0.2], [3.0, 0.3]]))
     axes = (Axis.of("alpha", [0.5, 0.6]), pair, Axis.of("phase", [0.0, 1.0]))
