@@ -46,7 +46,7 @@ def plot_chart(
     two parameters. Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells
     where these leave motions of several kinds together; what did not become periodic is white. A
     circle is a codimension-two point. A thin line is drawn at the `levels` of the second
-    parameter. Drawn into `axes` if they are given.
+    parameter. Drawn into `axes` if they are given. Raises InvalidInput for results of another kind.
     """
     plane, regions = by_cells(results, curves)
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import NotInstalled
+from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._sweeps import itineraries
 
 if TYPE_CHECKING:
@@ -141,11 +141,16 @@ def by_samples(plane: Plane, cut: Sequence[Any], found: Sequence[tuple[int, str]
 def by_cells(results: xr.Dataset, curves: Sequence[Curve]) -> tuple[Plane, list[Region]]:
     """The regions of a sweep over two parameters, `results` as `open_results` gives them.
 
-    The curves bound them; within a face in which motions differ, its cells do.
+    The curves bound them; within a face in which motions differ, its cells do. Raises InvalidInput
+    for results of another kind.
     """
     import shapely
 
-    first, second = map(str, results["itinerary"].dims)
+    if "itinerary" not in results or len(sizes := results["itinerary"].sizes) != 2:
+        raise InvalidInput("results", sorted(map(str, results)), "itineraries over two parameters")
+    if min(sizes.values()) < 2:
+        raise InvalidInput("results", dict(sizes), "two values or more of each parameter")
+    first, second = map(str, sizes)
     x, y = (np.asarray(results[name].values, dtype=float) for name in (first, second))
     plane = Plane(first, second, (x[0], x[-1]), (y[0], y[-1]))
     cut = faces(plane, curves)

@@ -24,6 +24,8 @@ def stores(tmp_path_factory) -> Path:
     axes = Axis.linear("alpha", 0.3, 1.5, 3), Axis.linear("omega", 0.7, 0.9, 2)
     run_sweep(Sweep(axes, Parameters(), compute=("itinerary", "energies")), where / "grid")
     starts = Axis.linear("x_r", -1.0, 1.0, 3), Axis.linear("v_r", -1.0, 1.0, 2)
+    for name, line in (("line", axes[:1]), ("row", (axes[0], Axis.linear("omega", 0.8, 0.8, 1)))):
+        run_sweep(Sweep(line, Parameters(), compute=("itinerary",)), where / name)
     run_basin(
         Sweep(starts, Parameters(), compute=("itinerary", "progression", "final")), where / "basin"
     )
@@ -106,10 +108,13 @@ def test_json_says_what_was_drawn(stores: Path, tmp_path: Path) -> None:
         (["nowhere"], "nowhere"),
         (["STORE", "--curve", "none.json"], "--curve = 'none.json': must be readable"),
         (["STORE", "--as", "basin"], "a basin over two coordinates"),
+        (["LINE"], "itineraries over two parameters"),
+        (["ROW"], "two values or more of each parameter"),
     ],
 )
 def test_bad_input_is_one_line(stores: Path, tmp_path: Path, arguments, part) -> None:
-    given = [str(stores / "grid") if one == "STORE" else one for one in arguments]
+    named = {"STORE": "grid", "LINE": "line", "ROW": "row"}
+    given = [str(stores / named[one]) if one in named else one for one in arguments]
     done = run_here("sweep-figure", *given, "--out", "x.png", cwd=tmp_path)
     assert done.returncode == 2
     assert part in done.stderr
