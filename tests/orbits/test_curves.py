@@ -10,6 +10,7 @@ from capsule_sym import (
     Curve,
     Ending,
     InvalidInput,
+    ParameterPath,
     continue_bifurcation,
     continue_orbit,
 )
@@ -32,7 +33,6 @@ from capsule_sym._orbits.continuation.events import (
     SWITCHING,
 )
 from capsule_sym._orbits.continuation.following import Follower
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
 from capsule_sym._orbits.continuation.states import Axis
