@@ -18,8 +18,9 @@ def _homes() -> dict[str, str]:
     """The module of each public name."""
     import re
 
-    with open(f"{__file__}i", encoding="utf-8") as stub:  # pathlib takes longer to import
-        found = re.findall(rf"from {__name__}\.(\S+) import \(?\s*(\w+) as", stub.read())
+    # The loader finds it in an archive too, and pathlib takes longer to import.
+    stub = __loader__.get_data(f"{__file__.rpartition('.')[0]}.pyi").decode()
+    found = re.findall(rf"from {__name__}\.(\S+) import \(?\s*(\w+) as", stub)
     return {name: module for module, name in found}
 
 

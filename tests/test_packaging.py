@@ -115,6 +115,26 @@ plot(branch)
     assert done.returncode == 0, done.stderr
 
 
+def test_the_package_is_imported_from_an_archive_too(tmp_path: Path) -> None:
+    archive = tmp_path / "one.zip"
+    with zipfile.ZipFile(archive, "w") as file:
+        for path in (ROOT / "capsule_sym").glob("**/*.py*"):
+            file.write(path, path.relative_to(ROOT))
+        for path in (ROOT / "generated").glob("**/*.py"):
+            file.write(path, "capsule_sym" / path.relative_to(ROOT))
+    code = f"""
+import sys
+sys.meta_path[:] = [one for one in sys.meta_path if isinstance(one, type)]  # no editable package
+sys.path.insert(0, {str(archive)!r})
+from capsule_sym import Parameters, simulate
+import capsule_sym
+print(capsule_sym.__file__, simulate(Parameters(), periods=3, backend="numpy").success)
+"""
+    done = python("-c", code)
+    here = str(archive / "capsule_sym" / "__init__.py")
+    assert done.stdout.split() == [here, "True"], done.stderr
+
+
 def test_every_public_name_resolves_and_no_other_does() -> None:
     for name in capsule_sym.__all__:
         assert getattr(capsule_sym, name).__class__
