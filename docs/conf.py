@@ -15,7 +15,6 @@ with (ROOT / "pyproject.toml").open("rb") as file:
 extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
     "sphinx_click",
     "drawn",
     "commands",
@@ -38,7 +37,6 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
-napoleon_numpy_docstring = False
 
 html_theme = "furo"
 html_title = "capsule-sym"

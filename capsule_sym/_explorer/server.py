@@ -36,8 +36,7 @@ class _Handler(BaseHTTPRequestHandler):
 def serve(port: int, page: str, opens: bool, as_json: bool) -> None:
     """Serves the page at a port, 0 for any free one, until Ctrl-C, and says where.
 
-    Raises:
-        InvalidInput: the port is not free.
+    Raises InvalidInput for a port that is not free.
     """
     try:
         server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Handler, page.encode()))

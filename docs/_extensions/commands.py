@@ -15,8 +15,9 @@ for _name in lazy.commands:
 
 
 def _escape(_app: Sphinx, _context: click.Context, lines: list[str]) -> None:
-    """Help texts are plain: a bar in them opens no substitution."""
+    """Help texts are plain: a bar in them opens no substitution, and an option is one word."""
     lines[:] = [re.sub(r"\|(?=\S)", r"\\|", line) for line in lines]
+    lines[:] = [re.sub(r"(?<![`\w-])--[a-z][a-z-]*", r"``\g<0>``", line) for line in lines]
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
