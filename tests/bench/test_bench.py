@@ -267,6 +267,7 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
     assert {long for *_, long in runs} == {0.1}
 
 
+@pytest.mark.long
 def test_the_figure_draws_what_a_quick_study_leaves(done, inside, tmp_path) -> None:
     results = tmp_path / "results"
     copytree(done[0] / "results", results)

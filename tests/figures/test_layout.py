@@ -26,7 +26,7 @@ from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
 
 # The others take more time to compute, or to draw.
-QUICK = {"fig1", "motion", "margins"}
+QUICK = {("fig1", False), ("motion", True), ("margins", False)}
 
 
 def looked_at(figure: Any) -> list[str]:
@@ -37,7 +37,7 @@ def looked_at(figure: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("name", "wide"),
     [
-        pytest.param(name, wide, marks=[] if name in QUICK else [pytest.mark.long])
+        pytest.param(name, wide, marks=[] if (name, wide) in QUICK else [pytest.mark.long])
         for name in FIGURES
         if name != "work-precision"
         for wide in (True, False)

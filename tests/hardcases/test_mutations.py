@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import pi
 
 import pytest
@@ -9,7 +10,7 @@ from mpmath import findroot
 
 from capsule_sym import Outcome, Parameters, Trajectory, simulate
 from capsule_sym._hardcases.cases import cases, flow_from
-from capsule_sym._hardcases.reference import check
+from capsule_sym._hardcases.reference import Start, check
 from capsule_sym._map.backend import backend
 from tests.hardcases.mutations import MUTATIONS
 
@@ -30,13 +31,20 @@ NEEDED = [
 ]
 
 
+@cache
+def passed(names: str) -> list[Start]:
+    """The cases whose names begin so, all of which pass."""
+    starts = [case.build() for name, case in CASES.items() if name.startswith(names)]
+    assert starts
+    assert all(check(start).passed for start in starts)
+    return starts
+
+
 @pytest.mark.parametrize(("mutation", "names"), NEEDED)
 def test_without_it_a_hard_case_fails(
     monkeypatch: pytest.MonkeyPatch, mutation: str, names: str
 ) -> None:
-    starts = [case.build() for name, case in CASES.items() if name.startswith(names)]
-    assert starts
-    assert all(check(start).passed for start in starts)
+    starts = passed(names)
     MUTATIONS[mutation](monkeypatch)
     assert not all(check(start).passed for start in starts)
 

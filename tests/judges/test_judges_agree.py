@@ -117,12 +117,14 @@ def _segment_gaps(case: Parameters, run: Run) -> dict[int, float]:
     return gaps
 
 
+@pytest.mark.long
 def test_one_segment_judge_agrees_with_the_event_judge(
     all_fields: tuple[Parameters, Run],
 ) -> None:
     assert max(_segment_gaps(*all_fields).values()) < 1e-48
 
 
+@pytest.mark.long
 def test_one_segment_judge_with_reversed_friction_disagrees(
     all_fields: tuple[Parameters, Run], monkeypatch: pytest.MonkeyPatch
 ) -> None:

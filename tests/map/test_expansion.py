@@ -19,7 +19,7 @@ from tests.map import CASES, DIGITS, FIELDS, Motion, constants, random_motion
 from tests.sampling import sampled, some
 
 UNIT = NumpyBackend.unit
-_QUICK = 30
+_QUICK = 15
 # With mpmath at fewer digits than the judge's, its rounding errors can be seen.
 SYSTEMS: list[Backend] = [NumpyBackend(), MpmathBackend(DIGITS - 6)]
 

@@ -287,7 +287,9 @@ def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
 
 
 # 94: undamped, so that gap and force turn together
-@pytest.mark.parametrize("seed", [pytest.param(2, marks=pytest.mark.long), 5, 94])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(2, marks=pytest.mark.long), 5, pytest.param(94, marks=pytest.mark.long)]
+)
 def test_extrema_in_fifty_digits_are_roots_of_the_derivative(seed: int) -> None:
     span, exact, more = (random_leg(seed, name) for name in SYSTEMS)
     seen = 0

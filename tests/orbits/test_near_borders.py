@@ -17,6 +17,7 @@ from capsule_sym._orbits.continuation.events import (
     SWITCHING,
 )
 from tests.orbits.branches import settled
+from tests.sampling import sampled, some
 
 
 def both_ways(parameter: str, ends: Sequence[float], **fixed: float) -> list[Bifurcation]:
@@ -89,7 +90,8 @@ TOGETHER = {
 
 
 @pytest.mark.parametrize("side", [1, -1])
-@pytest.mark.parametrize("kinds", TOGETHER)
+@sampled
+@pytest.mark.parametrize("kinds", some(TOGETHER, 2))
 def test_two_border_collisions_within_a_millionth(kinds: tuple[str, str], side: int) -> None:
     """Curves that cross: the events lie on straight lines through the point, near as further on."""
     alpha, gamma = TOGETHER[kinds]
