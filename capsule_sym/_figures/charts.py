@@ -42,7 +42,7 @@ def plot_chart(
 ) -> Figure:
     """Itineraries over two axes, each region named by its fields, exact curves and points on top.
 
-    `results` is what `capsule_sym._sweeps.open_results` gives of a sweep or a refined chart over
+    `results` is what `open_results` gives of a sweep or a refined chart over
     two parameters. Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells
     where these leave motions of several kinds together; what did not become periodic is white. A
     circle is a codimension-two point. A thin line is drawn at the `levels` of the second
