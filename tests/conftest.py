@@ -73,7 +73,13 @@ def inside(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) 
 # What tests derive or build once in a process, such as the model in SymPy, is not derived by both
 # workers: a file, and all of these folders, is run by one of them. The longest begin.
 TOGETHER = ("tests/symbolic/", "tests/orbits/")
-FIRST = ("tests/symbolic/", "tests/cli/test_paper.py", "tests/figures/", "tests/orbits/")
+FIRST = (
+    "tests/symbolic/",
+    "tests/cli/test_paper.py",
+    "tests/figures/",
+    "tests/orbits/",
+    "tests/test_packaging.py",
+)
 
 
 class Together(LoadScopeScheduling):
