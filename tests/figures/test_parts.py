@@ -31,6 +31,7 @@ from capsule_sym import (
 from capsule_sym._study.events import CROSSINGS
 from capsule_sym._study.sections import SCHEMATIC, sections
 from tests.figures.test_precision import RECORD
+from tests.sampling import sampled, some
 
 
 def bundles(shown: Any) -> Any:
@@ -93,7 +94,8 @@ def drawn(axes: Any) -> dict[str, Any]:
 QUICK = {plot_fig1, plot_fig3, plot_fig6, plot_work_precision, plot_steering, plot_residuals}
 
 
-@pytest.mark.parametrize("layout", [None, "constrained"])
+@sampled
+@pytest.mark.parametrize("layout", some([None, "constrained"], 1))
 @pytest.mark.parametrize(
     "function",
     [

@@ -21,6 +21,7 @@ from capsule_sym._orbits.shooting import extrema as module
 from capsule_sym._orbits.shooting.equations import SegmentFlow, shooting
 from capsule_sym._orbits.shooting.extrema import Extremum, extrema, minima
 from capsule_sym.generated.interface import Quantity
+from tests.sampling import many, sampled
 
 
 @pytest.fixture
@@ -117,16 +118,17 @@ def agree(
         if times[1] < time < times[-2] or np.any(abs(times[seen] - time) < times[0])
     ]
     assert [time for time, _ in inner] == pytest.approx(times[seen], abs=times[0])
-    for (_, least), sampled in zip(inner, values[seen], strict=True):
-        assert -1e-13 <= kind * (sampled - least) < 1e-4
+    for (_, least), shown_least in zip(inner, values[seen], strict=True):
+        assert -1e-13 <= kind * (shown_least - least) < 1e-4
     return len(inner)
 
 
+@sampled
 @pytest.mark.usefixtures("either")
 @pytest.mark.parametrize("quantity", Quantity)
 def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantity) -> None:
     seen = 0
-    for seed in range(40):
+    for seed in range(many(40, 20)):
         span = random_leg(seed)
         if quantity is Quantity.SPEED and not span.c.drift:
             continue
@@ -135,13 +137,14 @@ def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantit
         for kind in (1, -1):
             same = [(turn.time, turn.value) for turn in every if turn.kind == kind]
             seen += agree(same, kind, times, values)
-    assert seen > 50
+    assert seen > many(50, 25)
 
 
+@sampled
 @pytest.mark.usefixtures("either")
 def test_guards_are_least_where_their_quantities_turn() -> None:
     seen = dict.fromkeys(Guard, 0)
-    for seed in range(40):
+    for seed in range(many(40, 20)):
         span = random_leg(seed)
         c, times = span.c, np.linspace(0, span.h, 24_001)[1:]
         gap, force = (value(span, q, times) for q in (Quantity.GAP, Quantity.FORCE))

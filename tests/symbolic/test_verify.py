@@ -70,7 +70,7 @@ def test_long_statements_are_settled() -> None:
 @sampled
 @pytest.mark.parametrize("title", _TITLES)
 def test_statements_are_settled(title: str) -> None:
-    for item in some((item for item in checked(title) if item.id not in _LONG), 8):
+    for item in some((item for item in checked(title) if item.id not in _LONG), 4):
         result = settle(item)
         assert result.settled, (item.id, result.status)
         assert bool(result.witness) == bool(item.witness), item.id
