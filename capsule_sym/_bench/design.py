@@ -30,15 +30,13 @@ from capsule_sym._sweeps.sweep import Sweep
 _PERIODS = 100  # excitation periods of a cell of the chart, and of a run
 
 
-def best(
-    call: Callable[[], object], repeats: int, clock: Callable[[], float] = process_time
-) -> float:
-    """Seconds that a call takes by a clock, of processor time, the least of the repeats."""
+def best(call: Callable[[], object], repeats: int) -> float:
+    """Seconds of processor time that a call takes, the least of the repeats."""
     times = []
     for _ in range(repeats):
-        begin = clock()
+        begin = process_time()
         call()
-        times.append(clock() - begin)
+        times.append(process_time() - begin)
     return min(times)
 
 

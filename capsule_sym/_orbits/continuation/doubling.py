@@ -5,8 +5,6 @@ Followed further it would come back along itself, with its halves exchanged.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from capsule_sym._orbits.continuation.bifurcations import (
@@ -77,5 +75,4 @@ def apart(orbit: Orbit, least: float) -> bool:
     """Whether the two halves of an orbit differ by so much."""
     n = len(orbit.itinerary) // 2
     begin, middle = orbit.shot.spans[0].start, orbit.shot.spans[n].start
-    apart: Sequence[float] = [*(begin - middle), *(orbit.durations[:n] - orbit.durations[n:])]
-    return bool(np.max(np.abs(apart)) > least)
+    return bool(np.max(np.abs([*(begin - middle), *_difference(orbit)])) > least)
