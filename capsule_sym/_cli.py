@@ -24,6 +24,7 @@ from capsule_sym._options import (
     make_console,
     make_progress,
     make_table,
+    max_seconds_option,
     out_option,
     parameter_options,
     state_option,
@@ -138,13 +139,7 @@ for _name, _module, _text in (
     show_default="c where it was compiled, else numpy",
     help="Double precision (c, numpy), or 50 digits.",
 )
-@click.option(
-    "--max-seconds",
-    type=float,
-    default=120.0,
-    show_default=True,
-    help="Stop after so long and show what was found; inf for no limit.",
-)
+@max_seconds_option(120.0)
 @certify_option("every switch of the run, and its end,")
 @json_option
 def run(

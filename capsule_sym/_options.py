@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
@@ -325,6 +326,17 @@ class WritablePath(click.Path):
 def out_option(what: str) -> Callable[[_Command], _Command]:
     """The option --out DIRECTORY, which says `what` it does."""
     return click.option("--out", type=WritablePath(), metavar="DIRECTORY", help=what)
+
+
+def max_seconds_option(default: float = math.inf) -> Callable[[_Command], _Command]:
+    """The option --max-seconds, the limit of time of a command that can take long."""
+    return click.option(
+        "--max-seconds",
+        type=float,
+        default=default,
+        show_default="no limit" if default == math.inf else True,
+        help="Stop after so long and show what was found; inf for no limit.",
+    )
 
 
 def certify_option(what: str) -> Callable[[_Command], _Command]:

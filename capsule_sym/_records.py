@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._files import write_whole
 from capsule_sym._parameters import DRIVEN, UNITS, mean_power
 
 if TYPE_CHECKING:
@@ -129,26 +128,10 @@ def table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] = ()) -> str
 
 
 def write(texts: Mapping[str, str], directory: Path) -> list[Path]:
-    """Write files by name; each appears whole or not at all. Returns their paths.
-
-    Raises InvalidInput where they cannot be written.
-    """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            _replace(directory / name, text)
-    except OSError as error:
-        raise InvalidInput("directory", str(directory), f"writable ({error.strerror})") from error
+    """Write files by name, each by `write_whole`. Returns their paths."""
+    for name, text in texts.items():
+        write_whole(directory / name, text)
     return [directory / name for name in texts]
-
-
-def _replace(path: Path, text: str) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _point(instant: Instant, state: tuple[Any, ...]) -> dict[str, Any]:

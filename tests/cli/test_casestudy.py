@@ -110,5 +110,5 @@ def test_an_interrupted_write_leaves_the_older_file_whole(
 
 def test_results_that_cannot_be_written_are_refused(small: dict[str, Any], tmp_path: Path) -> None:
     (tmp_path / "results").write_text("a file, not a directory")
-    with pytest.raises(InvalidInput, match=r"directory = '.*paper': must be writable"):
+    with pytest.raises(InvalidInput, match=r"out = '.*paper/.*': must be writable"):
         casestudy.write(small, tmp_path / "results" / "paper")

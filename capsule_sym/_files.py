@@ -1,0 +1,52 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from secrets import token_hex
+
+from capsule_sym._errors import InvalidInput
+
+
+@contextmanager
+def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
+    """Path to write a file at, beside its place, to which it is moved once it is whole.
+
+    Where writing fails or is interrupted, what was there stays. A link is followed, the mode of a
+    file is kept, folders are made; a device or a pipe is written directly. Raises InvalidInput,
+    which names `field`, where the file cannot be written, as on a full disk.
+    """
+    try:
+        mode = os.stat(path).st_mode if os.path.exists(path) else None
+        if mode is not None and not stat.S_ISREG(mode):
+            yield Path(path)  # nothing can take its place, and a folder is refused by itself
+            return
+        target = Path(os.path.realpath(path))
+        if mode is None:
+            target.parent.mkdir(parents=True, exist_ok=True)
+        else:
+            os.close(os.open(target, os.O_WRONLY))  # refuses a file that may not be changed
+        # The ending says to some writers what to write.
+        part = target.with_name(f".{token_hex(8)}{target.suffix}")
+        try:
+            yield part
+            if mode is not None:
+                part.chmod(stat.S_IMODE(mode))
+            part.replace(target)
+        finally:
+            part.unlink(missing_ok=True)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        allowed = f"writable ({error.strerror or error})"
+        raise InvalidInput(field, str(path), allowed) from error
+
+
+def write_whole(path: str | os.PathLike[str], data: str | bytes, field: str = "out") -> None:
+    """Write a file with this content by `whole`, a text in UTF-8."""
+    with whole(path, field) as part:
+        part.write_bytes(data.encode() if isinstance(data, str) else data)
