@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._design.measured import OF_STATE, Measured, measured
-from capsule_sym._design.quantities import System, dimensionless, values_of
+from capsule_sym._design.quantities import System, dimensionless, real, values_of
 from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
 from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
@@ -161,7 +161,7 @@ def fit(
     """Values of what is unknown of a system, from measured time series, by least squares.
 
     `data` has columns (n,): times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m,
-    a nan for a gap. The motion starts in `state` (x_r, v_r, v_c), at `phase` of the forcing, at the
+    a value that is nan, masked or pandas' NA for a gap. The motion starts in `state` (x_r, v_r, v_c), at `phase` of the forcing, at the
     first of the times. `unknown` names parameters of `system`, and of x_r, v_r, v_c, phase, x_c of
     the start (x_c: where the capsule's position was zero); the others are known, and what is given
     for the unknown is the first guess. All is dimensionless, or in SI units where `system` is
@@ -208,8 +208,10 @@ class Problem:
                 raise InvalidInput("unknown", name, f"one of {', '.join((*own, *_OF_START))}")
         if not self.unknown or len(set(self.unknown)) < len(self.unknown):
             raise InvalidInput("unknown", ", ".join(self.unknown), "one or more different names")
-        if len(self.state) != 3:
-            raise InvalidInput("state", self.state, "three numbers")
+        if len(self.state) != 3 or not all(map(real, self.state)):
+            raise InvalidInput("state", self.state, "three finite numbers")
+        if not real(self.phase):
+            raise InvalidInput("phase", self.phase, "a finite number")
         if len(self.unknown) >= len(self.data.values):
             raise InvalidInput("data", f"{len(self.data.values)} values", "more than are unknown")
         known = dict(zip(_OF_START, (*self.state, self.phase, 0.0), strict=True))

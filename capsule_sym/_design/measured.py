@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -44,13 +44,11 @@ class Measured:
 def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None = None) -> Measured:
     """Measured series from columns: times `t` and one or more of x_r, x_c, x_m, v_r, v_c, v_m.
 
-    Dimensionless, or in s, m and m/s where a device is given. A nan is a gap. Raises InvalidInput
-    for columns that are missing, unknown, of other length or constant, and for times that do not
-    ascend.
+    Dimensionless, or in s, m and m/s where a device is given. A value that is nan, masked or
+    pandas' NA is a gap. Raises InvalidInput for columns that are missing, unknown, there twice, of
+    other length, infinite or constant, and for times that are missing or do not ascend.
     """
-    for name in table:
-        if name != "t" and name not in OF_STATE:
-            raise InvalidInput("column", name, _ALLOWED)
+    check_names(table)
     names = tuple(name for name in OF_STATE if name in table)
     if "t" not in table or not names:
         raise InvalidInput("columns", ", ".join(table) or "none", _ALLOWED)
@@ -58,10 +56,9 @@ def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None =
         name: evaluation.real(name, values, "real numbers") for name, values in table.items()
     }
     times = columns.pop("t")
-    if times.ndim != 1 or not np.all(np.isfinite(times)):
-        raise InvalidInput(
-            "t", "not finite" if times.ndim == 1 else times.shape, "a column of times"
-        )
+    if times.ndim != 1:
+        raise InvalidInput("t", times.shape, "a column of times")
+    _refuse("t", times, ~np.isfinite(times), "a finite number")
     if np.any(np.diff(times) <= 0):
         at = int(np.argmax(np.diff(times) <= 0)) + 1
         raise InvalidInput(
@@ -72,6 +69,7 @@ def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None =
         values = columns[name]
         if values.shape != times.shape:
             raise InvalidInput(name, values.shape, f"{len(times)} values, as there are times")
+        _refuse(name, values, np.isinf(values), "finite, or nan for a gap")
         there = np.isfinite(values)
         if np.ptp(values[there]) == 0.0 if there.any() else True:
             raise InvalidInput(name, "constant" if there.any() else "empty", "a column that varies")
@@ -84,6 +82,24 @@ def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None =
     return Measured(names, t[order], column[order], values[order])
 
 
+def check_names(names: Iterable[object]) -> None:
+    """Raises InvalidInput for a column that is not one to fit to, or is there twice."""
+    seen = set[object]()
+    for name in names:
+        if name != "t" and name not in OF_STATE:
+            raise InvalidInput("column", name, _ALLOWED)
+        if name in seen:
+            raise InvalidInput("column", name, "there once")
+        seen.add(name)
+
+
+def _refuse(name: str, values: NDArray[np.float64], bad: NDArray[np.bool_], allowed: str) -> None:
+    """Raises InvalidInput for the first bad value."""
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InvalidInput(f"{name} in row {row + 1}", float(values[row]), allowed)
+
+
 def _dimensionless(
     device: PhysicalParameters, name: str, values: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -94,17 +110,23 @@ def _dimensionless(
 def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
     """The columns (n,) of a CSV or Parquet file by name, in its own units, nan for a gap.
 
-    Raises InvalidInput for a file that cannot be read, that has no header, or where a value is no
-    number; NotInstalled for Parquet without pandas.
+    Raises InvalidInput for a file that cannot be read, that has no header, where a column is not
+    one to fit or is there twice, or where a value is no number; NotInstalled for Parquet without
+    pyarrow.
     """
     file = Path(path)
     if file.suffix == ".parquet":
-        pandas = package("pandas", "sweep")
+        parquet = package("pyarrow.parquet", "parquet")
         try:
-            frame = pandas.read_parquet(file)
+            table = parquet.ParquetFile(file).read()
         except (OSError, ValueError) as error:
             raise InvalidInput("file", str(path), f"a Parquet file ({error})") from error
-        return {str(name): frame[name].to_numpy(float) for name in frame.columns}
+        names = [name.strip() for name in table.column_names]
+        check_names(names)
+        return {
+            name: evaluation.real(name, column.to_numpy(), "real numbers")
+            for name, column in zip(names, table.columns, strict=True)
+        }
     try:
         with file.open(encoding="utf-8-sig", newline="") as opened:
             header, *rows = [row for row in csv.reader(opened) if row] or [[]]
@@ -113,6 +135,7 @@ def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
     except (ValueError, csv.Error) as error:
         raise InvalidInput("file", str(path), f"a CSV file ({error})") from error
     names = [name.strip() for name in header]
+    check_names(names)
     columns = np.full((len(names), len(rows)), np.nan)
     for i, row in enumerate(rows):
         if len(row) != len(names):

@@ -44,11 +44,18 @@ def check(times: NDArray[np.float64], first: float, last: float, name: str = "t"
 
 
 def real(name: str, value: ArrayLike, allowed: str) -> NDArray[np.float64]:
-    """An array of real numbers; raises InvalidInput for anything else."""
+    """An array of real numbers, nan where one is masked or is pandas' NA.
+
+    Raises InvalidInput for anything else.
+    """
     try:
         given = np.asarray(value)
         if given.size and given.dtype.kind not in "iufO":
             raise TypeError
+        missing: Any = getattr(value, "isna", None)
+        lost = missing() if missing and given.dtype.kind == "O" else np.ma.getmask(value)
+        if np.any(lost):
+            given = np.where(lost, np.nan, given)
         return given.astype(float, copy=False)
     except (TypeError, ValueError, OverflowError):
         raise InvalidInput(name, value, allowed) from None

@@ -1,9 +1,11 @@
 """Fits to synthetic measurements, whose truth is known."""
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
+import pandas
 import pytest
 from scipy.stats import binom
 
@@ -19,6 +21,7 @@ from capsule_sym import (
 from capsule_sym._design.fit import Problem
 from capsule_sym._design.measured import measured
 from capsule_sym._design.units import DEVICE, slopes_of
+from capsule_sym._errors import NotInstalled
 from tests.sampling import many, sampled
 
 TRUE = Parameters(alpha=0.83, delta=0.03, zeta=0.06, beta=1.7, gamma=3.3)
@@ -271,17 +274,79 @@ def test_gaps_in_a_file_are_left_out(tmp_path) -> None:
     ] == pytest.approx(0.83, abs=1e-9)
 
 
+def masked(values, mask):
+    return np.ma.array(np.where(mask, 9.0, values), mask=mask)
+
+
+def with_na(values, mask):
+    return pandas.Series([pandas.NA if gap else v for v, gap in zip(values, mask, strict=True)])
+
+
+@pytest.mark.parametrize("spoilt", [masked, with_na])
+def test_what_is_masked_or_missing_is_left_out(spoilt) -> None:
+    data = series(count=60)
+    gaps = np.arange(60) % 4 == 1
+    for name in ("x_m", "x_c"):
+        data[name] = spoilt(data[name], gaps)
+    found = fit(data, TRUE.replace(alpha=0.8), ("alpha",), state=START, phase=PHASE)
+    assert found.values["alpha"] == pytest.approx(0.83, abs=1e-9)
+    data["t"] = spoilt(data["t"], gaps)
+    with pytest.raises(InvalidInput, match="t in row 2"):
+        measured(data)
+
+
+def test_a_column_that_stands_twice_is_refused(tmp_path) -> None:
+    file, data = tmp_path / "data.csv", series(count=60)
+    file.write_text("\ufefft,x_r, x_r\n0,1,2\n", encoding="utf-8")
+    with pytest.raises(InvalidInput, match="column = 'x_r': must be there once"):
+        read_measured(file)
+    frame = pandas.DataFrame({**data, "x_r": data["x_c"]}).rename(columns={"x_r": "x_m"})
+    with pytest.raises(InvalidInput, match="column = 'x_m': must be there once"):
+        measured(frame)
+
+
+def test_a_parquet_file_is_read_as_it_is(tmp_path) -> None:
+    parquet, arrow = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("pyarrow")
+    data = series(count=60)
+    x_m = [None if i % 4 == 1 else value for i, value in enumerate(data["x_m"])]
+    table = arrow.table({"t": data["t"], " x_m": x_m})
+    parquet.write_table(table, tmp_path / "data.parquet")
+    read = read_measured(tmp_path / "data.parquet")
+    assert list(read) == ["t", "x_m"]
+    assert np.array_equal(read["x_m"], np.array(x_m, float), equal_nan=True)
+    for columns, named in (
+        ([data["t"], data["x_m"], data["x_m"]], "column = 'x_m'"),
+        ([data["t"], ["one"] * 60], "x_m = "),
+    ):
+        names = ["t", "x_m", "x_m"][: len(columns)]
+        parquet.write_table(arrow.table(columns, names), tmp_path / "data.parquet")
+        with pytest.raises(InvalidInput, match=named):
+            read_measured(tmp_path / "data.parquet")
+    (tmp_path / "data.parquet").write_text("t,x_m")
+    with pytest.raises(InvalidInput, match="a Parquet file"):
+        read_measured(tmp_path / "data.parquet")
+
+
+def test_a_parquet_file_without_pyarrow_names_what_is_missing(tmp_path, monkeypatch) -> None:
+    for name in ("pyarrow", "pyarrow.parquet"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(NotInstalled, match=r"pyarrow is missing: .*\[parquet\]"):
+        read_measured(tmp_path / "data.parquet")
+
+
 @pytest.mark.parametrize(
     ("change", "named"),
     [
         ({"t": None}, "columns"),
+        ({"x_m": np.append(np.arange(59.0), np.inf)}, "x_m in row 60 = inf"),
         ({"x_m": None, "x_c": None}, "columns"),
         ({"y": np.zeros(60)}, "column = "),
         ({"x_m": np.zeros(60)}, "constant"),
         ({"x_m": np.full(60, np.nan)}, "empty"),
         ({"x_m": np.zeros(59)}, "x_m"),
         ({"t": np.zeros(60)}, "t in row 2"),
-        ({"t": np.full(60, np.nan)}, "t = "),
+        ({"t": np.full(60, np.nan)}, "t in row 1 = nan"),
+        ({"t": np.zeros((60, 2))}, "t = "),
         ({"x_m": ["a"] * 60}, "x_m"),
     ],
 )
@@ -308,6 +373,8 @@ def test_bad_columns_are_named(change, named) -> None:
         ({"bounds": {"alpha": (-1, 2)}}, "bounds of alpha"),
         ({"bounds": {"alpha": (0.1, 0.2)}}, "alpha"),
         ({"state": (0, 0)}, "state"),
+        ({"state": (math.nan, 0, 0)}, "state"),
+        ({"phase": math.inf}, "phase"),
     ],
 )
 def test_bad_requests_are_named(options, named) -> None:
