@@ -33,19 +33,19 @@ Vector = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):
-    """How the least squares of a fit ended, and what they leave open."""
+    """End of a fit."""
 
-    #: The least squares came to rest on a minimum.
+    #: The least squares reached a minimum.
     CONVERGED = "converged"
-    #: They did not.
+    #: They did not reach one.
     NOT_CONVERGED = "not-converged"
-    #: The measurements leave a combination of what was unknown open.
+    #: The measurements do not determine some combination of the unknowns.
     NOT_IDENTIFIABLE = "not-identifiable"
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What measured series tell of a device, and what they leave open.
+    """Result of a fit.
 
     Values are dimensionless, or in SI units where the system that was fitted is a device. Standard
     errors and intervals hold for independent errors of the measurements, where the model is nearly
@@ -59,13 +59,13 @@ class Fit:
     phase: float
     """Phase of the forcing there."""
     values: dict[str, float]
-    """What was unknown."""
+    """The fitted values, by name."""
     standard_errors: dict[str, float]
-    """Its standard errors; infinite where `open_combinations` tells of it."""
+    """Their standard errors; infinite where `open_combinations` tells of it."""
     covariance: Matrix
     """Their covariance, shape (k, k)."""
     success: bool
-    """Whether the least squares came to rest on a minimum."""
+    """Whether the fit converged and the measurements determine every unknown."""
     status: FitStatus
     """How it ended."""
     message: str
@@ -160,15 +160,15 @@ def fit(
 ) -> Fit:
     """Values of what is unknown of a system, from measured time series, by least squares.
 
-    `data` has columns (n,): times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m,
-    a value that is nan, masked or pandas' NA for a gap. The motion starts in `state` (x_r, v_r, v_c), at `phase` of the forcing, at the
-    first of the times. `unknown` names parameters of `system`, and of x_r, v_r, v_c, phase, x_c of
-    the start (x_c: where the capsule's position was zero); the others are known, and what is given
-    for the unknown is the first guess. All is dimensionless, or in SI units where `system` is
-    PhysicalParameters. Each column's residuals count in units of its standard deviation; `loss` is
-    one of SciPy's. `starts` draws so many other guesses, within `bounds` or else between half and
-    twice the guess, and the best `follow` are followed; `seed` makes them others. `steps` is how
-    many runs with derivatives each may take.
+    `data` has columns (n,): times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m;
+    a gap is nan, masked, or pandas' NA. The motion starts in `state` (x_r, v_r, v_c), at `phase` of
+    the forcing, at the first of the times. `unknown` names parameters of `system`, and of x_r, v_r,
+    v_c, phase, x_c of the start (x_c: where the capsule's position was zero); the others are known,
+    and what is given for the unknown is the first guess. All is dimensionless, or in SI units where
+    `system` is PhysicalParameters. Each column's residuals count in units of its standard
+    deviation; `loss` is one of SciPy's. `starts` draws so many other guesses, within `bounds` or
+    else between half and twice the guess, and the best `follow` are followed; `seed` makes them
+    others. `steps` is how many runs with derivatives each may take.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.
     """
@@ -404,7 +404,7 @@ def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
 def _result(
     problem: Problem, found: Any, low: Vector, high: Vector, loss: str, scale: float
 ) -> Fit:
-    """What the least squares came to, and what that says."""
+    """Result of the least squares that fit best."""
     values, k = found.x, len(found.x)
     residuals, _, itinerary = problem.at(values)
     noise = _spread(residuals, loss, k)
