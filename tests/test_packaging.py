@@ -254,9 +254,34 @@ def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Pa
     again = f"{BACKEND}; r = simulate(Parameters(), periods=1); print(r.backend)"
     done = installed(plain, again, "-W", "always")
     assert done.stdout == "numpy\n", done.stderr
-    assert done.stderr.count("installed without a compiler") == 1
+    assert done.stderr.count("no compiled core in") == 1
     refused = installed(plain, f"{BACKEND[:-1]}, backend='c')")
     assert "backend = 'c': must be numpy or mpmath" in refused.stderr
+
+
+@pytest.mark.skipif(core is None, reason="no compiler here")
+@pytest.mark.parametrize("installed_core", ["own", "none", "other"])
+def test_python_started_in_a_clone_takes_the_installed_core(
+    installed_core: str, tmp_path: Path
+) -> None:
+    """The clone is imported, as Python looks there first; -S leaves out the editable install."""
+    (tmp_path / "capsule_sym-1.dist-info").mkdir()
+    beside = tmp_path / "capsule_sym" / "_native"
+    beside.mkdir(parents=True)
+    if installed_core == "own":
+        shutil.copy(core.__file__, beside)
+    if installed_core == "other":
+        (beside / "_core.py").write_text("def digest(): return 'other'")
+    path = os.pathsep.join([str(tmp_path), sysconfig.get_path("purelib")])
+    code = f"{BACKEND}; import capsule_sym; print(capsule_sym.__file__, r.backend)"
+    done = python("-S", "-c", code, cwd=str(ROOT), env=os.environ | {"PYTHONPATH": path})
+    if installed_core == "other":
+        assert "the compiled core has kernels other, the package has" in done.stderr
+        return
+    backend = "c" if installed_core == "own" else "numpy"
+    assert done.stdout.split() == [str(ROOT / "capsule_sym" / "__init__.py"), backend], done.stderr
+    told = f"no compiled core in {ROOT / 'capsule_sym' / '_native'} or {beside}: "
+    assert (told in done.stderr) == (installed_core == "none")
 
 
 @pytest.mark.long

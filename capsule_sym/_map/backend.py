@@ -161,13 +161,14 @@ def default_backend() -> str:
 @cache
 def _is_compiled() -> bool:
     """Whether the C core is there; warns once if it is not."""
+    from capsule_sym._native import __path__ as searched
     from capsule_sym._native import core
 
     if core is not None:
         return True
     warnings.warn(
-        "capsule-sym was installed without a compiler and runs its NumPy backend, "
-        "which is slower by far",
+        f"no compiled core in {' or '.join(searched)}: the NumPy backend runs, slower by far; "
+        "to have the core, install capsule-sym where there is a C compiler",
         RuntimeWarning,
         stacklevel=4,
     )

@@ -18,9 +18,18 @@ class StaleCore(CapsuleError, ImportError):
 
 
 def _load() -> ModuleType | None:
-    if find_spec("capsule_sym._native._core") is None:
-        return None
-    module = import_module("capsule_sym._native._core")
+    name = f"{__name__}._core"
+    if find_spec(name) is None:
+        # Python that was started in a clone imports the clone; its core is where pip installed it.
+        from importlib.metadata import distributions  # loads 50 modules
+
+        installed = next(iter(distributions(name="capsule-sym")), None)
+        folder = installed and str(installed.locate_file("capsule_sym/_native"))
+        if folder and folder not in __path__:
+            __path__.append(folder)
+        if find_spec(name) is None:
+            return None
+    module = import_module(name)
     if module.digest() != DIGEST:
         raise StaleCore(
             f"the compiled core has kernels {module.digest()}, the package has {DIGEST}: "
