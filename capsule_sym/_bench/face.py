@@ -148,7 +148,9 @@ _fit.count = 0  # type: ignore[attr-defined]
 def _process(*words: str) -> None:
     """A process as a user has it, whose modules were compiled when they were installed."""
     settings = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    subprocess.run([sys.executable, *words], check=False, stdout=subprocess.DEVNULL, env=settings)
+    # In a session of its own, Ctrl-C is for this process alone, which ends that one.
+    own: Any = {"stdout": subprocess.DEVNULL, "env": settings, "start_new_session": True}
+    subprocess.run([sys.executable, *words], check=False, **own)
 
 
 Evaluate = Callable[[NDArray[np.float64]], NDArray[np.float64]]

@@ -1,6 +1,9 @@
 """`capsule-sym bench --design`: its goals, and that it says which are met."""
 
 import json
+import os
+import re
+import sys
 
 import pytest
 from click.testing import CliRunner
@@ -9,6 +12,7 @@ from capsule_sym._bench import design
 from capsule_sym._bench.command import bench
 from capsule_sym._bench.goals import Goal
 from capsule_sym._native import core
+from tests.cli.terminal import in_terminal
 
 
 def test_the_command_prints_every_goal(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -35,3 +39,30 @@ def test_what_is_measured_is_positive() -> None:
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
 def test_the_survey_beside_the_optimum_comes_close_to_it() -> None:
     assert 0.65 < design._best_cell(12) < 0.71614046396294
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a pseudo-terminal")
+@pytest.mark.parametrize(
+    ("option", "patch"),
+    [
+        ("--design", "design._COLD, design.PARTS = CODE, (design.optima,)"),
+        ("--face", "face.figures = lambda *_: [face._process('-c', CODE)]"),
+    ],
+)
+def test_ctrl_c_in_a_measured_process_is_one_line(option, patch) -> None:
+    """The process that is measured gets no Ctrl-C of its own, and ends with the command."""
+    waiting = "import os, sys, time; print('at', os.getpid(), file=sys.stderr); time.sleep(300)"
+    script = f"""
+from capsule_sym._bench import design, face
+from capsule_sym._cli import main
+CODE = {waiting!r}
+{patch}
+main(["bench", {option!r}])
+"""
+    shown = in_terminal("-c", script, interrupt_at=r"at (\d+)\r")
+    assert shown.status == 130
+    assert shown.lines[-1].removeprefix("^C") == "error: interrupted"
+    assert "Traceback" not in shown.written
+    process = int(re.search(r"at (\d+)", shown.written)[1])
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
