@@ -32,6 +32,7 @@ _ORDER = 16
 _STEP_ORDER = 40
 _LONGEST = 0.8  # a piece, in units of time
 _DEEPEST = 30  # halvings of a piece
+_ANEW = 32  # pieces after which the state is computed from the segment's end: errors of steps grow
 
 
 @dataclass(frozen=True)
@@ -271,7 +272,7 @@ class Watch:
         """Whether a guard is positive from an end of a segment on over a time `reach`."""
         line = self.line(field, sense)
         part = _dyadic(min(part, _LONGEST))
-        done, depth, length = 0.0, 0, part
+        done, pieces, depth, length = 0.0, 0, 0, part
         here = state
         while done < reach:
             length = min(length, _dyadic(reach - done))
@@ -279,8 +280,10 @@ class Watch:
             if held is None:
                 return False
             if held:
-                here = line.step(length) * here
                 done += length
+                pieces += 1
+                anew = pieces % _ANEW == 0
+                here = field.flow(arb(sense * done)) * state if anew else line.step(length) * here
                 if depth:
                     depth, length = depth - 1, length * 2
                 continue

@@ -116,11 +116,15 @@ def orbit(
 
 
 def certify_found(path: Path, found: Sequence[Certified]) -> None:
-    """Write the certificates of what was found; exits with 4 where something is not proved."""
+    """Write the certificates of what was found; exits with 4 where something is not proved.
+
+    A file is left as it was where nothing is proved.
+    """
     from capsule_sym._enclosures.certificates import certificates
 
     proved, failed = certificates(found)
-    _write_certificates(path, proved)
+    if proved or not failed:
+        _write_certificates(path, proved)
     if failed:
         click.echo(f"not proved: {'; '.join(failed)}", err=True)
         raise click.exceptions.Exit(4)

@@ -26,11 +26,12 @@ from capsule_sym._design.command import NamedRange
 from capsule_sym._hardcases import adversarial, table
 from capsule_sym._options import Range
 
-_INTERRUPTED = 130
+NOT_PROVED, INTERRUPTED = 4, 130
+ENDS = {0, 2, 3}
 _LOST_IN = ("gc_callback", "remove", "_remove", "__del__")  # whose exceptions nobody gets
 _APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym._bench.peers")
 # Lines on stderr beside the one that says why a command failed.
-_BESIDE = ("wrote ", "drawing ")
+_BESIDE = ("wrote ", "drawing ", "proved ")
 
 _SWEEP = """periods = 3
 [axes]
@@ -122,6 +123,7 @@ def command_lines(draw: Any) -> list[str]:
 class Ended(NamedTuple):
     """How a command line ended; `cut` if its time was over first."""
 
+    line: list[str]
     status: int
     out: str
     err: str
@@ -130,7 +132,8 @@ class Ended(NamedTuple):
     def problem(self) -> str | None:
         """What is wrong with this end, if anything."""
         lines = [line for line in self.err.splitlines() if not _beside(line)]
-        if self.status not in ((0, 2, 3, _INTERRUPTED) if self.cut else (0, 2, 3)):
+        ends = ENDS | ({INTERRUPTED} if self.cut else set())
+        if self.status not in ends | ({NOT_PROVED} if "--certify" in self.line else set()):
             return f"status {self.status}"
         if self.status and len(lines) != 1:
             return f"{len(lines)} lines for a status of {self.status}"
@@ -210,4 +213,4 @@ def run(arguments: list[str], seconds: float) -> Ended:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-    return Ended(status, out.getvalue(), err.getvalue(), cut.is_set())
+    return Ended(arguments, status, out.getvalue(), err.getvalue(), cut.is_set())

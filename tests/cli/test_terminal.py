@@ -22,7 +22,7 @@ NO_PROGRESS |= {"design", "optimise", "steer", "fit"}
 MIDDLE = {
     "paper": ([], "Running the case study"),
     "verify": ([], "deriving"),
-    "hardcases": ([], "Judging the hard cases"),
+    "hardcases": ([], "Checking the hard cases"),
     "adversarial": (["--count", "1000000"], "Comparing with 50 digits"),
     "bench": (["--only", "SciPy"], "trajectory"),
     "sweep": (["long.toml", "--store", "store"], r"\d of 810,000 cells"),

@@ -56,6 +56,13 @@ def test_a_run_is_certified_from_the_decimals_that_its_doubles_print_as() -> Non
     assert rejected({**certificate, "states": [["0.0", "0.0", "0.5"]]})
 
 
+def test_a_motion_at_rest_is_certified_however_long() -> None:
+    certificate = certify_run(simulate(Parameters(alpha=0.0), periods=100))
+    assert certificate["fields"] == [2]
+    assert {abs(float(x)) for x in certificate["end"]} == {0.0}
+    assert not rejected(certificate)
+
+
 def test_a_run_that_ended_early_is_not_certified() -> None:
     run = simulate(Parameters(alpha=1.2), periods=10**7, max_seconds=0.01)
     assert not run.success
@@ -73,11 +80,14 @@ def test_the_command_writes_what_the_checker_accepts(tmp_path: Path) -> None:
     assert not rejected(certificate)
 
 
-def test_the_command_says_what_is_not_proved(tmp_path: Path) -> None:
+def test_the_command_says_what_is_not_proved_and_leaves_the_file(tmp_path: Path) -> None:
     # At rest on the bound of stick it is open which field comes next: no switch is proved.
     path = tmp_path / "run.json"
+    path.write_text("as it was")
     start = ["--beta", "0", "--zeta", "0", "--state", "1.0", "0.0", "0.0"]
     arguments = ["run", *start, "--periods", "1", "--certify", str(path)]
     result = CliRunner().invoke(group, arguments)
     assert result.exit_code == 4, result.output
-    assert "not proved: the run: " in result.stderr
+    (line,) = result.stderr.splitlines()
+    assert line.startswith("not proved: the run: ")
+    assert path.read_text() == "as it was"
