@@ -67,8 +67,13 @@ def bench(
     built on: cells with all metrics and multipliers, and a run's derivatives. --out writes
     design.json.
     """
+    from capsule_sym._errors import InvalidInput
     from capsule_sym._map.labelled import package
 
+    if face and design:
+        raise InvalidInput("--design", True, "absent where --face is given")
+    if only and (face or design):
+        raise InvalidInput("--only", only, "absent where --face or --design is given")
     package("scipy", "peers")  # without which there is nothing to compare with
     if face:
         return _face(quick, repeats, out, as_json)

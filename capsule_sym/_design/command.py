@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._options import (
     Range,
@@ -75,13 +76,13 @@ tolerance_option = click.option(
 )
 _samples_option = click.option(
     "--samples",
-    type=click.IntRange(1, 1_000_000),
+    type=click.IntRange(*SAMPLES),
     default=256,
     show_default=True,
     help="Cells of the survey that chooses where to begin.",
 )
 _seed_option = click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Decides these cells."
+    "--seed", type=click.IntRange(*SEED), default=0, show_default=True, help="Decides these cells."
 )
 
 
@@ -103,10 +104,9 @@ def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 @click.option("--pareto", "against", metavar="METRIC", help="The front against this being small.")
 @click.option(
     "--points",
-    type=click.IntRange(2, 10_000),
-    default=50,
-    show_default=True,
-    help="Points of the front.",
+    type=click.IntRange(*POINTS),
+    show_default="50",
+    help="Points of the front of --pareto.",
 )
 @tolerance_option
 @state_option("State at phase 0 from which the motion settles.")
@@ -122,7 +122,7 @@ def optimise(
     subject_to: tuple[str, ...],
     margin: float | None,
     against: str | None,
-    points: int,
+    points: int | None,
     tolerances: tuple[tuple[str, float], ...],
     state: tuple[float, float, float],
     samples: int,
@@ -161,9 +161,12 @@ def optimise(
     system = device or parameters
     found: Optimum | Front
     if against is None:
+        if points is not None:
+            raise InvalidInput("--points", points, "absent without --pareto")
         found = find(metric, bounds_of(over), system, **asked)
     else:
-        found = pareto(metric, against, bounds_of(over), system, points=points, **asked)
+        asked |= {} if points is None else {"points": points}
+        found = pareto(metric, against, bounds_of(over), system, **asked)
     if found.status is OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     _report(found, "optimum" if against is None else "front", out, as_json)
@@ -239,12 +242,17 @@ def steer(
 )
 @click.option(
     "--starts",
-    type=click.IntRange(0, 100_000),
+    type=click.IntRange(*STARTS),
     default=0,
     show_default=True,
     help="Try so many other guesses.",
 )
-@_seed_option
+@click.option(
+    "--seed",
+    type=click.IntRange(*SEED),
+    show_default="0",
+    help="Decides the guesses of --starts.",
+)
 @click.option("--intervals", is_flag=True, help="Profile intervals of 95 %, by fits anew.")
 @out_option("Write the JSON here, the residuals as CSV, and their picture.")
 @json_option
@@ -256,7 +264,7 @@ def fit(
     phase: float,
     loss: str,
     starts: int,
-    seed: int,
+    seed: int | None,
     intervals: bool,
     out: Path | None,
     as_json: bool,
@@ -275,6 +283,8 @@ def fit(
     parameters, device = chosen_parameters(file, dimensionless)
     if not unknown:
         raise InvalidInput("--unknown", None, "given, once for each that is fitted")
+    if seed is not None and not starts:
+        raise InvalidInput("--seed", seed, "absent without --starts")
     found = find(
         read_measured(data),
         device or parameters,
@@ -284,7 +294,7 @@ def fit(
         bounds={name: ends for name, ends in unknown if ends is not None},
         loss=loss,
         starts=starts,
-        seed=seed,
+        seed=seed or 0,
     )
     ranges = {name: found.interval(name) for name in found.values} if intervals else {}
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}

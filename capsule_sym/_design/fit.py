@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.measured import OF_STATE, Measured, measured
 from capsule_sym._design.quantities import System, dimensionless, real, values_of
 from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
@@ -174,13 +175,10 @@ def fit(
     """
     if loss not in LOSSES:
         raise InvalidInput("loss", loss, f"one of {', '.join(LOSSES)}")
-    for field, value, least in (
-        ("starts", starts, 0),
-        ("follow", follow, 1),
-        ("seed", seed, 0),
-        ("steps", steps, 1),
-    ):
-        check_count(field, value, least)
+    check_count("starts", starts, *STARTS)
+    check_count("follow", follow, *FOLLOW)
+    check_count("seed", seed, *SEED)
+    check_count("steps", steps, *STEPS)
     problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase)
     low, high = _limits(problem, bounds or {})
     guesses = [problem.guess, *_drawn(problem, low, high, starts, seed)]

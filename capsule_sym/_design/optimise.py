@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
 from capsule_sym._design.optimiser import Optimiser, Survey
 from capsule_sym._design.optimum import Optimum
 from capsule_sym._design.program import Program, scenarios_of
@@ -129,9 +130,9 @@ def _check_ends(program: Program) -> None:
 
 def checked_survey(samples: int, seed: int, follow: int) -> Survey:
     """A survey; raises InvalidInput for a size, a seed or a number of places that is none."""
-    check_count("samples", samples)
-    check_count("seed", seed, 0)
-    check_count("follow", follow)
+    check_count("samples", samples, *SAMPLES)
+    check_count("seed", seed, *SEED)
+    check_count("follow", follow, *FOLLOW)
     return Survey(samples, seed, follow)
 
 

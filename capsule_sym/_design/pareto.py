@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._design.counts import POINTS
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.optimise import checked_survey, named, program_of
 from capsule_sym._design.optimiser import Optimiser, Survey
@@ -130,7 +131,7 @@ def pareto(
 
     Raises InvalidInput as `optimise` does.
     """
-    check_count("points", points, 2)
+    check_count("points", points, *POINTS)
     survey = checked_survey(samples, seed, follow)
     program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
     cost = function_of("against", against, program.system)

@@ -22,6 +22,7 @@ from capsule_sym._design.command import (
     with_unit,
     write_all,
 )
+from capsule_sym._design.counts import POINTS
 from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     chosen_parameters,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 @tolerance_option
 @click.option(
     "--points",
-    type=click.IntRange(2, 10_000),
+    type=click.IntRange(*POINTS),
     default=20,
     show_default=True,
     help="Points of the front of speed and cost.",

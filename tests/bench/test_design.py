@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from capsule_sym._bench import design
 from capsule_sym._bench.command import bench
 from capsule_sym._bench.goals import Goal
+from capsule_sym._errors import InvalidInput
 from capsule_sym._native import core
 from tests.cli.terminal import in_terminal
 
@@ -28,6 +29,12 @@ def test_the_command_prints_every_goal(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     record = json.loads(CliRunner().invoke(bench, ["--design", "--json"]).stdout)
     assert [row["met"] for row in record["design"]] == [True, False]
+
+
+@pytest.mark.parametrize("words", [("--face", "--design"), ("--design", "--only", "SciPy")])
+def test_options_of_different_studies_are_refused(words) -> None:
+    with pytest.raises(InvalidInput, match=words[1] if words[1] == "--design" else "--only"):
+        CliRunner().invoke(bench, words, catch_exceptions=False)
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")

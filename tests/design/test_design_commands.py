@@ -6,7 +6,16 @@ import json
 import numpy as np
 import pytest
 
-from capsule_sym import Parameters, PhysicalParameters, optimise, simulate
+from capsule_sym import (
+    InvalidInput,
+    Parameters,
+    PhysicalParameters,
+    fit,
+    optimise,
+    pareto,
+    simulate,
+    steer,
+)
 from capsule_sym._cli import main
 
 DEVICE = """M_m = 0.5\nM_c = 1.65\nk1 = 50\nk2 = 75\nc = 0.5\nG = 0.0017\nP_d = 3.0
@@ -121,6 +130,47 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
     assert out.splitlines()[2].startswith("alpha")
 
 
+OVER = {"alpha": (0.8, 1.0)}
+COUNTS = {
+    "optimise samples": (lambda n: optimise("speed", OVER, samples=n), 1, 1_000_000),
+    "optimise follow": (lambda n: optimise("speed", OVER, follow=n), 1, 1000),
+    "pareto points": (lambda n: pareto("speed", "work", OVER, points=n), 2, 10_000),
+    "steer samples": (lambda n: steer(samples=n), 1, 1_000_000),
+    "fit starts": (lambda n: fit(DATA, Parameters(), ("alpha",), starts=n), 0, 100_000),
+    "fit follow": (lambda n: fit(DATA, Parameters(), ("alpha",), follow=n), 1, 1000),
+    "fit steps": (lambda n: fit(DATA, Parameters(), ("alpha",), steps=n), 1, 100_000),
+}
+DATA = {"t": [0.0, 1.0, 2.0], "x_r": [0.0, 1.0, 0.0]}
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_a_count_beyond_its_range_is_refused_before_anything_is_made(name) -> None:
+    call, least, most = COUNTS[name]
+    for count in (least - 1, most + 1, 10**12):
+        with pytest.raises(InvalidInput, match=f"{name.split()[1]} = .* from {least} to {most}"):
+            call(count)
+
+
+def test_options_have_the_ranges_of_the_functions(call) -> None:
+    words = {
+        "optimise": ("--maximise", "speed", "--over", "alpha=0.8:1", "--pareto", "work"),
+        "steer": (),
+        "fit": ("data.csv", "--unknown", "alpha"),
+        "design": (),
+    }
+    for command, names in (
+        ("optimise", ("samples", "points")),
+        ("steer", ("samples",)),
+        ("fit", ("starts",)),
+        ("design", ("points",)),
+    ):
+        for name in names:
+            found = next(one for key, one in COUNTS.items() if key.endswith(f" {name}"))
+            status, out, err = call(command, *words[command], f"--{name}", str(found[2] + 1))
+            assert (status, out, len(err)) == (2, "", 1)
+            assert f"{found[1]}<=x<={found[2]}" in err[0]
+
+
 OPTIMISE = ("optimise", "--maximise", "speed", "--samples", "2")
 REFUSED = {
     "no metric": (("optimise", "--over", "alpha=1:2"), "metric"),
@@ -129,6 +179,9 @@ REFUSED = {
     "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "metric"),
     "empty bounds": ((*OPTIMISE, "--over", "alpha=2:1"), "bounds of alpha"),
     "twice": ((*OPTIMISE, "--over", "alpha=1:2", "--over", "alpha=1:2"), "--over"),
+    "points of no front": ((*OPTIMISE, "--over", "alpha=1:2", "--points", "5"), "--points"),
+    "a seed of no draw": (("fit", "data.csv", "--unknown", "alpha", "--seed", "1"), "--seed"),
+    "phase": (("fit", "data.csv", "--unknown", "alpha", "--phase", "nan"), "phase"),
     "no range": ((*OPTIMISE, "--over", "alpha"), "NAME=LOW:HIGH"),
     "a device's name": ((*OPTIMISE, "--over", "P_d=1:2"), "over"),
     "infeasible": (
