@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import webbrowser
 from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -20,17 +21,28 @@ class _Handler(BaseHTTPRequestHandler):
         super().__init__(*args)  # type: ignore[arg-type]
 
     def do_GET(self) -> None:
-        """Answer a request for the page."""
+        """Answer a request for the page, or for its headers alone."""
         found = self.path.split("?")[0] == "/"
         self.send_response(200 if found else 404)
         self.send_header("Content-Type", "text/html; charset=utf-8")
         self.send_header("Content-Length", str(len(self.body) if found else 0))
         self.end_headers()
-        if found:
+        if found and self.command == "GET":
             self.wfile.write(self.body)
+
+    do_HEAD = do_GET
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing of requests."""
+
+
+class _Server(ThreadingHTTPServer):
+    """Server that takes a client's early leave for what it is, no error."""
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        """Print the traceback of an exception other than a lost connection."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)  # type: ignore[arg-type]
 
 
 def serve(port: int, page: str, opens: bool, as_json: bool) -> None:
@@ -39,7 +51,7 @@ def serve(port: int, page: str, opens: bool, as_json: bool) -> None:
     Raises InvalidInput for a port that is not free.
     """
     try:
-        server = ThreadingHTTPServer(("127.0.0.1", port), partial(_Handler, page.encode()))
+        server = _Server(("127.0.0.1", port), partial(_Handler, page.encode()))
     except OSError as error:
         raise InvalidInput("--serve", port, f"a free port ({error.strerror})") from error
     with server:

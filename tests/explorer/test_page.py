@@ -2,9 +2,12 @@ import base64
 import hashlib
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
-from urllib.request import urlopen
+from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
 
 import pytest
 from click.testing import CliRunner
@@ -84,10 +87,22 @@ def test_explore_refuses(given, named):
 
 def test_explore_serves_the_page_and_nothing_else():
     command = [sys.executable, "-m", "capsule_sym", "explore", "--serve", "0", "--no-open"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
-        address = server.stdout.readline().strip()
-        assert urlopen(address).read().decode() == page()
-        with pytest.raises(OSError, match="404"):
-            urlopen(f"{address}pyproject.toml")
-        server.send_signal(signal.SIGINT)
-        assert server.wait(10) == 130
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes, text=True) as server:
+        try:
+            address = server.stdout.readline().strip()
+            # A client that leaves early: its connection is reset within its request.
+            with socket.create_connection(("127.0.0.1", urlsplit(address).port)) as client:
+                client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                client.sendall(b"GET /")
+            assert urlopen(address).read().decode() == page()
+            with urlopen(Request(address, method="HEAD")) as head:
+                assert (head.status, head.read()) == (200, b"")
+                assert int(head.headers["Content-Length"]) == len(page().encode())
+            with pytest.raises(OSError, match="404"):
+                urlopen(f"{address}pyproject.toml")
+            server.send_signal(signal.SIGINT)
+            assert server.wait(10) == 130
+            assert server.stderr.read() == "error: interrupted\n"
+        finally:
+            server.kill()
