@@ -81,7 +81,7 @@ cdef int _ask(void *about) noexcept nogil:
 cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
     a.watch.ask = _ask
     a.watch.about = a
-    a.watch.work = 0
+    a.watch.most = a.watch.done = a.watch.work = 0
     a.flag = NULL if watch is None else &flag[0]
     a.deadline = INFINITY if watch is None else now() + (watch.deadline - perf_counter())
     a.looked = now()

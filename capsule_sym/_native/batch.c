@@ -310,12 +310,14 @@ static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
            p->gamma == q->gamma;
 }
 
-void capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace)
+capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods,
+                              capsule_workspace *workspace)
 {
+    if (!batch || !workspace || !batch->stride || periods < 0 || periods > CAPSULE_PERIODS ||
+        (count && (!batch->parameters || !batch->states || !batch->stops)))
+        return CAPSULE_REFUSED;
     const int widest = capsule_widest(), asked = batch->lanes;
     batch_progress w = {workspace, batch, periods, NULL, capsule_lanes(), 0, 0};
-    if (!batch->stride)
-        return;
     if (asked == 1 || asked == 4 || asked == 8)
         w.lanes = asked < widest ? asked : widest;
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
@@ -342,4 +344,5 @@ void capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods,
     }
     for (; w.next < count; w.next += batch->stride) /* not begun */
         batch->stops[w.next] = CAPSULE_STOPPED;
+    return CAPSULE_DONE;
 }

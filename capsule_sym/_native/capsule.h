@@ -4,7 +4,13 @@
 
    All quantities are dimensionless, named as in the paper (Guo & Liu, Physica D, 2019,
    doi 10.1016/j.physd.2019.04.008). A time is a number of whole excitation periods and a forcing
-   angle in [0, 2 pi), so that no error grows with the number of periods. */
+   angle in [0, 2 pi), so that no error grows with the number of periods.
+
+   A pointer may be null only where that is said. What else is not allowed is refused, and nothing is
+   written: a capsule_stop is CAPSULE_REFUSED then, a number as is said. The caller owes what no
+   function can check: arrays of the lengths that are given, segments that `capsule_run` wrote, maps
+   that were made, memory that was zeroed where that is asked for. The closed forms of
+   capsule_kernels.h check nothing. */
 #ifndef CAPSULE_H
 #define CAPSULE_H
 
@@ -54,13 +60,17 @@ typedef struct {
     int may_rest;           /* whether the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 
-/* Who may stop work that takes long. `ask` is called in the thread that works, after every
-   CAPSULE_WORK expansions or so, which take milliseconds; 0 lets it go on. Once it has said
-   otherwise it must say so again. Each thread has a watch of its own. */
+/* What stops work that takes long: a limit of work, which no clock and no machine moves, or who is
+   asked. Both are looked at after every CAPSULE_WORK expansions or so, which take milliseconds. `ask`,
+   or null, is called in the thread that works; 0 lets it go on. Once it has said otherwise it must say
+   so again. To go on after the limit, raise it. Each thread has a watch of its own, zero at first but
+   for what it shall do. */
 typedef struct {
     int (*ask)(void *about);
     void *about;
-    int64_t work; /* since it was last asked; 0 at first */
+    int64_t most; /* expansions in all, in whole multiples of CAPSULE_WORK; 0 for no limit */
+    int64_t done; /* of them, when it was last looked at */
+    int64_t work; /* since then */
 } capsule_watch;
 
 #define CAPSULE_WORK 8192
@@ -70,8 +80,9 @@ static inline int capsule_asked(capsule_watch *watch, int64_t work)
 {
     if (!watch || (watch->work += work) < CAPSULE_WORK)
         return 0;
+    watch->done += watch->work;
     watch->work = 0;
-    return watch->ask(watch->about);
+    return (watch->most && watch->done >= watch->most) || (watch->ask && watch->ask(watch->about));
 }
 
 /* What a run writes besides the final state; a null pointer is neither written nor paid for. */
@@ -87,16 +98,19 @@ typedef struct {
     int precision; /* a capsule_precision */
 } capsule_request;
 
-/* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0; otherwise
-   what runs on it is refused. A map that was made before may be made anew; what does not change
-   is kept. */
-void capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
-void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
+#define CAPSULE_PERIODS ((int64_t)1 << 53) /* that a run may have, at most */
+
+/* The map at a parameter set: all finite, omega, gamma and f_b > 0, the others >= 0; otherwise it
+   gives CAPSULE_REFUSED, and so does what runs on it. A map that was made before, or is zero, may be
+   made anew; what does not change is kept. */
+capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map);
+capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map);
 
 /* Only as much of a map as `capsule_state_at` needs; nothing may run on it. */
-void capsule_map_constants(const capsule_parameters *parameters, capsule_map *map);
+capsule_stop capsule_map_constants(const capsule_parameters *parameters, capsule_map *map);
 
-/* A state off every surface but those it lies on exactly, at a time in [0, 2 pi/omega). */
+/* A state off every surface but those it lies on exactly, at a time in [0, 2 pi/omega). Without a
+   map its gap is not a number, and no run takes it on. */
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase);
 
@@ -149,8 +163,9 @@ typedef struct {
 } capsule_workspace;
 
 /* Takes the runs among `count` rows to the end of period `periods`, as `capsule_run` does one;
-   fastest where neighbouring runs share omega, zeta, beta and gamma. */
-void capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace);
+   fastest where neighbouring runs share omega, zeta, beta and gamma. CAPSULE_DONE says that each run
+   has its stop. */
+capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace);
 
 /* Finds the periodic motion that a run is in at the end of a period, from its states at the ends
    of the last `count` periods: the least multiple, of at most count/2 periods, after which the
@@ -169,7 +184,7 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
    costs a step for each segment between. Before the first segment and after the last the state is
    that of its start or end; with `more` to follow, a time from the last one's end on ends it all.
    Returns for how many times there is a state now: less than n also where `watch`, which may be
-   null, stops it, and at a field that there is not. */
+   null, stops it, and at a field that there is not; 0 where it is refused. */
 size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count,
                         int more, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch);
@@ -183,14 +198,15 @@ typedef struct {
 } capsule_slopes;
 
 /* The derivatives where a run begins. */
-void capsule_slopes_start(capsule_slopes *at);
+capsule_stop capsule_slopes_start(capsule_slopes *at);
 
 /* Carries derivatives through the segments of a run in their order, from the start of the first to
    that of the last, and leaves them in `at`. `switches`, a row for each segment but the last, or
    null, receives the derivatives of their ends' times; `slopes` those of (x_r, v_r, v_c, x_c) at `n`
    times in ascending order, each with the rate of change at last. Where a switch is tangential they are infinite or not a number from then
    on; where two happen at once they are those of the side that the run takes. Returns how many
-   segments were passed: less than `count` where `watch`, which may be null, stops it. */
+   segments were passed: less than `count` where `watch`, which may be null, stops it, and at a field
+   that there is not; 0 where it is refused. */
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
                              capsule_slopes *at, double (*switches)[11],
                              const double *times, size_t n,
@@ -220,12 +236,13 @@ typedef struct {
 /* Finds all interior extrema of a quantity in a segment of a duration, in the order of time: between
    two of them its rate is proved to keep its sign. The first `zeros` derivatives of the rate, itself
    included, vanish at the start: 0, or 1 of the speed where a slip begins. Returns how many there
-   are, -1 where double precision leaves that open, there are more than `room`, or it takes long. */
+   are, -1 where double precision leaves that open, there are more than `room`, it takes long, or it is
+   refused. */
 int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
                        capsule_extremum *extrema, int room);
 
-/* P - friction at a state. */
+/* P - friction at a state; not a number without constants. */
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r);
 
 /* Digest of the generator's inputs that the kernels were made from. */

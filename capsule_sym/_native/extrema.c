@@ -199,11 +199,12 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                        capsule_quantity quantity, int zeros, double duration,
                        capsule_extremum *extrema, int room)
 {
+    if (!c || !start || !extrema || room < 0 || zeros < 0 || zeros > 1 || isnan(duration) ||
+        (quantity != CAPSULE_GAP && quantity != CAPSULE_FORCE && quantity != CAPSULE_SPEED))
+        return -1;
     const course f = course_of(c, start, quantity);
     double now = 0.0, ahead = REACH_OF_RATE / c->rate, sign = 0.0;
     int found = 0;
-    if (isnan(duration))
-        return -1;
     for (int tried = 0; now < duration; tried++) {
         const expansion e = expand(&f, now);
         const int skipped = now == 0.0 ? zeros : 0;

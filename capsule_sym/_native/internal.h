@@ -62,6 +62,9 @@ extern const capsule_code capsule_code_plain, capsule_code_fused, capsule_code_w
 /* Which of them is for this processor. */
 const capsule_code *capsule_code_here(int wide);
 
+/* Whether these are parameters of a map. */
+int capsule_parameters_allowed(const capsule_parameters *parameters);
+
 /* Whether a run from a state may be asked for: parameters and state keep what capsule.h says, so
    that every index and every loop below is bounded. */
 int capsule_allowed(const capsule_map *map, const capsule_state *state);

@@ -70,20 +70,26 @@ static void return_matrix(double slopes[4][COLUMNS_AT], double a[3][3])
             a[i][j] = (i == j) - slopes[i][j];
 }
 
-/* Whether the run comes back to its start after a part of its periods. */
+/* Whether the run comes back to its start after fewer periods than all of its own. */
+static int repeats_after(const capsule_closed_run *run, int part, const double x[3], double scale)
+{
+    const double time = part * (run->end / run->periods);
+    double there[4], most = 0.0;
+    if (part == run->periods)
+        return 0;
+    capsule_evaluate(run->map, run->segments, run->count, 0, &time, 1, &there, NULL);
+    for (int i = 0; i < 3; i++)
+        most = fmax(most, fabs(there[i] - x[i]));
+    return most <= SAME_STATE * scale;
+}
+
 static int repeats_sooner(const capsule_closed_run *run, const double x[3], double scale)
 {
     int repeats = 0;
-    for (int part = 1; part < run->periods; part++) {
-        const double time = part * (run->end / run->periods);
-        double there[4], most = 0.0;
-        if (run->periods % part)
-            continue;
-        capsule_evaluate(run->map, run->segments, run->count, 0, &time, 1, &there, NULL);
-        for (int i = 0; i < 3; i++)
-            most = fmax(most, fabs(there[i] - x[i]));
-        repeats |= most <= SAME_STATE * scale;
-    }
+    for (int part = 1; part <= run->periods / part; part++) /* and what that leaves of them */
+        if (run->periods % part == 0)
+            repeats |= repeats_after(run, part, x, scale) |
+                       repeats_after(run, run->periods / part, x, scale);
     return repeats;
 }
 
@@ -153,13 +159,15 @@ static void blank(capsule_orbit *orbit)
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit)
 {
+    if (!orbit)
+        return CAPSULE_REFUSED;
+    blank(orbit);
+    if (!map || !state || !request || !request->segments || periods < 1)
+        return CAPSULE_REFUSED;
     const double end = periods * TWO_PI / map->parameters.omega;
     capsule_closed_run run = {map, request->segments, 0, periods, end, -end / map->parameters.omega};
     double x[3] = {state[0], state[1], state[2]}, last = INFINITY;
     uint64_t first = 0;
-    blank(orbit);
-    if (periods < 1)
-        return CAPSULE_REFUSED;
     for (orbit->runs = 1; orbit->runs <= MOST_RUNS; orbit->runs++) {
         double a[3][3], by[3], slopes[4][COLUMNS_AT];
         const capsule_stop stop = run_once(request, x, &run, by, slopes);

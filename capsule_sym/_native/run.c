@@ -27,14 +27,10 @@ int capsule_lanes(void)
 
 int capsule_allowed(const capsule_map *map, const capsule_state *s)
 {
-    const capsule_parameters *p = &map->parameters;
-    return isfinite(p->alpha) && p->alpha >= 0.0 && isfinite(p->omega) && p->omega > 0.0 &&
-           isfinite(p->delta) && p->delta >= 0.0 && isfinite(p->zeta) && p->zeta >= 0.0 &&
-           isfinite(p->beta) && p->beta >= 0.0 && isfinite(p->gamma) && p->gamma > 0.0 &&
-           isfinite(p->f_b) && p->f_b > 0.0 && isfinite(s->x_r) && isfinite(s->gap) &&
-           isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) && s->angle >= 0.0 &&
+    return map && s && capsule_parameters_allowed(&map->parameters) && isfinite(s->x_r) &&
+           isfinite(s->gap) && isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) && s->angle >= 0.0 &&
            s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI && fabs(s->angle_rest) <= 1.0 &&
-           s->turn >= 0 && s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
+           s->turn >= 0 && s->turn <= CAPSULE_PERIODS && s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
            s->plane >= 0 && s->plane <= 10 &&
            s->field >= 0 && s->field <= 6;
 }
@@ -110,9 +106,12 @@ const capsule_code *capsule_code_here(int wide)
 capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods,
                          const capsule_request *request, size_t *written, capsule_outcome *open)
 {
+    if (!written || !open)
+        return CAPSULE_REFUSED;
     *written = 0;
     *open = CAPSULE_END;
-    if (!capsule_allowed(map, state) || (request->strobe && request->rows && request->rows < LEAST_ROWS))
+    if (!request || !capsule_allowed(map, state) || periods < 0 || periods > CAPSULE_PERIODS ||
+        (request->strobe && request->rows && request->rows < LEAST_ROWS))
         return CAPSULE_REFUSED;
     capsule_context context;
     memset(&context, 0, sizeof context);
@@ -172,10 +171,13 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
 capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c,
                                double phase)
 {
+    capsule_state state = {.x_r = x_r, .gap = NAN, .v_r = v_r, .v_c = v_c};
+    if (!map)
+        return state;
     const capsule_parameters *p = &map->parameters;
-    const double angle = phase * p->omega, rest = fma(phase, p->omega, -angle);
-    capsule_state state = {.x_r = x_r, .gap = x_r - p->delta, .v_r = v_r, .v_c = v_c,
-                           .angle = angle, .angle_rest = rest};
+    state.gap = x_r - p->delta;
+    state.angle = phase * p->omega;
+    state.angle_rest = fma(phase, p->omega, -state.angle);
     if (v_c != 0.0)
         return state;
     state.plane = state.field = capsule_code_here(0)->field_at(map, &state);
@@ -186,5 +188,7 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
                         int more, const double *times, size_t n, double (*states)[4],
                         capsule_watch *watch)
 {
+    if (!map || !segments || !times || !states)
+        return 0;
     return capsule_code_here(0)->states_at(map, segments, count, more, times, n, states, watch);
 }

@@ -104,11 +104,19 @@ static void pass_switch(const passing *p, const capsule_constants *next, const c
         memset(to->state[2], 0, sizeof to->state[2]);
 }
 
-void capsule_slopes_start(capsule_slopes *at)
+capsule_stop capsule_slopes_start(capsule_slopes *at)
 {
+    if (!at)
+        return CAPSULE_REFUSED;
     memset(at, 0, sizeof *at);
     for (int i = 0; i < 3; i++)
         at->state[i][i] = 1.0;
+    return CAPSULE_DONE;
+}
+
+static int is_field(const capsule_segment *s)
+{
+    return s->field >= 1 && s->field <= 6;
 }
 
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
@@ -116,14 +124,16 @@ size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segm
                              size_t n, double (*slopes)[4][N + 1],
                              capsule_watch *watch)
 {
+    if (!map || !segments || !at || (n && (!times || !slopes)))
+        return 0;
     const double omega = map->parameters.omega;
     size_t done = 0;
     for (size_t i = 0; i < count; i++) {
         const capsule_segment *s = &segments[i];
-        if (s->field < 1 || s->field > 6 || capsule_asked(watch, 4))
+        const int last = i + 1 == count;
+        if (!is_field(s) || !(last || is_field(s + 1)) || capsule_asked(watch, 4))
             return i;
         const passing p = passing_of(map, s, at);
-        const int last = i + 1 == count;
         const double end = ((double)s->end_turn * TWO_PI + s->end_angle) / omega;
         for (; done < n && (last || times[done] < end); done++) {
             double rows[4][COLUMNS], earlier[N];

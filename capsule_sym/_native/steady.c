@@ -61,6 +61,8 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
                             capsule_event *events, size_t room, capsule_watch *watch,
                             capsule_motion *motion, capsule_outcome *open)
 {
+    if (!state || !motion || count < 0 || (count > 1 && (!states || !events)))
+        return CAPSULE_REFUSED;
     capsule_segment next;
     size_t written;
     capsule_state probe = *state;
@@ -74,6 +76,8 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
     motion->field = next.field;
     motion->never = next.outcome == CAPSULE_NEVER;
     for (int multiple = 1; multiple <= count / 2 && !motion->multiple; multiple++) {
+        if (capsule_asked(watch, 1 + multiple / 64))
+            return CAPSULE_STOPPED;
         if (!repeats(states, count, multiple, tolerance))
             continue;
         stop = motion_of(map, *state, multiple, events, room, watch, motion, open);

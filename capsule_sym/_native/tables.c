@@ -3,8 +3,18 @@
 
 #include "internal.h"
 
-void capsule_map_constants(const capsule_parameters *p, capsule_map *map)
+int capsule_parameters_allowed(const capsule_parameters *p)
 {
+    return isfinite(p->alpha) && p->alpha >= 0.0 && isfinite(p->omega) && p->omega > 0.0 &&
+           isfinite(p->delta) && p->delta >= 0.0 && isfinite(p->zeta) && p->zeta >= 0.0 &&
+           isfinite(p->beta) && p->beta >= 0.0 && isfinite(p->gamma) && p->gamma > 0.0 &&
+           isfinite(p->f_b) && p->f_b > 0.0;
+}
+
+capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map)
+{
+    if (!p || !map)
+        return CAPSULE_REFUSED;
     map->parameters = *p;
     for (int field = 1; field <= 6; field++)
         capsule_constants_of(field, p->alpha, p->omega, p->delta, p->zeta, p->beta, p->gamma,
@@ -12,32 +22,37 @@ void capsule_map_constants(const capsule_parameters *p, capsule_map *map)
     const capsule_constants *c = &map->field[FIELD_OF[0][1] - 1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
     map->may_rest = amplitude < c->delta && amplitude * sqrt(force_gain2(c)) < c->f_b;
+    return capsule_parameters_allowed(p) ? CAPSULE_DONE : CAPSULE_REFUSED;
 }
 
-void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
+capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
 {
     bases b;
+    if (!parameters || !map)
+        return CAPSULE_REFUSED;
     bases_make(&b);
-    capsule_map_constants(parameters, map);
+    const capsule_stop made = capsule_map_constants(parameters, map);
     for (int flow = 0; flow < 4; flow++) {
         const capsule_constants *c = &map->field[ONE_OF_FLOW[flow] - 1];
         table_make(&b, c, c, &map->table[flow]);
     }
+    return made;
 }
 
-void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
+capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
 {
+    if (!parameters || !map)
+        return CAPSULE_REFUSED;
     const capsule_parameters *p = parameters, *old = &map->parameters;
     if (p->omega == old->omega && p->zeta == old->zeta && p->beta == old->beta &&
         p->gamma == old->gamma)
-        capsule_map_constants(parameters, map); /* alpha, delta and f_b are in no table */
-    else
-        capsule_map_make(parameters, map);
+        return capsule_map_constants(parameters, map); /* alpha, delta and f_b are in no table */
+    return capsule_map_make(parameters, map);
 }
 
 double capsule_margin_at(const capsule_constants *c, double x_r, double gap, double v_r)
 {
-    return margin_at(c, x_r, gap, v_r);
+    return c ? margin_at(c, x_r, gap, v_r) : NAN;
 }
 
 const char *capsule_digest(void)

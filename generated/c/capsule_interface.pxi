@@ -93,6 +93,8 @@ cdef extern from "capsule.h" nogil:
     ctypedef struct capsule_watch:
         int (*ask)(void *about) noexcept nogil
         void *about
+        int64_t most
+        int64_t done
         int64_t work
     ctypedef struct capsule_request:
         double (*strobe)[3]
@@ -132,17 +134,17 @@ cdef extern from "capsule.h" nogil:
     double capsule_flow_advance(const capsule_constants *c, const capsule_start *start, double position, double h)
     void capsule_jacobian(const capsule_constants *c, const capsule_start *start, double h, double *out)
     int capsule_asked(capsule_watch *watch, int64_t work)
-    void capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
-    void capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
-    void capsule_map_constants(const capsule_parameters *parameters, capsule_map *map)
+    capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
+    capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)
+    capsule_stop capsule_map_constants(const capsule_parameters *parameters, capsule_map *map)
     capsule_state capsule_state_at(const capsule_map *map, double x_r, double v_r, double v_c, double phase)
     int capsule_lanes()
     int capsule_widest()
     capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t periods, const capsule_request *request, size_t *written, capsule_outcome *open)
-    void capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace)
+    capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace)
     capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state, double (*states)[3], int count, double tolerance, capsule_event *events, size_t room, capsule_watch *watch, capsule_motion *motion, capsule_outcome *open)
     size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments, size_t count, int more, const double *times, size_t n, double (*states)[4], capsule_watch *watch)
-    void capsule_slopes_start(capsule_slopes *at)
+    capsule_stop capsule_slopes_start(capsule_slopes *at)
     size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count, capsule_slopes *at, double (*switches)[11], const double *times, size_t n, double (*slopes)[4][12], capsule_watch *watch)
     capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods, const capsule_orbit_request *request, capsule_orbit *orbit)
     int capsule_find_extrema(const capsule_constants *c, const capsule_start *start, capsule_quantity quantity, int zeros, double duration, capsule_extremum *extrema, int room)

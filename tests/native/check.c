@@ -153,6 +153,149 @@ static int refused(void)
 
 enum { ROOM = 7 }; /* of segments */
 
+/* Null pointers, zeroed records and counts that are none: all but one of the arguments are good. */
+static int nulls(void)
+{
+    static capsule_map map, zero_map;
+    static capsule_workspace workspace;
+    static capsule_segment segments[ROOM];
+    const capsule_parameters good = {0.7, 0.8, 0.02, 0.05, 1.5, 3.3, 1}, zero = {0};
+    const capsule_request request = {.segments = segments, .room = ROOM};
+    const capsule_orbit_request orbit_request = {segments, ROOM, .gradients = 1}, zero_wish = {0};
+    const double start[3] = {0, 0, 0}, times[2] = {0, 1};
+    double states[4][4] = {{0}}, strobe[4][3] = {{0}}, switches[2][11], rows[2][4][12];
+    capsule_state state, first, late;
+    capsule_outcome open;
+    capsule_event events[4];
+    capsule_motion motion;
+    capsule_orbit orbit;
+    capsule_slopes slopes;
+    capsule_extremum found[4] = {{9, 9, 9}, {9, 9, 9}, {9, 9, 9}, {9, 9, 9}};
+    const capsule_start begin = {.v_r = 1, .cos_theta = 1};
+    int8_t stop = 9;
+    size_t written;
+    capsule_batch batch = {
+        .stride = 1, .parameters = &good, .states = &state, .stops = &stop};
+    if (capsule_map_make(&good, &map) != CAPSULE_DONE)
+        return failed("refused", &good);
+    first = late = state = capsule_state_at(&map, 0, 0, 0, 0);
+    late.turn = INT64_MAX;
+    if (capsule_run(&map, &state, 1, &request, &written, &open) != CAPSULE_FULL || written < 2)
+        return failed("no two segments", &good);
+    state = first;
+    const capsule_constants *c = &map.field[0];
+#define REFUSED(call)                                                                              \
+    if ((call) != CAPSULE_REFUSED)                                                                 \
+        return failed(#call, &good);
+    REFUSED(capsule_map_make(NULL, &map))
+    REFUSED(capsule_map_make(&good, NULL))
+    REFUSED(capsule_map_make(&zero, &zero_map))
+    REFUSED(capsule_map_remake(NULL, &map))
+    REFUSED(capsule_map_remake(&good, NULL))
+    REFUSED(capsule_map_remake(&zero, &zero_map))
+    REFUSED(capsule_map_constants(NULL, &map))
+    REFUSED(capsule_map_constants(&good, NULL))
+    REFUSED(capsule_run(NULL, &state, 1, &request, &written, &open))
+    REFUSED(capsule_run(&zero_map, &state, 1, &request, &written, &open))
+    REFUSED(capsule_run(&map, NULL, 1, &request, &written, &open))
+    REFUSED(capsule_run(&map, &late, INT64_MAX, &request, &written, &open))
+    REFUSED(capsule_run(&map, &state, INT64_MAX, &request, &written, &open))
+    REFUSED(capsule_run(&map, &state, -1, &request, &written, &open))
+    REFUSED(capsule_run(&map, &state, 1, NULL, &written, &open))
+    REFUSED(capsule_run(&map, &state, 1, &request, NULL, &open))
+    REFUSED(capsule_run(&map, &state, 1, &request, &written, NULL))
+    late = capsule_state_at(NULL, 0, 0, 0, 0);
+    REFUSED(capsule_run(&map, &late, 1, &request, &written, &open))
+    REFUSED(capsule_run_many(NULL, 1, 1, &workspace))
+    REFUSED(capsule_run_many(&batch, 1, 1, NULL))
+    REFUSED(capsule_run_many(&batch, 1, -1, &workspace))
+    for (int i = 0; i < 4; i++) {
+        capsule_batch bad = batch;
+        bad.stride = i != 0;
+        bad.parameters = i == 1 ? NULL : &good;
+        bad.states = i == 2 ? NULL : &state;
+        bad.stops = i == 3 ? NULL : &stop;
+        REFUSED(capsule_run_many(&bad, 1, 1, &workspace))
+    }
+    batch.parameters = &zero;
+    if (capsule_run_many(&batch, 1, 1, &workspace) != CAPSULE_DONE || stop != CAPSULE_REFUSED)
+        return failed("parameters that are zero", &good);
+#define STEADY(map, state, states, count, events, motion, open)                                    \
+    REFUSED(capsule_steady(map, state, states, count, 1e-9, events, 4, NULL, motion, open))
+    STEADY(NULL, &state, strobe, 4, events, &motion, &open)
+    STEADY(&map, NULL, strobe, 4, events, &motion, &open)
+    STEADY(&map, &state, NULL, 4, events, &motion, &open)
+    STEADY(&map, &state, strobe, -1, events, &motion, &open)
+    STEADY(&map, &state, strobe, 4, NULL, &motion, &open)
+    STEADY(&map, &state, strobe, 4, events, NULL, &open)
+    STEADY(&map, &state, strobe, 4, events, &motion, NULL)
+    REFUSED(capsule_solve_orbit(NULL, start, 1, &orbit_request, &orbit))
+    REFUSED(capsule_solve_orbit(&zero_map, start, 1, &orbit_request, &orbit))
+    REFUSED(capsule_solve_orbit(&map, NULL, 1, &orbit_request, &orbit))
+    REFUSED(capsule_solve_orbit(&map, start, 1, NULL, &orbit))
+    REFUSED(capsule_solve_orbit(&map, start, 1, &zero_wish, &orbit))
+    REFUSED(capsule_solve_orbit(&map, start, 1, &orbit_request, NULL))
+    REFUSED(capsule_slopes_start(NULL))
+    capsule_slopes_start(&slopes);
+#define NONE(call)                                                                                 \
+    if ((call) != 0)                                                                               \
+        return failed(#call, &good);
+    NONE(capsule_evaluate(NULL, segments, 2, 0, times, 2, states, NULL))
+    NONE(capsule_evaluate(&map, NULL, 2, 0, times, 2, states, NULL))
+    NONE(capsule_evaluate(&map, segments, 2, 0, NULL, 2, states, NULL))
+    NONE(capsule_evaluate(&map, segments, 2, 0, times, 2, NULL, NULL))
+    NONE(capsule_differentiate(NULL, segments, 2, &slopes, switches, times, 2, rows, NULL))
+    NONE(capsule_differentiate(&map, NULL, 2, &slopes, switches, times, 2, rows, NULL))
+    NONE(capsule_differentiate(&map, segments, 2, NULL, switches, times, 2, rows, NULL))
+    NONE(capsule_differentiate(&map, segments, 2, &slopes, switches, NULL, 2, rows, NULL))
+    NONE(capsule_differentiate(&map, segments, 2, &slopes, switches, times, 2, NULL, NULL))
+    segments[1].field = 1000000; /* which the switch before leads to */
+    NONE(capsule_differentiate(&map, segments, 2, &slopes, switches, times, 2, rows, NULL))
+#define EXTREMA(c, start, quantity, zeros, found, room)                                            \
+    if (capsule_find_extrema(c, start, quantity, zeros, 9.0, found, room) != -1)                   \
+        return failed("extrema", &good);
+    EXTREMA(NULL, &begin, CAPSULE_GAP, 0, found, 4)
+    EXTREMA(c, NULL, CAPSULE_GAP, 0, found, 4)
+    EXTREMA(c, &begin, (capsule_quantity)7, 0, found, 4)
+    EXTREMA(c, &begin, CAPSULE_GAP, 50, found, 4)
+    EXTREMA(c, &begin, CAPSULE_GAP, -1, found, 4)
+    EXTREMA(c, &begin, CAPSULE_GAP, 0, NULL, 4)
+    EXTREMA(c, &begin, CAPSULE_GAP, 0, found, -1)
+    if (found[0].kind != 9 || !isnan(capsule_margin_at(NULL, 0, 0, 0)))
+        return failed("written", &good);
+    return 0;
+}
+
+/* A limit of work: the same place each time, whatever the machine, and on from there. */
+static int limited(void)
+{
+    static capsule_map map;
+    static capsule_workspace workspace;
+    const capsule_parameters p = {0, 1.661e-3, .012066, 0, 1.924, 1.568e-8, .03944}; /* 79 million segments */
+    capsule_outcome open;
+    size_t count;
+    capsule_map_make(&p, &map);
+    capsule_state state = capsule_state_at(&map, -1e10, -1.8355, -1, 2837.2064), once = state;
+    int8_t stop = CAPSULE_DONE;
+    capsule_watch watch = {.most = 3 * CAPSULE_WORK}, again = watch, beside = watch;
+    const capsule_request request = {.watch = &watch}, other = {.watch = &again};
+    const capsule_batch batch = {
+        .stride = 1, .parameters = &p, .states = &once, .stops = &stop, .watch = &beside};
+    if (capsule_run_many(&batch, 1, 4, &workspace) != CAPSULE_DONE || stop != CAPSULE_STOPPED)
+        return failed("no limit of work side by side", &p);
+    once = state;
+    if (capsule_run(&map, &state, 4, &request, &count, &open) != CAPSULE_STOPPED ||
+        capsule_run(&map, &once, 4, &other, &count, &open) != CAPSULE_STOPPED ||
+        watch.done < watch.most || watch.done > watch.most + 4 * CAPSULE_WORK ||
+        memcmp(&state.x_r, &once.x_r, sizeof(double)) != 0)
+        return failed("no limit of work", &p);
+    watch.most *= 2; /* it is held to all that was done */
+    if (capsule_run(&map, &state, 4, &request, &count, &open) != CAPSULE_STOPPED ||
+        memcmp(&state.x_r, &once.x_r, sizeof(double)) == 0)
+        return failed("not on after the limit", &p);
+    return 0;
+}
+
 /* Whether segments, evaluated where they begin and last first, begin in their own states. */
 static int evaluated(const capsule_map *map, const capsule_segment *segments, size_t count)
 {
@@ -220,8 +363,13 @@ static int orbits(void)
     return closed < TRIED / 4 ? failed("hardly an orbit", &map.parameters) : 0;
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    (void)argv;
+    if (refused() || nulls() || limited())
+        return 1;
+    if (argc > 1) /* what is refused, and no more */
+        return 0;
     enum { RUNS = 3000, PERIODS = 10 };
     static capsule_map map;
     static double strobe[PERIODS + 1][3];
@@ -283,7 +431,7 @@ int main(void)
     for (int i = 0; i < 4; i++)
         if (stopped_and_resumed(i))
             return 1;
-    if (refused() || orbits())
+    if (orbits())
         return 1;
     printf("%d lanes: %d runs, %ld segments, %ld left open\n", CHECK_LANES ? CHECK_LANES : capsule_lanes(),
            RUNS, segments, open_runs);

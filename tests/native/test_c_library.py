@@ -123,6 +123,15 @@ int main(void)
 """
 
 
+def test_what_is_not_allowed_is_refused_and_work_has_a_limit(library: Path) -> None:
+    program = library.parent / "check"
+    command = ["cc", "-std=c99", f"-I{LIBRARY}", f"-I{KERNELS}", Path(__file__).parent / "check.c"]
+    linked = [library, "-lm", f"-Wl,-rpath,{library.parent}"]
+    subprocess.run([*command, *linked, "-o", program], check=True)
+    ran = subprocess.run([program, "refused"], capture_output=True, text=True, timeout=60)
+    assert (ran.returncode, ran.stderr) == (0, "")
+
+
 def test_no_symbol_without_the_prefix(library: Path) -> None:
     listed = subprocess.run(
         ["nm", "-gD", "--defined-only", library], capture_output=True, text=True
