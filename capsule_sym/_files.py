@@ -1,13 +1,14 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, logs that grow by whole lines, and JSON."""
 
 from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
+from typing import Any
 
 from capsule_sym._errors import InvalidInput
 
@@ -20,7 +21,7 @@ def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
     file is kept, folders are made; a device or a pipe is written directly. Raises InvalidInput,
     which names `field`, where the file cannot be written, as on a full disk.
     """
-    try:
+    with _refused(path, field):
         mode = os.stat(path).st_mode if os.path.exists(path) else None
         if mode is not None and not stat.S_ISREG(mode):
             yield Path(path)  # nothing can take its place, and a folder is refused by itself
@@ -39,14 +40,61 @@ def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
             part.replace(target)
         finally:
             part.unlink(missing_ok=True)
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        allowed = f"writable ({error.strerror or error})"
-        raise InvalidInput(field, str(path), allowed) from error
 
 
 def write_whole(path: str | os.PathLike[str], data: str | bytes, field: str = "out") -> None:
     """Write a file with this content by `whole`, a text in UTF-8."""
     with whole(path, field) as part:
         part.write_bytes(data.encode() if isinstance(data, str) else data)
+
+
+@contextmanager
+def growing(path: Path, field: str, begin: str = "") -> Iterator[Callable[[str], None]]:
+    """Function that adds a line to a log, which stays when the program ends the next moment.
+
+    A last line that is torn is cut off, and an empty log begins with `begin`. Raises InvalidInput,
+    which names `field`, where the log cannot be written.
+    """
+    with _refused(path, field):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = path.open("ab+")
+    try:
+        file.seek(0)
+        held = file.read().rfind(b"\n") + 1
+        file.truncate(held)
+
+        def add(text: str) -> None:
+            with _refused(path, field):
+                file.write(text.encode())
+                file.flush()
+
+        if not held:
+            add(begin)
+        yield add
+    finally:
+        with _refused(path, field):
+            file.close()
+
+
+def read_json(path: str | os.PathLike[str], what: str, field: str = "file") -> Any:
+    """Content of a file of JSON; raises InvalidInput for one that is none, which is not `what`."""
+    import json
+
+    try:
+        return json.loads(Path(path).read_bytes())
+    except OSError as error:
+        raise InvalidInput(field, str(path), f"readable ({error.strerror or error})") from None
+    except (ValueError, RecursionError):  # not JSON, or nested too deeply
+        raise InvalidInput(field, str(path), what) from None
+
+
+@contextmanager
+def _refused(path: str | os.PathLike[str], field: str) -> Iterator[None]:
+    """Raises InvalidInput for what the operating system refuses, but for a reader that leaves."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        allowed = f"writable ({error.strerror or error})"
+        raise InvalidInput(field, str(path), allowed) from error

@@ -7,11 +7,13 @@ import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from click.core import ParameterSource
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, NotInstalled
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -290,31 +292,23 @@ def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_I
 
 
 # pathlib takes a fifteenth of the time of --help: it is imported where there is a path.
-class _Path(click.Path):
-    """A file that may be there already, as a Path."""
-
-    def __init__(self) -> None:
-        super().__init__(dir_okay=False)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path of a text."""
-        from pathlib import Path
-
-        return Path(os.fsdecode(super().convert(value, param, ctx)))
-
-
 class WritablePath(click.Path):
-    """A directory, or a file, to write; what is in the way is refused before work begins."""
+    """A directory, or a file, to write; one that cannot be is refused before work begins."""
 
     def __init__(self, file: bool = False) -> None:
-        super().__init__(file_okay=file, dir_okay=not file)
+        super().__init__(file_okay=file, dir_okay=not file, writable=True)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """The path of a text."""
         from pathlib import Path
 
+        if not value:
+            self.fail("'' is no path", param, ctx)
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        folder = path.parent if self.file_okay else path
+        place = Path(os.path.realpath(path))
+        if place.exists() and not (place.is_dir() or place.is_file()):
+            return path  # a device or a pipe
+        folder = place.parent if self.file_okay else place
         there = next(one for one in (folder, *folder.parents) if os.path.exists(one))
         if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
             self.fail(
@@ -323,27 +317,88 @@ class WritablePath(click.Path):
         return path
 
 
-def out_option(what: str) -> Callable[[_Command], _Command]:
-    """The option --out DIRECTORY, which says `what` it does."""
-    return click.option("--out", type=WritablePath(), metavar="DIRECTORY", help=what)
+def out_option(
+    what: str, metavar: str = "DIRECTORY", **more: Any
+) -> Callable[[_Command], _Command]:
+    """The option --out, which says `what` it does: of a directory, or of a FILE by its metavar."""
+    kind = WritablePath(file=metavar.startswith("FILE"))
+    return click.option("--out", type=kind, metavar=metavar, help=what, **more)
+
+
+class Seconds(click.FloatRange):
+    """A time above 0; inf is one, NaN is none."""
+
+    def __init__(self) -> None:
+        super().__init__(min=0, min_open=True)
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """The number of a text."""
+        number = float(super().convert(value, param, ctx))
+        if math.isnan(number):
+            self.fail(f"{value} is not in the range x>0.", param, ctx)
+        return number
 
 
 def max_seconds_option(default: float = math.inf) -> Callable[[_Command], _Command]:
     """The option --max-seconds, the limit of time of a command that can take long."""
     return click.option(
         "--max-seconds",
-        type=float,
+        type=Seconds(),
         default=default,
         show_default="no limit" if default == math.inf else True,
         help="Stop after so long and show what was found; inf for no limit.",
     )
 
 
+def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[str] = ()) -> None:
+    """Raises UsageError for an option, by the name of its value, that would do nothing as given.
+
+    That is without any of those it `needs`, or beside one that it is `never` given with.
+    """
+    context = click.get_current_context()
+    flags = {one.name: one.opts[0] for one in context.command.params}
+    told = {one for one in flags if context.get_parameter_source(one or "") not in _NOT_GIVEN}
+    if name not in told:
+        return
+    if needs and not told & {*needs}:
+        raise click.UsageError(
+            f"{flags[name]} is for {' or '.join(flags[one] for one in needs)}, which is missing"
+        )
+    for one in never:
+        if one in told:
+            raise click.UsageError(f"{flags[name]} does nothing beside {flags[one]}: leave it out")
+
+
+_NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
+
+
+def interrupted(file: Path | None) -> KeyboardInterrupt:
+    """Ctrl-C that says what is kept: the work so far, where a file has it."""
+    kept = f"{file} has what is done, and the same command goes on from there"
+    return KeyboardInterrupt(*[kept] * (file is not None))
+
+
+def require(extra: str, *names: str) -> None:
+    """Raises NotInstalled, before work begins, unless these packages of an extra are installed."""
+    for name in names:
+        if find_spec(name) is None:
+            raise NotInstalled(ModuleNotFoundError(name=name), extra)
+
+
 def certify_option(what: str) -> Callable[[_Command], _Command]:
     """The option --certify FILE of a command that can prove `what` it finds."""
+
+    def check(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
+        if path is not None:
+            require("proof", "flint")
+        return path
+
     return click.option(
         "--certify",
-        type=_Path(),
+        type=WritablePath(file=True),
+        callback=check,
         metavar="FILE",
         help=f"Prove {what} in ball arithmetic, and write its certificate here.",
     )

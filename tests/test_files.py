@@ -8,20 +8,36 @@ import stat
 import subprocess
 import sys
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import click
 import pytest
+from matplotlib.figure import Figure
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._files import whole, write_whole
+from capsule_sym import InvalidInput, Parameters, save_figure, simulate
+from capsule_sym._cli import _status, group
+from capsule_sym._enclosures import regions
+from capsule_sym._figures import animation
+from capsule_sym._files import growing, read_json, whole, write_whole
+from capsule_sym._hardcases import adversarial
+from capsule_sym._options import WritablePath
+from capsule_sym._symbolic import frozen
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
-# A disk with room for 1000 bytes more, to a process that is told so instead of ended.
-FULL = """
-import resource, signal
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-"""
+
+
+@contextmanager
+def full_disk(room: int = 40) -> Iterator[None]:
+    """Files of this process may have so many bytes and no more; it is told so, not ended."""
+    resource = pytest.importorskip("resource")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def content(folder: Path) -> dict[str, str]:
@@ -70,24 +86,120 @@ def test_sigterm_in_mid_write_leaves_the_good_file(tmp_path: Path) -> None:
 
 @posix
 def test_a_full_disk_is_an_input_that_is_refused(tmp_path: Path) -> None:
-    code = (
-        "import sys\n"
-        "from capsule_sym._files import write_whole\n"
-        "try:\n"
-        "    write_whole(sys.argv[1], 2000 * 'x', 'certify')\n"
-        "except ValueError as error:\n"
-        "    print(error)\n"
-    )
-    write_whole(tmp_path / "kept.txt", "good")
-    done = subprocess.run(
-        [sys.executable, "-c", FULL + code, "kept.txt"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert done.stdout == "certify = 'kept.txt': must be writable (File too large)\n"
+    kept = tmp_path / "kept.txt"
+    write_whole(kept, "good")
+    with full_disk(), pytest.raises(InvalidInput) as error:
+        write_whole(kept, 100 * "x", "certify")
+    assert str(error.value) == f"certify = {str(kept)!r}: must be writable (File too large)"
     assert content(tmp_path) == {"kept.txt": "good"}
+
+
+def draw(path: Path) -> None:
+    """A figure with text, in a file."""
+    figure = Figure(figsize=(1, 1))
+    figure.text(0.5, 0.5, "alpha")
+    save_figure(figure, path)
+
+
+def animate(path: Path) -> None:
+    """Two pictures of a motion, in a file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(animation, "_MOST_FRAMES", 2)
+        animation.animate(simulate(Parameters(), periods=64), path, width=2, dpi=30)
+
+
+def command(line: str) -> Callable[[Path], None]:
+    """A command line, with the file at its end."""
+
+    def run(path: Path) -> None:
+        status = _status([*line.split(), str(path)])
+        if status == 2:
+            raise InvalidInput("out", str(path), "writable")
+
+    return run
+
+
+WRITERS = [
+    ("a.svg", draw),
+    ("a.png", draw),
+    ("a.pdf", draw),
+    ("a.gif", animate),
+    ("a.html", command("explore --no-open --out")),
+    ("a.json", command("run --periods 2 --certify")),
+    ("a.toml", lambda path: frozen.freeze([], path)),
+]
+
+
+@posix
+@pytest.mark.parametrize(("name", "write"), WRITERS, ids=[name for name, _ in WRITERS])
+def test_what_is_written_leaves_the_good_file_on_a_full_disk(
+    name: str, write: Callable[[Path], None], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_whole(tmp_path / name, "good")
+    with full_disk(), pytest.raises(InvalidInput, match="must be writable"):
+        write(tmp_path / name)
+    assert content(tmp_path) == {name: "good"}
+    assert capsys.readouterr().err.count("\n") <= 1
+
+
+@posix
+def test_a_log_keeps_its_lines_on_a_full_disk_and_without_a_torn_one(tmp_path: Path) -> None:
+    log = tmp_path / "new" / "log"
+    with growing(log, "out", "begin\n") as add:
+        add("one\n")
+    log.write_text("begin\none\ntw", encoding="utf-8")
+    with growing(log, "out", "begin\n") as add:
+        add("two\n")
+        assert log.read_text(encoding="utf-8") == "begin\none\ntwo\n"
+    with (
+        full_disk(room=10),
+        pytest.raises(InvalidInput, match="must be writable"),
+        growing(log, "out") as add,
+    ):
+        add("three\n")
+    assert log.read_text(encoding="utf-8") == "begin\none\ntwo\n"
+
+
+@posix
+def test_a_proof_that_goes_on_keeps_what_was_proved_on_a_full_disk(tmp_path: Path) -> None:
+    path = tmp_path / "plane.jsonl"
+    line = '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}\n'
+    path.write_text(regions._begin(regions.PLANE) + line, encoding="utf-8")
+    before = path.read_bytes()
+    with full_disk(), suppress(OSError):
+        regions.prove(path, 1e-9)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "\udcff", 100_000 * "[" + 100_000 * "]"], ids=["cut", "bytes", "deep"]
+)
+def test_json_that_is_none_is_refused(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "seed-1.jsonl"
+    path.write_text(text, encoding="utf-8", errors="surrogateescape")
+    with pytest.raises(InvalidInput, match=r"must be JSON$"):
+        read_json(path, "JSON")
+    path.write_bytes(path.read_bytes() + b"\n")
+    with pytest.raises(InvalidInput):
+        next(adversarial.run(1, 1, path))
+    with pytest.raises(InvalidInput):
+        regions.begun(path)
+    for line in ("diagram FILE --out a.svg", "sweep-figure s --curve FILE --out a.svg"):
+        assert _status(line.replace("FILE", str(path)).split()) == 2
+
+
+def test_every_file_to_write_is_looked_at_before_work_begins() -> None:
+    context = click.Context(group)
+    commands = [group.resolve_command(context, [name])[1] for name in group.commands]
+    files = [
+        (command.name, one.name)
+        for command in commands
+        if command
+        for one in command.params
+        if one.name in ("out", "certify", "write", "region", "from_rest")
+        and not isinstance(one.type, WritablePath)
+    ]
+    assert files == []
 
 
 @posix

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._options import json_option, make_console, make_progress, make_table, out_option
+from capsule_sym._options import (
+    check_beside,
+    json_option,
+    make_console,
+    make_progress,
+    make_table,
+    out_option,
+    require,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -67,14 +75,9 @@ def bench(
     built on: cells with all metrics and multipliers, and a run's derivatives. --out writes
     design.json.
     """
-    from capsule_sym._errors import InvalidInput
-    from capsule_sym._map.labelled import package
-
-    if face and design:
-        raise InvalidInput("--design", True, "absent where --face is given")
-    if only and (face or design):
-        raise InvalidInput("--only", only, "absent where --face or --design is given")
-    package("scipy", "peers")  # without which there is nothing to compare with
+    check_beside("face", never=("design", "only"))
+    check_beside("design", never=("only",))
+    require("peers", "scipy")  # without which there is nothing to compare with
     if face:
         return _face(quick, repeats, out, as_json)
     if design:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from capsule_sym._bench.model import Result, Start
+from capsule_sym._files import write_whole
 from capsule_sym._parameters import Parameters
 
 ALPHAS = (0.3, 0.45, 0.7, 1.2, 1.5, 1.64, 1.69, 1.9)
@@ -103,7 +104,7 @@ def text(found: dict[str, Any]) -> str:
 
 def main() -> None:
     """Writes truth.json."""
-    Path(str(_file())).write_text(text(compute()), encoding="utf-8")
+    write_whole(Path(str(_file())), text(compute()))
 
 
 if __name__ == "__main__":

@@ -17,8 +17,9 @@ from capsule_sym._bench.study import LONG, Row, compare, strided
 from capsule_sym._bench.tools import MPMATH, ONE_ROW, OURS, Tool, for_sweeps, one_at_a_time, skipped
 from capsule_sym._bench.truth import Case
 from capsule_sym._errors import InvalidInput
+from capsule_sym._files import write_whole
 from capsule_sym._native import core
-from capsule_sym._records import dumps, write
+from capsule_sym._records import dumps
 
 _QUICK = 4  # the quick study makes every fourth run, and one of a slow tool
 _QUICK_LONG = 0.1  # seconds; a pass that takes longer is made once in the quick study
@@ -111,8 +112,8 @@ class Study:
             self.growth = growth(self.repeats, _MOST[self.quick], advance)
 
     def write(self, path: Path) -> None:
-        """Writes the record; the file appears whole or not at all."""
-        write({path.name: dumps(self.record) + "\n"}, path.parent)
+        """Writes the record."""
+        write_whole(path, dumps(self.record) + "\n")
 
     def _near(self) -> list[Tool]:
         """Tools for the tangencies: the 50-digit map is itself their truth."""

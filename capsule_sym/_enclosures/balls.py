@@ -13,15 +13,13 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import CapsuleError, InvalidInput
+from capsule_sym._errors import CapsuleError, NotInstalled
 
 try:
     from flint import arb as arb
     from flint import arb_mat, ctx
 except ModuleNotFoundError as error:  # pragma: no cover - the extra is part of `dev`
-    raise InvalidInput(
-        "proof", None, "installed: pip install 'capsule-sym[proof]' brings python-flint"
-    ) from error
+    raise NotInstalled(error, "proof") from error
 
 Ball: TypeAlias = Any
 """A ball of real numbers, `flint.arb`."""

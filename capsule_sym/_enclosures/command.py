@@ -3,30 +3,42 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._options import json_option, make_console, make_progress, make_table, track
+from capsule_sym._options import (
+    Seconds,
+    WritablePath,
+    check_beside,
+    interrupted,
+    json_option,
+    make_console,
+    make_progress,
+    make_table,
+    out_option,
+    require,
+    track,
+)
 from capsule_sym._processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
 
 @click.command("enclose")
 @click.option("--thresholds", is_flag=True, help="Only the bifurcations, not the intervals.")
 @click.option(
     "--region",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=WritablePath(file=True),
     metavar="FILE",
     help="Prove the (alpha, gamma) plane instead, going on with FILE.",
 )
 @click.option(
     "--from-rest",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=WritablePath(file=True),
     metavar="FILE",
     help="Prove where the motions from rest go instead, going on with FILE.",
 )
@@ -35,16 +47,13 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(min=0),
+    type=Seconds(),
     default=3600.0,
     show_default=True,
     help="With --region or --from-rest: how long.",
 )
-@click.option(
-    "--out",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Write certificates of all bifurcations, and of the orbits of Fig. 7, here.",
+@out_option(
+    "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
 )
 @json_option
 def enclose(
@@ -71,10 +80,11 @@ def enclose(
     interval. Both tell what share of the whole is proved. With --everywhere, at both mass ratios
     and alpha = 0.005 and 0.02, every motion is proved to tend to one orbit.
     """
-    if (region is not None) + (from_rest is not None) + everywhere > 1:
-        raise click.UsageError(
-            "--region, --from-rest and --everywhere are different proofs; give one of them."
-        )
+    proofs = "region", "from_rest", "everywhere"
+    for number, name in enumerate(proofs):
+        check_beside(name, never=(*proofs[number + 1 :], "thresholds", "out"))
+    check_beside("seconds", needs=proofs[:2])
+    require("proof", "flint")
     if everywhere:
         _cover(as_json)
         return
@@ -82,7 +92,8 @@ def enclose(
         _parts(region, from_rest, seconds, as_json)
         return
     from capsule_sym._enclosures.section4 import GAMMAS
-    from capsule_sym._records import dumps, write
+    from capsule_sym._files import write_whole
+    from capsule_sym._records import dumps
 
     begin = perf_counter()
     with undisturbed():
@@ -106,7 +117,7 @@ def enclose(
     missing = [*unmet, *(reason for _, _, reasons in told for reason in reasons)]
     if out is not None:
         held = [one for _, kept, _ in told for one in kept]
-        write({out.name: dumps({"certificates": held}) + "\n"}, out.parent)
+        write_whole(out, dumps({"certificates": held}) + "\n", "--out")
         click.echo(f"wrote {len(held)} certificates to {out}", err=True)
         if missing:
             click.echo(f"not proved: {'; '.join(missing)}", err=True)
@@ -133,8 +144,8 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
 
         try:
             plane = prove(path, seconds, report=report, task=task)
-        except OSError as problem:
-            raise click.ClickException(f"{path}: {problem.strerror}") from None
+        except KeyboardInterrupt:
+            raise interrupted(path) from None
     shares = sorted(plane.shares.items(), key=lambda one: -one[1])
     if as_json:
         told = {"share": plane.share, "patches": plane.patches, "itineraries": dict(shares)}

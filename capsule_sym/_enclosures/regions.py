@@ -16,13 +16,14 @@ from dataclasses import dataclass, field
 from operator import index
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NamedTuple, Protocol, TextIO
+from typing import Any, NamedTuple, Protocol
 
 from capsule_sym._enclosures import cells, from_rest, intervals, patches, section4
 from capsule_sym._enclosures.cells import Cell, Outcome
 from capsule_sym._enclosures.digest import closure, digest
 from capsule_sym._enclosures.from_rest import AlphaInterval
 from capsule_sym._errors import InvalidInput
+from capsule_sym._files import growing
 from capsule_sym._orbits.shooting.itinerary import (
     Itinerary,
     ItinerarySegment,
@@ -138,7 +139,7 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
                 record = json.loads(line)
                 outcomes[task.part(*map(index, record["cell"]))] = _told(record)
                 plane.seconds = max(plane.seconds, float(record["seconds"]))
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise InvalidInput(
                 "file", str(path), f"one that `enclose {task.option}` wrote"
             ) from error
@@ -180,8 +181,7 @@ def prove(
     with undisturbed():
         pool = spawning(workers)
     try:
-        with path.open("a+", encoding="utf-8") as file:
-            _mend(file, task)
+        with growing(path, "file", _begin(task)) as add:
             while True:
                 late = perf_counter() - start > seconds
                 while plane.open and not late and len(pending) < _AHEAD:
@@ -196,20 +196,10 @@ def prove(
                     cell, outcome = pending.pop(one), one.result()
                     for part in plane.take(cell, outcome):
                         plane.add(part, outcome.state)
-                    file.write(json.dumps(_record(cell, outcome, plane.seconds)) + "\n")
-                file.flush()
+                    add(json.dumps(_record(cell, outcome, plane.seconds)) + "\n")
                 report(plane)
     finally:
         end(pool)
-
-
-def _mend(file: TextIO, task: Task) -> None:
-    """Begin a file that is empty, and cut off a line that is not whole."""
-    file.seek(0)
-    whole = "".join(line for line in file if line.endswith("\n"))
-    file.seek(0)
-    file.truncate()
-    file.write(whole or _begin(task))
 
 
 def _record(cell: Part, outcome: Outcome, seconds: float) -> dict[str, Any]:

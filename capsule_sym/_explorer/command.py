@@ -9,18 +9,14 @@ import click
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._explorer import page
-from capsule_sym._options import json_option, tell_written
+from capsule_sym._files import write_whole
+from capsule_sym._options import json_option, out_option, tell_written
 
 _NAME = "capsule-sym-explorer.html"
 
 
 @click.command()
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE.html",
-    help="Write the page here, and open nothing.",
-)
+@out_option("Write the page here, and open nothing.", "FILE.html")
 @click.option(
     "--serve",
     "port",
@@ -44,11 +40,7 @@ def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> N
         serve(port, page(), opens, as_json)
         return
     path = out or Path(gettempdir()) / _NAME
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page(), encoding="utf-8")
-    except OSError as error:
-        raise InvalidInput("--out", str(path), f"writable ({error.strerror})") from error
+    write_whole(path, page(), "--out")
     if as_json:
         tell_written(path, as_json=True)
     else:

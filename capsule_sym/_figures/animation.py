@@ -12,6 +12,7 @@ from capsule_sym._figures.device import Frame, draw_capsule, ground
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait
 from capsule_sym._figures.sizes import MOVING
 from capsule_sym._figures.style import Colours, field_colour, figure_style, new_figure
+from capsule_sym._files import whole
 from capsule_sym._study.arcs import Motion, arcs, cycle
 
 if TYPE_CHECKING:
@@ -62,20 +63,16 @@ def animate(
         figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
         (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
         shown: list[Any] = []
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with writer.saving(figure, str(path), dpi):
-                for instant in instants:
-                    for artist in shown:
-                        artist.remove()
-                    at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
-                    field = int(fields[np.searchsorted(time, instant, side="right") - 1])
-                    frame = Frame(at, scale * here, scale * result.parameters.delta)
-                    shown = draw_capsule(left, frame, field_colour(field, colours))
-                    dot.set_data([here], [float(np.interp(instant, time, v_r))])
-                    writer.grab_frame()
-        except OSError as error:
-            raise InvalidInput("out", str(path), f"writable ({error.strerror})") from error
+        with whole(path) as part, writer.saving(figure, str(part), dpi):
+            for instant in instants:
+                for artist in shown:
+                    artist.remove()
+                at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
+                field = int(fields[np.searchsorted(time, instant, side="right") - 1])
+                frame = Frame(at, scale * here, scale * result.parameters.delta)
+                shown = draw_capsule(left, frame, field_colour(field, colours))
+                dot.set_data([here], [float(np.interp(instant, time, v_r))])
+                writer.grab_frame()
 
 
 def _writer(path: Path) -> AbstractMovieWriter:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import PAGE
+from capsule_sym._files import read_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -185,7 +185,7 @@ def _work_precision(study: Study) -> Figure:
     if not path.exists():
         made = "there; make it with: capsule-sym bench --out results/bench"
         raise InvalidInput("results", str(path), made)
-    return plot_work_precision(json.loads(path.read_text(encoding="utf-8")), width=study.width)
+    return plot_work_precision(read_json(path, "JSON", "results"), width=study.width)
 
 
 @dataclass(frozen=True)

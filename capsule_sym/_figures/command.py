@@ -7,18 +7,20 @@ from typing import Any
 
 import click
 
-from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, PAGE, WIDEST
+from capsule_sym._files import read_json
 from capsule_sym._options import (
     chosen_parameters,
     json_option,
+    out_option,
     parameter_options,
+    require,
     tell_written,
     tracking,
 )
 
-_REPORT = Path("results/report.html")
 _colours_option = click.option(
     "--colours",
     type=click.Choice(["safe", "paper"]),
@@ -27,12 +29,8 @@ _colours_option = click.option(
     help="Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
 )
 
-_out_option = click.option(
-    "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    required=True,
-    metavar="FILE",
-    help="File to write; its ending .png, .svg or .pdf decides the format.",
+_out_option = out_option(
+    "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
 )
 
 
@@ -57,6 +55,7 @@ def _check_picture(out: Path, width: float | None, least: float, dpi: float | No
     """The width; raises InvalidInput for what no picture can have, before anything is computed."""
     from capsule_sym._figures.style import check_ending, check_resolution
 
+    require("plot", "matplotlib")
     check_ending(out)
     check_resolution(dpi)
     if width is not None and not least <= width <= WIDEST:
@@ -197,12 +196,10 @@ def sweep_figure(
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
     wide = _check_picture(out, width, 3.3, dpi)
-    try:
-        from capsule_sym._sweeps.results import open_results
-    except ModuleNotFoundError as missing:
-        raise NotInstalled(missing, "sweep") from missing
+    require("sweep", "xarray", "zarr")
     from capsule_sym._figures import charts, sweeps
     from capsule_sym._figures.style import save_figure
+    from capsule_sym._sweeps.results import open_results
 
     lines = [one for path in curves for one in _curves(path)]
     with open_results(store) as results:
@@ -220,29 +217,18 @@ def sweep_figure(
 
 def _curves(path: Path) -> list[Any]:
     """The curves of a file of `curve`, or one of them by itself; raises InvalidInput for others."""
-    import json
-
+    record = read_json(path, "a file of `curve --json`", "--curve")
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
         found = [*record["curves"]] if "curves" in record else [record]
         for one in found:  # what a chart reads of it
             _ = [dict(point) for point in one["points"]], one["codimension_two"], one["type"]
-    except OSError as error:
-        raise InvalidInput("--curve", str(path), f"readable ({error.strerror})") from error
     except (ValueError, LookupError, TypeError) as error:
         raise InvalidInput("--curve", str(path), "a file of `curve --json`") from error
     return found
 
 
 @click.command("report")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=_REPORT,
-    show_default=True,
-    metavar="FILE",
-    help="HTML file to write.",
-)
+@out_option("HTML file to write.", "FILE", default="results/report.html", show_default=True)
 @_colours_option
 @json_option
 def report(out: Path, colours: Any, as_json: bool) -> None:
@@ -253,6 +239,7 @@ def report(out: Path, colours: Any, as_json: bool) -> None:
     Figures are drawn for it; tables come from the files that `paper`, `verify`, `hardcases` and
     `bench` leave in results, and a section whose file is missing says how to make it.
     """
+    require("plot", "matplotlib", "jinja2")
     from capsule_sym._figures.report import EXPLORER, write
     from capsule_sym._processes import processors
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import json
 import platform
 import re
 from collections import Counter
@@ -20,6 +19,7 @@ from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.catalogue import BENCH, FIGURES, Study, measured
 from capsule_sym._figures.equations import EQUATIONS, typeset
 from capsule_sym._figures.style import Colours, figure_style
+from capsule_sym._files import read_json
 from capsule_sym._options import Track
 from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
@@ -117,7 +117,7 @@ def page(colours: Colours, track: Track, workers: int = 1) -> str:
 
 
 def _load(path: Path) -> Any:
-    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+    return read_json(path, "JSON", "results") if path.exists() else None
 
 
 def _versions() -> dict[str, str]:

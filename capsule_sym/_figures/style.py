@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import as_file, files
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 from weakref import WeakKeyDictionary
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
+from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -201,11 +203,10 @@ def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None
     kind = check_ending(path)
     check_resolution(dpi)
     with figure_style():
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, metadata=_metadata(figure, kind), dpi=dpi or RESOLUTION)
-        except OSError as error:
-            raise InvalidInput("out", str(path), f"writable ({error.strerror})") from error
+        drawn = BytesIO()  # a file that cannot be written is none of matplotlib's business
+        about = _metadata(figure, kind)
+        figure.savefig(drawn, format=kind[1:], metadata=about, dpi=dpi or RESOLUTION)
+    write_whole(path, drawn.getvalue())
 
 
 def _metadata(figure: Figure, kind: str) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import json
 import math
-import os
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -19,7 +18,8 @@ from random import Random
 from time import perf_counter
 from typing import Any
 
-from capsule_sym._errors import Outcome
+from capsule_sym._errors import InvalidInput, Outcome
+from capsule_sym._files import growing
 from capsule_sym._hardcases.lanes import LaneSwitch, first_switch
 from capsule_sym._hardcases.reference import CONTRACT, WIDE, Start, error, names
 from capsule_sym._hardcases.starts import RandomStart, random_start
@@ -96,11 +96,9 @@ def run(count: int, seed: int, log: Path | None) -> Iterator[Tally]:
     key = {"seed": seed, "code": code()}
     done = _logged(log, key) if log else {}
     yield from (done[number] for number in wanted if number in done)
-    if log:
-        log.parent.mkdir(parents=True, exist_ok=True)
     with (
         ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool,
-        log.open("a", encoding="utf-8") if log else nullcontext() as file,
+        growing(log, "out") if log else nullcontext() as add,
     ):
         missing = [number for number in wanted if number not in done]
         running = {pool.submit(chunk, seed, number): number for number in missing}
@@ -108,11 +106,8 @@ def run(count: int, seed: int, log: Path | None) -> Iterator[Tally]:
             for future in as_completed(running):
                 tally = future.result()
                 line = {**key, "chunk": running[future], **asdict(tally)}
-                # One write of one line: a run that is killed leaves at most a torn last line.
-                if file is not None:
-                    file.write(json.dumps(line) + "\n")
-                    file.flush()
-                    os.fsync(file.fileno())
+                if add is not None:
+                    add(json.dumps(line) + "\n")
                 yield tally
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
@@ -147,18 +142,21 @@ def _meaning(file: Path) -> bytes:
 
 
 def _logged(log: Path, key: dict[str, Any]) -> dict[int, Tally]:
-    """Tallies in a log by chunk; a torn last line is cut off."""
-    if not log.exists():
-        return {}
-    whole, end, _ = log.read_text(encoding="utf-8").rpartition("\n")
-    with log.open("r+", encoding="utf-8") as file:
-        file.truncate(len((whole + end).encode()))
+    """Tallies in a log by chunk, but for a torn last line; raises InvalidInput for no such log."""
     tallies = {}
-    for line in whole.splitlines():
-        record = json.loads(line)
-        number = record.pop("chunk")
-        if {name: record.pop(name, None) for name in key} == key:
-            tallies[number] = Tally(**record)
+    try:
+        whole, _, _ = log.read_bytes().rpartition(b"\n")
+        for line in whole.splitlines():
+            record = json.loads(line)
+            number = record.pop("chunk")
+            if {name: record.pop(name, None) for name in key} == key:
+                tallies[number] = Tally(**record)
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise InvalidInput("out", str(log), f"readable ({error.strerror})") from error
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise InvalidInput("out", str(log), "a log of `adversarial`, or not there") from error
     return tallies
 
 

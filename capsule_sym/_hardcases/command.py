@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._options import json_option, make_console, make_table, out_option, track
+from capsule_sym._options import (
+    interrupted,
+    json_option,
+    make_console,
+    make_table,
+    out_option,
+    require,
+    track,
+)
 
 if TYPE_CHECKING:
     from capsule_sym._hardcases.adversarial import Tally
@@ -31,10 +39,9 @@ def hardcases(as_json: bool, only: str) -> None:
     """
     from capsule_sym._hardcases.cases import cases
     from capsule_sym._hardcases.table import cost, rows
-    from capsule_sym._map.labelled import package
     from capsule_sym._records import dumps
 
-    package("scipy", "peers")  # both plain approaches take it
+    require("design", "scipy")  # both baseline methods take it
     chosen = [case for case in cases() if only in case.name]
     if not chosen:
         raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")
@@ -96,8 +103,11 @@ def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
     from capsule_sym._records import dumps
 
     total, log = Tally(), out / f"seed-{seed}.jsonl" if out else None
-    for tally in track(run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)):
-        total.add(tally)
+    try:
+        for tally in track(run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)):
+            total.add(tally)
+    except KeyboardInterrupt:
+        raise interrupted(log) from None
     if as_json:
         click.echo(dumps(asdict(total)))
     else:

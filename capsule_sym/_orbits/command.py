@@ -131,9 +131,10 @@ def certify_found(path: Path, found: Sequence[Certified]) -> None:
 
 
 def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
-    from capsule_sym._records import dumps, write
+    from capsule_sym._files import write_whole
+    from capsule_sym._records import dumps
 
-    write({path.name: dumps({"certificates": list(proved)}) + "\n"}, path.parent)
+    write_whole(path, dumps({"certificates": list(proved)}) + "\n", "--certify")
     claims = "existence, uniqueness, itinerary"
     if any(one["kind"] == "run" for one in proved):
         claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"

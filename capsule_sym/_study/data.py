@@ -17,10 +17,11 @@ import numpy as np
 
 import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._files import read_json, write_whole
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._options import Track
 from capsule_sym._parameters import Parameters
-from capsule_sym._records import dumps, write
+from capsule_sym._records import dumps
 from capsule_sym._study import casestudy
 from capsule_sym.generated.py import DIGEST
 
@@ -47,10 +48,10 @@ class Store:
         path = self._path(name, inputs, ".json")
         # What cannot be read, such as a damaged file, is computed again.
         with suppress(OSError, ValueError, LookupError, TypeError):
-            return json.loads(path.read_text(encoding="utf-8"))["result"]
+            return read_json(path, "JSON")["result"]
         kept = dumps({**_provenance(), "inputs": inputs, "result": compute()})
         with suppress(InvalidInput):  # a figure needs no cache
-            write({path.name: kept}, self.directory)
+            write_whole(path, kept)
         return json.loads(kept)["result"]
 
     def _path(self, name: str, inputs: Any, ending: str = "") -> Path:

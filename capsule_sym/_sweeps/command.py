@@ -7,7 +7,6 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from traceback import clear_frames
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -23,6 +22,7 @@ from capsule_sym._options import (
     parameter_options,
     ranged_parameter_options,
     ranges,
+    require,
     state_option,
 )
 from capsule_sym._sweeps.info import damaged_parts, info_record, show
@@ -34,10 +34,7 @@ if TYPE_CHECKING:
 _Command = TypeVar("_Command", bound=Callable[..., None])
 
 
-def _require_extra() -> None:
-    for name in ("xarray", "zarr"):
-        if find_spec(name) is None:
-            raise click.UsageError(f"{name} is missing: pip install 'capsule-sym[sweep]'")
+_EXTRA = ("sweep", "xarray", "zarr", "filelock")
 
 
 def _running(command: _Command) -> _Command:
@@ -115,7 +112,7 @@ def sweep(
     written when it is finished: an interrupted sweep goes on with --resume. DIR/results.zarr opens
     with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
-    _require_extra()
+    require(*_EXTRA)
     from capsule_sym._sweeps.execution import run_sweep
     from capsule_sym._sweeps.plan import load_sweep
     from capsule_sym._sweeps.refinement import refine_sweep
@@ -202,7 +199,7 @@ def basin(
     Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
     Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
     """
-    _require_extra()
+    require(*_EXTRA)
     from capsule_sym._sweeps.axes import Axis
     from capsule_sym._sweeps.basin import run_basin
     from capsule_sym._sweeps.sweep import Sweep
@@ -223,7 +220,7 @@ def basin(
 @click.argument("store", metavar="DIR")
 def sweep_info(store: str, check: bool, as_json: bool) -> None:
     """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
-    _require_extra()
+    require(*_EXTRA)
     record = info_record(Path(store), check)
     show(record, as_json)
     if damaged_parts(record):
@@ -279,8 +276,7 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
     if address is None:
         yield {}
         return
-    if find_spec("distributed") is None:
-        raise click.UsageError("distributed is missing: pip install 'capsule-sym[sweep]'")
+    require("sweep", "distributed")
     from capsule_sym._sweeps.cluster import client_of
 
     with client_of(address, workers) as client:

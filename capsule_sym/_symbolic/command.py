@@ -9,8 +9,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._errors import NotInstalled
-from capsule_sym._options import WritablePath, json_option, make_console, make_progress, make_table
+from capsule_sym._files import write_whole
+from capsule_sym._options import (
+    WritablePath,
+    check_beside,
+    json_option,
+    make_console,
+    make_progress,
+    make_table,
+    require,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,20 +48,15 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
-    if only is not None and write is not None:
-        raise click.UsageError("--write writes all statements: leave out --only")
-    if only is not None and freeze:
-        raise click.UsageError("--freeze takes all statements: leave out --only")
+    check_beside("only", never=("write", "freeze"))
+    require("proof", "sympy")
     start = perf_counter()
     text = TextColumn("{task.description}")
     with make_progress(text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as progress:
         task = progress.add_task("importing SymPy", total=None)
-        try:
-            from capsule_sym._symbolic import frozen
-            from capsule_sym._symbolic import verify as theory
-            from capsule_sym._symbolic.report import markdown
-        except ModuleNotFoundError as missing:
-            raise NotInstalled(missing, "proof") from missing
+        from capsule_sym._symbolic import frozen
+        from capsule_sym._symbolic import verify as theory
+        from capsule_sym._symbolic.report import markdown
 
         progress.update(task, description="deriving")
         chosen = theory.items() if only is None else theory.item(only)
@@ -70,8 +73,7 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
     if as_json:
         click.echo(json.dumps({"items": [theory.record(result) for result in results]}))
     if write is not None:
-        write.parent.mkdir(parents=True, exist_ok=True)
-        write.write_text(markdown(report), encoding="utf-8")
+        write_whole(write, markdown(report), "--write")
         click.echo(f"wrote {write}", err=True)
     unproved = [result.item.id for result in results if not result.settled]
     seconds = perf_counter() - start
@@ -79,10 +81,7 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
     if only is None and not as_json:
         _print_reached(results, seconds)
     if freeze and not unproved:
-        try:
-            frozen.freeze(results)
-        except OSError as problem:
-            raise click.ClickException(f"{frozen.PATH}: {problem.strerror}") from None
+        frozen.freeze(results)
         click.echo(f"wrote {frozen.PATH}", err=True)
     changed = (
         [] if freeze else list(frozen.differences(results, frozen.expected(), whole=only is None))

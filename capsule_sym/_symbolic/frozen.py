@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from capsule_sym._files import write_whole
 from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Result
 
 PATH = Path(__file__).with_name("verdicts.toml")
@@ -91,5 +92,5 @@ def _lines(results: Iterable[Result]) -> Iterator[str]:
 
 def freeze(results: Iterable[Result], path: Path = PATH) -> None:
     """Make the results what is expected."""
-    path.write_text("\n".join(_lines(results)) + "\n", encoding="utf-8")
+    write_whole(path, "\n".join(_lines(results)) + "\n", "--freeze")
     expected.cache_clear()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from capsule_sym._files import read_json
 from capsule_sym._symbolic.proofs.items import Result
 
 MUTATIONS = Path("results/mutations.json")
@@ -103,8 +103,8 @@ def _whole(seconds: float) -> Row:
     """The time of `make verify`: that of `enclose`, by its record, and that of `verify`."""
     what, goal = "all that `make verify` proves", "300 s on two cores"
     try:
-        before = float(json.loads(ENCLOSED.read_text(encoding="utf-8"))["seconds"])
-    except (OSError, ValueError, KeyError, TypeError):
+        before = float(read_json(ENCLOSED, "JSON")["seconds"])
+    except (ValueError, KeyError, TypeError):
         return Row(what, f"{seconds:.0f} s without `enclose`", None, goal, "make verify")
     told = f"{before + seconds:.0f} s, {before:.0f} of them `enclose`"
     return Row(what, told, before + seconds < 300, goal, f"{ENCLOSED}, verify")
@@ -117,11 +117,11 @@ def rows(results: Sequence[Result], seconds: float) -> tuple[Row, ...]:
     found = [Row("statements settled", told, not unproved, "all", "verify"), _whole(seconds)]
     for what, goal, path, read, target in _ROWS:
         try:
-            reached, met = read(json.loads(path.read_text(encoding="utf-8")))
-        except FileNotFoundError:
-            found.append(Row(what, "not run here", None, goal, f"make {target}"))
-        except (OSError, ValueError, KeyError, TypeError):
-            found.append(Row(what, "unreadable record", None, goal, str(path)))
+            reached, met = read(read_json(path, "JSON"))
+        except (ValueError, KeyError, TypeError):
+            told = "unreadable record" if path.exists() else "not run here"
+            where = str(path) if path.exists() else f"make {target}"
+            found.append(Row(what, told, None, goal, where))
         else:
             found.append(Row(what, reached, met, goal, str(path)))
     return tuple(found)

@@ -12,6 +12,7 @@ from scipy.stats import binom
 from capsule_sym import (
     FitStatus,
     InvalidInput,
+    NotInstalled,
     Parameters,
     PhysicalParameters,
     fit,
@@ -21,7 +22,6 @@ from capsule_sym import (
 from capsule_sym._design.fit import Problem
 from capsule_sym._design.measured import measured
 from capsule_sym._design.units import DEVICE, slopes_of
-from capsule_sym._errors import NotInstalled
 from tests.sampling import many, sampled
 
 TRUE = Parameters(alpha=0.83, delta=0.03, zeta=0.06, beta=1.7, gamma=3.3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.continuation import BranchPoint, ends
@@ -26,6 +26,7 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 
 Record = Mapping[str, Any]
+_WHAT = "JSON that `branch --out` or `curve --out` wrote"
 _CLOSED = 1e-6  # what the equations of a written orbit are off by is less
 
 
@@ -77,22 +78,13 @@ def read_curves(path: Path | str) -> Record | None:
 
     Raises InvalidInput for a file that cannot be read.
     """
-    record = _read(path)
+    record = read_json(path, _WHAT)
     return record if isinstance(record, dict) and "curves" in record else None
-
-
-def _read(path: Path | str) -> Any:
-    try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InvalidInput("file", str(path), f"readable ({error.strerror})") from None
-    except ValueError:
-        raise InvalidInput("file", str(path), "JSON that `branch --out` wrote") from None
 
 
 def read_branch(path: Path | str) -> Record:
     """The record in a file that `branch --out` wrote; raises InvalidInput for any other."""
-    record = _read(path)
+    record = read_json(path, _WHAT)
     if not isinstance(record, dict) or "bifurcations" not in record:
         raise InvalidInput("file", str(path), "a branch.json that `branch --out` wrote")
     if record.get("format") != FORMAT:
