@@ -465,7 +465,8 @@ def print_steering(found: Steering) -> None:
             speed = with_unit(one.value, units.get("velocity", ""))
             grid.add_row(way, speed, drive(one.over), " ".join(one.itinerary))
     console = make_console()
-    console.print(grid)
+    if grid.row_count:
+        console.print(grid)
     console.print(f"{found.status.value}: {found.message}")
     for at in found.path:
         console.print(f"  {drive(at)}")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from capsule_sym._map import simulate
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
+from capsule_sym._map.segments import MODES
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import core
 from capsule_sym._orbits.continuation.parameter_paths import Slope
@@ -35,6 +37,9 @@ _NEAR = 1e-2  # distance of the closed motion from the run that led to it
 _ARRIVED = 1e-7  # distance at which a run is on its motion
 _SAME = 1e-6  # distance of two that are one
 _SURVEYED = 100  # excitation periods before a cell of a survey is closed
+_CONTACT = [field for field, mode in enumerate(MODES, 1) if mode.startswith("C")]
+_UNIT = 2.0**-53  # of rounding
+_ROUNDED = 8.0  # such units by which the advance of one segment may be off, of its largest term
 Vector = NDArray[np.float64]
 
 
@@ -72,14 +77,20 @@ class Motion:
         """The metrics in `METRICS`; raises numpy.linalg.LinAlgError at a fold."""
         if self.found is not None:
             pairs = zip(self.found.values[0].tolist(), self.found.gradients[0], strict=True)
-            return {name: Slope(*pair) for name, pair in zip(METRICS, pairs, strict=True)}
-        assert self._orbit is not None
-        whole = performance(self._orbit)
-        metrics = {name: getattr(whole, name) for name in METRICS}
-        return {
-            name: Slope(float(one.value), np.array([float(v) for v in one.gradient.values()]))
-            for name, one in metrics.items()
-        }
+            found = {name: Slope(*pair) for name, pair in zip(METRICS, pairs, strict=True)}
+        else:
+            assert self._orbit is not None
+            whole = performance(self._orbit)
+            metrics = {name: getattr(whole, name) for name in METRICS}
+            found = {
+                name: Slope(float(one.value), np.array([float(v) for v in one.gradient.values()]))
+                for name, one in metrics.items()
+            }
+        fields = np.array([[int(name[1:]) for name in self.itinerary]])
+        values = np.array([[found[name].value for name in METRICS]])
+        if not drifts(_values(self.parameters)[None], fields, values)[0]:
+            found |= dict.fromkeys(("velocity", "progression"), Slope(0.0, np.zeros(7)))
+        return found
 
     @cached_property
     def multiplier(self) -> float:
@@ -97,6 +108,25 @@ class Motion:
         assert self._orbit is not None
         inside = bool(min(self._orbit.durations) > 0)
         return inside and self.multiplier < 1 and is_admissible(self._orbit)
+
+
+def drifts(rows: Vector, fields: NDArray[Any], values: Vector) -> NDArray[np.bool_]:
+    """Whether motions of parameters (n, 7), with their fields (n, m) and METRICS (n, 7), drift.
+
+    Without contact, or on a stop of no stiffness, none does. All forces are monotone there, so that
+    two motions never move apart: they drift alike. The mirror image of a motion, half a period
+    later, is a motion too and drifts the other way. Elsewhere a drift counts that is above its
+    rounding: the advance of a segment is a sum of terms of the size of the capsule's way, and of
+    f_b h^2 and alpha/omega^2 over 1 + gamma.
+    """
+    alpha, omega, _, _, beta, gamma, f_b = rows.T
+    metrics = dict(zip(METRICS, values.T, strict=True))
+    count = np.count_nonzero(fields, axis=1)
+    terms = (f_b * (math.tau / omega) ** 2 + alpha / omega**2) / (1 + gamma)
+    terms += metrics["friction_loss"] / f_b
+    above = abs(metrics["progression"]) > _ROUNDED * _UNIT * count * terms
+    found: NDArray[np.bool_] = above & np.isin(fields, _CONTACT).any(axis=1) & (beta > 0)
+    return found
 
 
 def _values(parameters: Parameters) -> Vector:
@@ -222,12 +252,14 @@ def survey(systems: Sequence[Parameters], state: Sequence[float]) -> list[dict[s
         if not len(left):
             break
         found = performance_many(rows[left], ended.states[left], period_number)
+        values, still = found.values, ~drifts(rows[left], found.fields, found.values)
+        values[still, METRICS.index("progression")] = values[still, METRICS.index("velocity")] = 0
         stable = found.closed & (abs(found.multipliers[:, 0]) < 1)
-        for i, values, good in zip(left.tolist(), found.values.tolist(), stable, strict=True):
-            if good and np.all(np.isfinite(values)):
+        for i, row, good in zip(left.tolist(), values.tolist(), stable, strict=True):
+            if good and np.all(np.isfinite(row)):
                 metrics[i] = {
                     name: Slope(value, np.zeros(7))
-                    for name, value in zip(METRICS, values, strict=True)
+                    for name, value in zip(METRICS, row, strict=True)
                 }
     return metrics
 

@@ -40,6 +40,7 @@ class Optimiser:
     def __init__(self, program: Program, name: str) -> None:
         self.program, self.name = program, name
         self.evaluations, self.followed, self.samples = 0, 0, 0
+        self.flat = ""  # why no place is better than another
 
     def run(self, survey: Survey) -> Optimum:
         """Survey, follow the best starts, and tell of the best optimum."""
@@ -76,7 +77,9 @@ class Optimiser:
 
     def nowhere(self, moving: bool) -> Optimum:
         """That no start leads to a motion, or to none at which limits have numbers."""
-        if not moving:
+        if self.flat:
+            status, message = OptimumStatus.FLAT, self.flat
+        elif not moving:
             status, message = OptimumStatus.NO_MOTION, "no start leads to a periodic motion"
         else:
             status, texts = OptimumStatus.INFEASIBLE, " and ".join(self.program.texts)
@@ -97,7 +100,11 @@ class Optimiser:
         """Where to begin: of a survey the feasible first, then the best, apart from each other."""
         points = _spread(len(self.program.names), survey.samples, survey.seed)
         self.samples = survey.samples
-        worst, slacks = self.program.survey(points)
+        found = self.program.survey(points)
+        worst, slacks = found.worst, found.slacks
+        if reason := found.flat(self.name, self.program.system):
+            self.flat = reason
+            return []
         self.program = self.program.scaled(self.name, worst, slacks)
         known = np.flatnonzero(np.isfinite(worst))
         least = (slacks / self.program.sizes[: slacks.shape[1]]).min(axis=1, initial=np.inf)

@@ -25,6 +25,8 @@ class OptimumStatus(StrEnum):
     INFEASIBLE = "infeasible"
     #: No start leads to a periodic motion.
     NO_MOTION = "no-motion"
+    #: The metric is the same everywhere, as a speed is if the mass does not reach the spring.
+    FLAT = "flat"
 
 
 @dataclass(frozen=True, eq=False)

@@ -120,6 +120,34 @@ class Place:
         return all(bool(np.all(np.isfinite(row))) for row in rows)
 
 
+class Overview(NamedTuple):
+    """About what the worst objective (n,) and the least slacks (n, limits) are.
+
+    nan where there is no motion, infinite where a function has no number.
+    """
+
+    worst: Vector
+    slacks: Matrix
+    in_contact: bool
+    """Whether the spring is compressed somewhere."""
+    stiff: bool
+    """Whether it has a stiffness somewhere."""
+
+    def flat(self, name: str, system: System) -> str:
+        """Why no drift is possible where the metric is the same everywhere; else empty."""
+        found = np.unique(self.worst[~np.isnan(self.worst)])
+        count = int(np.count_nonzero(~np.isnan(self.worst)))
+        if len(found) != 1 or self.in_contact or (count == 1 and 0 < abs(found[0]) < np.inf):
+            return ""
+        own = isinstance(system, Parameters)
+        value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
+        why = f"the mass does not reach the spring: lower {'delta' if own else 'G'} or raise "
+        why += "alpha" if own else "P_d"
+        if not self.stiff:
+            why = f"the spring has no stiffness: raise {'beta' if own else 'k2'}"
+        return f"{name} {value} at each of {count} surveyed places: {why}"
+
+
 @dataclass(frozen=True)
 class Program:
     """Minimise `sign` times a function of the metrics over variables between bounds."""
@@ -260,31 +288,34 @@ class Program:
                     break
         return by * one.weights(system)
 
-    def survey(self, points: Matrix) -> tuple[Vector, Matrix]:
-        """About what the worst objective (n,) and the least slacks (n, limits) are, in no units.
-
-        nan where there is no motion, infinite where a function has no number.
-        """
+    def survey(self, points: Matrix) -> Overview:
+        """The objective and the slacks at points (n, k), in no units."""
         worst = np.full(len(points), -np.inf)
         least = np.full((len(points), len(self.limits)), np.inf)
-        systems = [self.system_at(u) for u in points]
+        systems, contact, stiff = [self.system_at(u) for u in points], 0.0, False
         for one in self.scenarios:
             own = [one.system(system) for system in systems]
-            about = evaluation.survey([dimensionless(system) for system in own], one.state)
+            plain = [dimensionless(system) for system in own]
+            about = evaluation.survey(plain, one.state)
+            stiff |= any(p.beta > 0 for p in plain)
             for i, (system, metrics) in enumerate(zip(own, about, strict=True)):
                 if not metrics:
                     worst[i] = np.nan
                     continue
+                contact = max(contact, metrics["peak_contact"].value)
                 found = of(metrics, system)
                 value = valued("metric", self.function, found)[0] * self.sign
                 worst[i] = np.maximum(worst[i], value if np.isfinite(value) else np.inf)
                 for k, limit in enumerate(self.limits):
                     slack = limit.slack(found)[0]
                     least[i, k] = min(least[i, k], slack if np.isfinite(slack) else -np.inf)
-        return worst, least
+        return Overview(worst, least, contact > 0, stiff)
 
     def scaled(self, name: str, worst: Vector, least: Matrix) -> Program:
-        """The same in units of what a survey found; raises InvalidInput where it has no number."""
+        """The same in units of what a survey found.
+
+        Raises InvalidInput where the metric has no number.
+        """
         moving = ~np.isnan(worst)
         if not moving.any():
             return self

@@ -20,7 +20,7 @@ def optimum_of(program: Program, name: str, found: Stationary, kink: Kink | None
     """The result of a place that was found, by words and numbers."""
     place = found.place
     system, sign = program.system_at(place.u), program.sign
-    value = sign * program.unit * float(place.objective.max())
+    value = sign * program.unit * float(place.objective.max()) + 0.0  # 0 has no sign
     status, message = OptimumStatus.OPTIMAL, "the conditions of an optimum hold"
     if kink is not None:
         status = OptimumStatus.OPTIMAL_AT_BORDER

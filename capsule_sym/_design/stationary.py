@@ -91,7 +91,9 @@ class _Own:
 
     def at(self, u: Vector) -> Place | None:
         orbits = self.program.extended(self.orbits, u)
-        return None if orbits is None else self.program.at(u, orbits, FINE)
+        place = None if orbits is None else self.program.at(u, orbits, FINE)
+        # LAPACK prints where it is given what is not finite.
+        return place if place is not None and place.finite else None
 
     def held(self, place: Place) -> tuple[Vector, Matrix]:
         """What is held at zero, with derivatives by the scaled variables: limits, and border."""

@@ -115,13 +115,16 @@ def design(
     else:
         _print(found, units_of(system))
         print_steering(steering)
-    missing = [name for name, one in found.items() if not one.success]
+    missing = {name: one.message for name, one in found.items() if not one.success}
     if missing:
-        click.echo(f"not found: {', '.join(missing)}", err=True)
+        why = "; ".join(dict.fromkeys(missing.values()))
+        click.echo(f"not found: {', '.join(missing)}: {why}", err=True)
         raise click.exceptions.Exit(NO_RESULT)
 
 
 def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
+    if not any(one.over for one in found.values()):
+        return
     names: Sequence[str] = list(next(iter(found.values())).over)
     heads = ["speed", "cost of transport", "power", "peak force"]
     shown = make_table("drive", *names, *heads, right=[*names, *heads], gap=2)

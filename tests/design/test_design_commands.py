@@ -24,7 +24,7 @@ Omega = 8.0\nmu = 0.2
 
 
 @pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
+def call(capfd, tmp_path, monkeypatch):
     """Runs a command in a folder; gives status, stdout and the lines of stderr."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "device.toml").write_text(DEVICE)
@@ -32,7 +32,7 @@ def call(capsys, tmp_path, monkeypatch):
     def run(*arguments: str):
         with pytest.raises(SystemExit) as done:
             main(list(arguments))
-        shown = capsys.readouterr()
+        shown = capfd.readouterr()  # what LAPACK prints too
         return done.value.code, shown.out, shown.err.splitlines()
 
     return run
@@ -128,6 +128,37 @@ def test_fit_finds_the_parameters_of_a_file(call, tmp_path) -> None:
     )
     status, out, _ = call("fit", "data.csv", "--alpha", "0.85", "--unknown", "alpha")
     assert out.splitlines()[2].startswith("alpha")
+
+
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"G": 5.0}, "the mass does not reach the spring: lower G or raise P_d"),
+        ({"G": 5.0, "c": 0.0}, "the mass does not reach the spring: lower G or raise P_d"),
+        ({"k2": 0.0}, "the spring has no stiffness: raise k2"),
+    ],
+)
+def test_a_device_that_cannot_drift_says_why(changed, why, call, tmp_path) -> None:
+    lines = [line for line in DEVICE.splitlines() if line.split()[0] not in changed]
+    lines += [f"{name} = {value}" for name, value in changed.items()]
+    (tmp_path / "device.toml").write_text("\n".join(lines).replace(" M_c", "\nM_c"))
+    status, out, err = call("design", "--params", "device.toml")
+    assert (status, len(err)) == (3, 1)
+    assert err[0].startswith("not found: fastest, most economical: ")
+    assert err[0].endswith(why)
+    assert "mm/s" not in out
+    words = ("--maximise", "speed", "--over", "P_d=3:8", "--samples", "8")
+    status, out, err = call("optimise", "--params", "device.toml", *words)
+    assert (status, out) == (3, "")
+    assert err == [f"flat: speed is 0 at each of 8 surveyed places: {why}"]
+
+
+def test_a_device_that_goes_one_way_does_not_go_back_by_rounding(call, tmp_path) -> None:
+    (tmp_path / "device.toml").write_text(DEVICE.replace("G = 0.0017", "G = 0.5"))
+    status, out, _ = call("steer", "--params", "device.toml")
+    forward, backward, message = (line.split() for line in out.splitlines())
+    assert (status, forward[0], backward[:3]) == (0, "forward", ["backward", "0", "mm/s"])
+    assert message[0] == "one-way:"
 
 
 OVER = {"alpha": (0.8, 1.0)}

@@ -12,12 +12,15 @@ from capsule_sym import (
     PhysicalParameters,
     optimise,
     pareto,
+    performance,
+    solve_orbit,
     steer,
 )
 from capsule_sym._design import evaluation
+from capsule_sym._design.local import Search
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import _spread
-from capsule_sym._design.stationary import _Own, rough
+from capsule_sym._design.stationary import _Own, rough, stationary
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
 START = ((0.0, 0.0, 0.0),)
@@ -199,3 +202,52 @@ def test_a_motion_that_is_slow_to_settle_is_closed_a_few_times(closings) -> None
     p = Parameters(alpha=1.703, omega=2.148, delta=0.191, zeta=0.077, beta=3.0, gamma=9.908)
     assert evaluation.settle(p, START[0]) is not None
     assert closings.count("core") <= 12  # not for every length that is about a turn
+
+
+def test_newton_gives_nothing_that_has_no_number_to_lapack(capfd) -> None:
+    def half(found):
+        return found["speed"] if found["alpha"].value <= 0.9 else found["speed"] * np.nan
+
+    over = {"alpha": (0.8, 1.0)}
+    program = program_of(half, over, None, True, (), None, ((0.0, 0.0, 0.0),), None)
+    place = Search(program).begin(np.array([0.5]))
+    found = stationary(program, place)
+    assert found is None or not found.minimal
+    assert capfd.readouterr() == ("", "")  # LAPACK prints where it is given a nan
+
+
+def test_without_contact_or_stiffness_nothing_drifts() -> None:
+    # Two motions never move apart, and the mirror image of one drifts the other way.
+    draw = np.random.default_rng(5)
+    for k in range(40):
+        alpha, omega, gamma = 10 ** draw.uniform(-0.5, 0.5, 3)
+        delta, beta = (1e3, 1.5) if k % 2 else (0.02, 0.0)
+        p = Parameters(alpha, omega, delta, draw.uniform(0.01, 0.5), beta, gamma)
+        motion = evaluation.settle(p, (0.0, 0.0, 0.0))
+        for name in ("velocity", "progression"):
+            assert motion.metrics[name].value == 0.0
+            assert not motion.metrics[name].slope.any()
+        assert motion.metrics["work"].value > 0 or motion.itinerary == ("F2",)
+        (about,) = evaluation.survey([p], (0.0, 0.0, 0.0))
+        assert about == {} or about["progression"].value == 0.0
+
+
+def test_drift_below_its_rounding_is_none_and_above_it_is_kept() -> None:
+    # Beside a symmetric motion the drift is in proportion to the stiffness of the stop.
+    def drift(beta: float, alpha: float = 1.2) -> float:
+        p = Parameters(alpha=alpha, beta=beta)
+        return evaluation.settle(p, (0.0, 0.0, 0.0)).metrics["progression"].value
+
+    slope = drift(1e-4) / 1e-4
+    assert abs(slope) > 0.01
+    assert drift(1e-8) == pytest.approx(1e-8 * slope, rel=1e-3)
+    assert not any(drift(1e-18, alpha) for alpha in np.linspace(1.0, 1.9, 10))
+    p = Parameters()
+    whole = performance(solve_orbit(p)).progression.value
+    assert evaluation.settle(p, (0, 0, 0)).metrics["progression"].value == pytest.approx(whole)
+
+
+def test_a_metric_without_a_number_where_nothing_drifts_says_why() -> None:
+    found = optimise("cost_of_transport", {"alpha": (0.8, 1.0)}, Parameters(delta=9.0), samples=2)
+    assert (found.status, found.success) == ("flat", False)
+    assert found.message.endswith("the mass does not reach the spring: lower delta or raise alpha")
