@@ -6,9 +6,9 @@
    go from positive to negative with one change, each bound crosses zero exactly once, and the
    guard is positive before the lower bound's root and negative after the upper bound's.
 
-   A guard that vanishes at the start is divided by s^zeros, which in Bernstein form multiplies
-   coefficient j by positive numbers and drops the first `zeros`; rounding errors of those guards
-   vanish like s^zeros as well. The remainder is at most tail s^3. */
+   A guard that vanishes at the start is divided by (s/r)^zeros, which in Bernstein form on (0, r)
+   multiplies coefficient j by positive numbers and drops the first `zeros`; rounding errors of those
+   guards vanish like s^zeros as well. The remainder is at most tail s^3. */
 
 #define HALVINGS 10 /* an interval away from the start is left open after so many */
 #define DEEPEST 50  /* an interval at the start is */
@@ -46,7 +46,7 @@ static void halve(piece *right, piece *left, int count)
 }
 
 /* Whether the signs prove one crossing: positive, then open, then negative; `near` is about where
-   on [0, 1]. */
+   on the piece, of 1. */
 static int crosses_once(const piece *p, int count, double *near)
 {
     int i = 0;
@@ -65,7 +65,7 @@ static int crosses_once(const piece *p, int count, double *near)
     return i == count;
 }
 
-static void isolate(const guard *g, isolation *f)
+static void isolate(const guard *g, double r, isolation *f)
 {
     piece stack[DEEPEST + 2];
     const int zeros = (int)g->zeros, count = DEGREE + 1 - zeros;
@@ -80,9 +80,10 @@ static void isolate(const guard *g, isolation *f)
     /* At most DEEPEST halvings of DEGREE means each, and the divisions above. */
     const double slack = g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest;
     for (int i = 0; i < count; i++)
-        whole->error[i] = slack + 1.0001 * g->tail * weight_of(3, i + zeros) / weight_of(zeros, i + zeros);
+        whole->error[i] = slack + 1.0001 * g->tail * (r * r * r) * weight_of(3, i + zeros) /
+                                      weight_of(zeros, i + zeros);
     whole->from = 0.0;
-    whole->to = 1.0;
+    whole->to = r;
     whole->depth = 0;
     f->crossing = f->clear = 0;
     for (int top = 1; top > 0;) {
@@ -105,5 +106,5 @@ static void isolate(const guard *g, isolation *f)
         top += 2;
     }
     f->clear = 1;
-    f->from = f->to = 1.0;
+    f->from = f->to = r;
 }

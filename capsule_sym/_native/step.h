@@ -261,8 +261,8 @@ typedef struct {
 } outcome;
 
 #if WIDTH == 1
-/* What is proved where the signs alone do not tell, by halving (isolate.h). */
-static void isolate(const guard *g, isolation *f);
+/* What is proved on (0, r] where the signs alone do not tell, by halving (isolate.h). */
+static void isolate(const guard *g, double r, isolation *f);
 #endif
 
 inlined void step(const segment *c, const segment_sizes *b, const table *t, int level, int drift,
@@ -295,7 +295,7 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
         found[i].near = f.near;
 #if WIDTH == 1
         if (!found[i].clear && !found[i].crossing)
-            isolate(&g[i], &found[i]);
+            isolate(&g[i], r, &found[i]);
 #endif
         open |= not(found[i].clear | found[i].crossing);
         crossing |= found[i].crossing;

@@ -146,6 +146,19 @@ def dipping(random: Random) -> Start:
     return _turning(random, 3.0, -9.0, -4.0)
 
 
+def twice(random: Random) -> Start:
+    """The gap is past zero for a moment, late on an expansion half as long or less."""
+    p, field, level = _parameters(random), random.choice((1, 4)), random.choice((1, 2))
+    side, past = 1 if field > 3 else -1, 10.0 ** random.uniform(-4, -3)
+    target, angle = (p.delta - side * past, 0.0, 5.0), random.uniform(0, 2 * math.pi)
+    t = random.uniform(0.6, 0.9) * 3.0 / 2**level / _growth(p, field)
+    start = _before(p, field, target, angle, t)
+    turns = side * Truth(Start(p, field, target, angle)).rate > 0
+    if not turns or p.zeta > 0.5 or p.omega > 1 or min(Truth(start).guards(mpf(0))) <= 0:
+        return twice(random)
+    return replace(start, level=level)
+
+
 def dipping_wide(random: Random) -> Start:
     """So it does on the expansions of 106 bits, whose remainders are smaller."""
     return _turning(random, 6.0, -13.0, -9.0)
@@ -327,6 +340,7 @@ FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = 
     "energy displaced": (energy_displaced, 0.0, (*WIDTHS,)),
     "out of phase": (out_of_phase, 0.0, (*WIDTHS,)),
     "dipping": (dipping, 3.0, DOUBLES),
+    "twice": (twice, 3.0, DOUBLES),
     "dipping wide": (dipping_wide, 12.0, ("106 bits",)),
     "ending": (ending, 3.0, DOUBLES),
     "ending wide": (ending_wide, 12.0, ("106 bits",)),

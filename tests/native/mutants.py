@@ -74,6 +74,7 @@ TERMS: tuple[Term, ...] = (
     _term("the remainder in P or v_c", "t->limit[k][SECOND_ERROR] += left", "t->limit[k][SECOND_ERROR] += 0.0*left", {"late": WIDE}, "tables.h"),
     _term("a third guard", "near_to(at) + error <= found[i].to", "1", {"grazed": SCALAR}),
     _term("rounding where signs do not tell", "g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest", "0.0", {"level": ("1",)}, "isolate.h"),
+    _term("halves of a part of the reach", "whole->to = r", "whole->to = 1.0", {"twice": ("1",)}, "isolate.h"),
     _term("successor: rounding of P", "MARGIN_AT_UNITS * UNIT * margin_at_size(b, x, gap, v)", "0.0", {"bound": ("1",)}, "scalar.h"),
     _term("successor: rounding of P'", "(FORCE_CHANGE_UNITS + V_RATE_UNITS) * UNIT", "0.0", {"turning": ("1",)}, "scalar.h"),
     _term("successor: rounding of v_r'", "V_RATE_UNITS * UNIT * rate_size", "0.0", {"touching": ("1",)}, "scalar.h"),
