@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel packaging fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -22,8 +22,10 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
 	$(BIN)/capsule-sym report
 
-results/verify.json: $(READY) capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* capsule_sym/_symbolic/*/*.*)
-results/hardcases.json: $(READY) $(wildcard capsule_sym/_hardcases/*.py capsule_sym/_map/*.py)
+sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),capsule_sym/$(at)/*.* capsule_sym/$(at)/*/*.*)))
+PROVED := capsule_sym/paper.toml $(call sources,_symbolic _enclosures _orbits _map _native generated)
+results/verify.json: $(READY) $(PROVED)
+results/hardcases.json: $(READY) $(call sources,_hardcases _map _native generated)
 results/%.json:
 	@mkdir -p results
 	$(BIN)/capsule-sym $* --json > $@.part
@@ -40,8 +42,10 @@ test-long: $(READY)  ## run the tests that take more than ten seconds each
 
 wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
 	@$(call bring,wheel)
-	$(BIN)/python -m pytest -q -m long tests/test_packaging.py tests/native/test_installed_library.py
 	$(BIN)/python .ci/wheel $(PYTHONS)
+
+packaging: $(READY)  ## test what wheels and source distributions hold, with and without a compiler
+	$(BIN)/python -m pytest -q -m long $(STILL) tests/test_packaging.py
 
 LINES ?= 2000
 fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
@@ -108,8 +112,8 @@ generate: $(READY)  ## derive and write generated/
 check-generated: $(READY)  ## check that generated/ is what the derivation gives
 	$(BIN)/python -m capsule_sym.codegen --check
 
-# The documentation shows what `verify` finds: results/verify.md, made anew where the theory is newer.
-results/verify.md: capsule_sym/paper.toml $(wildcard capsule_sym/_symbolic/*.* capsule_sym/_symbolic/*/*.*) | $(READY)
+# The documentation shows what `verify` finds: results/verify.md, made anew where what it is made from is newer.
+results/verify.md: $(PROVED) | $(READY)
 	$(BIN)/capsule-sym verify --write $@ > /dev/null
 
 # What the pages are built with is installed once, for it takes as long as the pages.

@@ -6,6 +6,8 @@ import inspect
 import io
 import re
 import shlex
+import shutil
+import subprocess
 import textwrap
 from collections.abc import Callable, Iterator
 
@@ -105,9 +107,11 @@ def test_a_command_that_is_not_run_exists_with_its_options(line, tmp_path, monke
                 assert given["width"] >= FIGURES[given["name"]].least
     else:
         assert program in {
+            "./example",
             "cc",
             "cmake",
             "eval",
+            "export",
             "octave-cli",
             "python",
             "python3",
@@ -137,10 +141,35 @@ def test_what_the_readme_links_to_is_there() -> None:
 def test_what_has_to_hold_is_what_is_run_before_a_change_is_taken() -> None:
     run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     (page,) = [page for page in PAGES if page.name == "docs/contributing.md"]
-    targets = "test lint types contract check-generated docs wheel"
+    targets = "test lint types contract check-generated docs wheel packaging"
     assert re.findall(r"^for target in (.+); do$", run, re.M) == [targets]
     assert re.findall(r"`make (test lint [^`]+)`", page.text) == [targets]
     assert set(targets.split()) <= TARGETS
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="no make")
+@pytest.mark.parametrize(
+    ("made", "packages"),
+    [
+        ("verify.json", "_symbolic _enclosures _orbits _map _native generated"),
+        ("hardcases.json", "_hardcases _map _native generated"),
+    ],
+)
+def test_a_result_is_made_anew_when_what_it_is_made_from_changes(made: str, packages: str) -> None:
+    """By the rules that make has read, of which none is run."""
+    rules = subprocess.run(
+        ["make", "-pn", "help"], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
+    needs = set(re.findall(rf"^results/{made}: (.*)$", rules, re.M)[0].split())
+    sources = {
+        path.relative_to(ROOT).as_posix()
+        for package in packages.split()
+        for path in (ROOT / "capsule_sym" / package).glob("**/*.*")
+        if path.suffix in {".c", ".h", ".py", ".pyx", ".toml"}
+    }
+    assert len(sources) > 40
+    assert sources <= needs
+    assert not [name for name in needs if "__pycache__" in name]
 
 
 def listed() -> list[str]:
