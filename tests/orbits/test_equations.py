@@ -12,6 +12,7 @@ from mpmath import mp, mpf
 from capsule_sym import InvalidInput, Itinerary, ItinerarySegment, Parameters
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
+from capsule_sym._map.precision import workspace
 from capsule_sym._orbits.shooting import closed
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Shooting, shooting, solve
 
@@ -149,6 +150,23 @@ def test_singular_systems_are_refused_in_both_number_systems() -> None:
             matrix = np.array([[numbers.number(1), numbers.number(2)]] * 2)
             with pytest.raises(np.linalg.LinAlgError):
                 solve(numbers, matrix, matrix[0])
+
+
+def test_several_right_sides_take_one_factorisation(monkeypatch: pytest.MonkeyPatch) -> None:
+    factored: list[Any] = []
+    context = type(workspace())
+    decompose = context.LU_decomp
+    monkeypatch.setattr(
+        context, "LU_decomp", lambda *given: factored.append(given) or decompose(*given)
+    )
+    with backend("mpmath") as numbers:
+        matrix, right = (
+            np.array([[numbers.number(abs(i - k) + i) for k in range(size)] for i in range(4)])
+            for size in (4, 7)
+        )
+        solved = solve(numbers, matrix, right)
+        assert len(factored) == 1
+        assert np.max(abs(matrix @ solved - right)) < mpf("1e-47")
 
 
 def test_word_knows_its_guards() -> None:

@@ -30,6 +30,7 @@ FIRST = 0.01  # length of a step at the begin and after an event
 BESIDE = 1e-4  # distance from an event at which its two sides are looked at
 _NEARER = (1.0, 0.1, 1e-2, 1e-3)  # shares of that, where another event is within it
 _LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
+_SHARE = 0.004  # of large unknowns that a longer step may be
 _TURN = 0.95  # least cosine between tangents of neighbours
 _AROUND = 1e-3  # distance from a point at which the curves that cross there are told apart
 _CROSSING = 1e-9  # least singular value over the largest where two curves of solutions cross
@@ -87,7 +88,8 @@ class Follower(Family):
         Raises Stop where even the shortest step is too long.
         """
         fastest = np.max(abs(state.tangent[-len(self.axes) :]))
-        length = min(length, _LONGEST, largest / max(fastest, 1e-9))
+        longest = max(_LONGEST, _SHARE * np.max(abs(state.u)))
+        length = min(length, longest, largest / max(fastest, 1e-9))
         while length >= _LEAST:
             step = self._tried(state, length)
             if step is not None:

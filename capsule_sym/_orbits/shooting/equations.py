@@ -28,6 +28,7 @@ from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 
+_GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 PARAMETERS = Parameters.__slots__
@@ -206,10 +207,12 @@ def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
 
     mp, number = workspace(), numbers.number
     columns = right.reshape(len(right), -1)
+    mp.prec += _GUARD_BITS
     try:
-        solved = [mp.lu_solve(mp.matrix(matrix.tolist()), mp.matrix(list(b))) for b in columns.T]
+        both, order = mp.LU_decomp(mp.matrix(matrix.tolist()))
     except ZeroDivisionError as error:
         raise np.linalg.LinAlgError("singular matrix") from error
+    solved = [mp.U_solve(both, mp.L_solve(both, mp.matrix(list(b)), order)) for b in columns.T]
     rows = [[number(value) for value in x] for x in solved]
     return np.array(rows, dtype=object).T.reshape(right.shape)
 
@@ -278,13 +281,14 @@ def _guard(
     if zeros == 0:
         return _value(span)
     value = _increment(span, zeros) / span.h**zeros
-    least = forms.numbers.unit ** (forms.numbers.number(1) / (zeros + 4))
+    one = forms.numbers.number(1)
+    least = min(forms.numbers.unit ** (one / (zeros + 4)), one / (10 * span.c.rate))
     if abs(span.h) >= least:
         return value, _divided_by(span, zeros, column)
     if kept is not None:
         return value, kept
     # So near to the limit the differences in the gradient would cancel: it is interpolated, to an
-    # error of `least` to the fourth, from durations to both sides where they do not.
+    # error of `least` times the rate to the fourth, from durations to both sides where they do not.
     start = span.start, span.start_by, span.angle, span.angle_by
     gradient = 0 * span.angle_by
     for node in _NODES:

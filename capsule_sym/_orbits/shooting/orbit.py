@@ -30,6 +30,7 @@ from capsule_sym._parameters import Parameters
 
 _MOST_STEPS = 25
 _LEAST_SCALE = 2.0**-12
+_FINE = 2**13  # units of rounding in a step that is not looked at more closely
 _LOST = 0.01  # condition of the equations, over what double precision resolves
 _BACK = 0.5  # how far a segment may go below duration 0, over its fastest rate
 _backend = backend  # the parameter of `solve_itinerary` has the same name
@@ -124,6 +125,13 @@ class Orbit(Labelled):
         with backend(self.backend) as numbers:
             omega = self.values[PARAMETERS.index("omega")]
             return self.progression * omega / numbers.full_turn
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """The three Floquet multipliers, as `floquet_multipliers` gives them."""
+        from capsule_sym._orbits.shooting.stability import floquet_multipliers
+
+        return floquet_multipliers(self)
 
     @cached_property
     def by_parameter(self) -> Matrix:
@@ -280,15 +288,16 @@ def _newton(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, 
         except np.linalg.LinAlgError:
             return none(OrbitStatus.SINGULAR, "the Jacobian of the equations is singular")
         solved = norm <= _tolerance(numbers, z)
-        # A solution is polished by one more step, as far as rounding lets it.
+        # A solution is polished until a step's square is rounding, as far as rounding lets it.
         better = _step(numbers, values, itinerary, z, step, shot, 1.0 if solved else _LEAST_SCALE)
         if better is not None:
             z, shot = better
             norm = _norm(shot)
         elif solved_to_rounding(numbers, shot, z):
             solved = True
-        if solved:
-            if numbers.name != "mpmath" and np.linalg.cond(shot.by_z) * numbers.unit > _LOST:
+        small = max(abs(step)) <= numbers.sqrt(numbers.unit) * max(1, *abs(z))
+        if solved and (better is None or small or steps == _MOST_STEPS):
+            if numbers.name != "mpmath" and _condition(shot, z) * numbers.unit > _LOST:
                 return none(OrbitStatus.SINGULAR, "rounding leaves no digit of the solution")
             return Orbit(values, itinerary, z, shot, numbers.name, steps)
         if better is None:
@@ -296,6 +305,14 @@ def _newton(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, 
     return none(
         OrbitStatus.NOT_CONVERGED, "Newton's method came to rest where the residual is not small"
     )
+
+
+def _condition(shot: Shooting, z: Vector) -> float:
+    """Condition of the equations in units of the motion's size, each over its largest term."""
+    sizes = np.ones(len(z))
+    sizes[:3] = abs(z[:3]).max() or 1.0
+    matrix = shot.by_z * sizes
+    return float(np.linalg.cond(matrix / abs(matrix).max(axis=1, keepdims=True)))
 
 
 def _tolerance(numbers: Backend, z: Vector) -> Number:
@@ -322,17 +339,37 @@ def _step(
     shot: Shooting,
     least_scale: float,
 ) -> tuple[Vector, Shooting] | None:
-    """The longest fraction of a Newton step that makes the residual smaller; None if none does."""
+    """The longest fraction of a Newton step that comes nearer to a solution; None if none does.
+
+    One that makes the residual smaller does, and one after which the next step is shorter.
+    """
     scale, norm = 1.0, _norm(shot)
     least = [-_BACK / span.c.rate for span in shot.spans]
     while scale >= least_scale:
         trial = z - scale * step
         if all(h > low for h, low in zip(trial[4:], least, strict=True)):
             ahead = shooting(numbers, values, itinerary, trial)
-            if _norm(ahead) < norm:
+            if _norm(ahead) < norm or _nearer(numbers, z, shot, ahead, step, scale):
                 return trial, ahead
         scale /= 2
     return None
+
+
+def _nearer(
+    numbers: Backend, z: Vector, shot: Shooting, ahead: Shooting, step: Vector, scale: float
+) -> bool:
+    """Whether the next step of Newton's method, by the same Jacobian, is shorter for certain.
+
+    Where an equation is weak, as the balance of a small friction over a period, a step that solves
+    it disturbs the others by more. The flow is affine in the states, so that the times alone are
+    measured. See Deuflhard, Newton Methods for Nonlinear Problems, 2011, Section 3.3: the natural
+    monotonicity test.
+    """
+    size = max(abs(step[3:]))
+    if not _norm(ahead) < float("inf") or size <= _FINE * numbers.unit * max(1, *abs(z[3:])):
+        return False
+    following = solve(numbers, shot.by_z, ahead.residual)
+    return bool(max(abs(following[3:])) <= (1 - scale / 2) * size)
 
 
 def _norm(shot: Shooting) -> Number:

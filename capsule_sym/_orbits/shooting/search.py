@@ -188,7 +188,7 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     times = np.array([s.start.period * period + float(s.start.phase) for s in segments])
     starts = np.array([s.start_state for s in segments], dtype=float)
     end = times[-1] + float(segments[-1].duration)
-    size = abs(starts[-_LATEST:]).max()
+    size, seen = abs(starts[-_LATEST:]).max(), dict[int, float]()
     for period_number in range(1, LONGEST + 1):
         # The switch that comes nearest to so many periods before the last one.
         first = int(np.argmin(abs(end - period_number * period - times)))
@@ -199,6 +199,11 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
         if fields != 2 * fields[-len(chosen) :] or max(change / size, late / period) > _NEAR:
             continue
         cycle = [_RunSegment(s.field, _start(s, omega), float(s.duration)) for s in chosen]
+        # What repeats after one turn does so after several: a motion of more periods repeats better
+        # after them than after any part.
+        if any(not period_number % one and change >= other for one, other in seen.items()):
+            continue
+        seen[period_number] = change
         if (guess := _guess(cycle, period_number)) is not None:
             yield Ending(*guess, change / size)
 
