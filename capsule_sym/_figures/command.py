@@ -120,10 +120,10 @@ def figure(
 @click.option(
     "--of",
     "quantity",
-    type=click.Choice(["x_r", "v_r", "v_c", "velocity"]),
+    type=click.Choice(["x_r", "v_r", "v_c", "velocity", "progression"]),
     default="x_r",
     show_default=True,
-    help="Stroboscopic x_r, v_r or v_c, or the average velocity.",
+    help="Stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
 )
 @_width_option
 @_dpi_option

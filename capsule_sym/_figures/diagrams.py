@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 Record = Mapping[str, Any]
 """A branch as `capsule-sym branch --json` gives it, those that leave it in `switched`."""
 
-QUANTITIES = ("x_r", "v_r", "v_c", "velocity")
+_STATES = ("x_r", "v_r", "v_c")
+_MEANS = {"velocity": "average_velocity", "progression": "progression"}
+QUANTITIES = (*_STATES, *_MEANS)
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
@@ -40,11 +42,12 @@ def plot_diagram(
     width: float = PAGE,
     axes: Axes | None = None,
 ) -> Figure:
-    """Branches and those that leave them: stroboscopic x_r, v_r, v_c, or the average velocity.
+    """Branches and those that leave them: stroboscopic states, average velocity or progression.
 
-    A colour is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its
-    label. Drawn into `axes` if they are given. Raises InvalidInput for another quantity, and for
-    branches in different parameters.
+    The quantity is x_r, v_r, v_c, velocity or progression, that of an excitation period. A colour
+    is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its label.
+    Drawn into `axes` if they are given. Raises InvalidInput for another quantity, and for branches
+    in different parameters.
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")
@@ -64,7 +67,7 @@ def plot_diagram(
                 axes.plot([], [], style, color="0.4", label=name)
         axes.margins(x=0.04, y=0.1)
         axes.set_xlabel(LABELS.get(parameters[0]) or parameters[0])
-        label = f"stroboscopic ${quantity}$" if quantity != "velocity" else LABELS[quantity]
+        label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
         axes.set_ylabel(label)
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=6)
         names = Names(figure)
@@ -87,9 +90,9 @@ def _names(records: Sequence[Record]) -> list[str]:
 
 def _values(orbit: Orbit, quantity: str) -> list[float]:
     """The quantity at each excitation period of an orbit."""
-    if quantity == "velocity":
-        return [float(orbit.average_velocity)]
-    return [state[QUANTITIES.index(quantity)] for state in strobe(orbit)]
+    if quantity in _MEANS:
+        return [float(getattr(orbit, _MEANS[quantity]))]
+    return [state[_STATES.index(quantity)] for state in strobe(orbit)]
 
 
 def _curves(axes: Axes, branch: Record, quantity: str, colour: str, name: str) -> None:

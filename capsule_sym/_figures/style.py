@@ -54,6 +54,7 @@ LABELS = {
     "gamma": r"mass ratio $\gamma$",
     "f_b": "friction bound $f_b$",
     "velocity": r"average velocity $\langle v_c\rangle$",
+    "progression": "progression per period",
 }
 """Axis labels: what a quantity means, and its symbol."""
 

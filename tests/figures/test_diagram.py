@@ -1,6 +1,7 @@
 """Several branches in one diagram: what is solid, dashed, labelled, and where the points are."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -40,13 +41,23 @@ def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
     assert ends == pytest.approx(sorted(run(times)[:, 0]), abs=1e-9)
 
 
+def test_a_diagram_shows_the_progression_of_an_excitation_period(record) -> None:
+    (axes,) = plot_diagram(record, "progression").axes
+    drawn = {place for line in axes.lines for place in zip(*line.get_data(), strict=True)}
+    period = math.tau / record["points"][0]["parameters"]["omega"]
+    for point in record["points"]:
+        near = [y for x, y in drawn if x == point["value"]]
+        assert near == pytest.approx([point["average_velocity"] * period], abs=1e-15)
+    assert axes.get_ylabel() == "progression per period"
+
+
 def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
     file, out = tmp_path / "branch.json", tmp_path / "branch.svg"
     file.write_text(dumps(record))
     with pytest.raises(SystemExit) as stopped:
-        main(["diagram", str(file), "--of", "velocity", "--out", str(out), "--json"])
+        main(["diagram", str(file), "--of", "progression", "--out", str(out), "--json"])
     assert stopped.value.code == 0
-    told = {"of": "velocity", "files": [{"path": str(out), "bytes": out.stat().st_size}]}
+    told = {"of": "progression", "files": [{"path": str(out), "bytes": out.stat().st_size}]}
     assert capsys.readouterr() == (json.dumps(told) + "\n", "")
     assert out.read_text().startswith("<?xml")
     file.write_text("{}")
@@ -54,5 +65,5 @@ def test_a_diagram_is_drawn_from_a_file(record, tmp_path, capsys) -> None:
         main(["diagram", str(file), "--out", str(out)])
     assert stopped.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
-    with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity"):
+    with pytest.raises(InvalidInput, match="one of x_r, v_r, v_c, velocity, progression"):
         plot_diagram(record, "x")
