@@ -94,23 +94,45 @@ def row(p: Parameters) -> list[float]:
     return [*p.to_dict().values()]
 
 
-def off(found: Performances, expected: Performance) -> tuple[float, float]:
-    """Relative differences of the values, and of the gradients beside their largest number."""
-    values, gradients = 0.0, 0.0
-    for value, gradient, name in zip(found.values[0], found.gradients[0], METRICS, strict=True):
+ROUNDINGS = 64
+"""Of a metric in double precision, in units of what the rounding of its numbers does to it."""
+
+
+def check_values(found: Performances, expected: Performance, orbit: Orbit, most: int) -> None:
+    """The metrics are off by no more than so many roundings of what they are made from."""
+    # Ways forward and back make up the progression, and cancel where a motion is its own image.
+    ways = expected.friction_loss.value / orbit.values[-1]
+    sums = {"progression": ways, "velocity": ways / Parameters(*map(float, orbit.values)).period}
+    for value, name in zip(found.values[0], METRICS, strict=True):
         metric = getattr(expected, name)
-        slopes = np.array([float(slope) for slope in metric.gradient.values()])
-        values = max(values, abs(value - float(metric.value)) / (1e-3 + abs(value)))
-        gradients = max(gradients, abs(gradient - slopes).max() / (1 + abs(slopes).max()))
-    return values, gradients
+        moved = zip(metric.gradient.values(), orbit.values, strict=True)
+        size = max(abs(metric.value), sums.get(name, 0))
+        condition = size + sum(abs(slope * value) for slope, value in moved)
+        assert abs(value - metric.value) <= most * 2.0**-53 * condition, name
+
+
+def off(found: Performances, expected: Performance, orbit: Orbit) -> float:
+    """Largest difference of gradients, beside the largest number of each."""
+    most = 0.0
+    for gradient, name in zip(found.gradients[0], METRICS, strict=True):
+        slopes = getattr(expected, name).gradient
+        # Without a second spring |P| is as large on either side: two peaks, and only one of them
+        # grows with that spring. Rounding chooses between them.
+        defined = [
+            not (name == "peak_force" and orbit.values[4] == 0 and k == "beta") for k in slopes
+        ]
+        expected_slopes = np.array([float(slope) for slope in slopes.values()])
+        differences = abs(gradient - expected_slopes)[defined]
+        most = max(most, differences.max() / (1 + abs(expected_slopes).max()))
+    return most
 
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_metrics_gradients_and_multipliers_are_those_of_the_orbit(name: str) -> None:
     orbit, found = known(name)
-    values, gradients = off(found, performance(orbit))
-    assert values < 1e-12
-    assert gradients < 1e-10
+    expected = performance(orbit)  # in double precision too
+    check_values(found, expected, orbit, 2 * ROUNDINGS)
+    assert off(found, expected, orbit) < 1e-10
     multipliers = floquet_multipliers(orbit)
     # Those of a pair may stand in either order, and moduli that agree to rounding too.
     np.testing.assert_allclose(
@@ -133,18 +155,9 @@ def test_they_are_those_of_the_orbit_in_50_digits(name: str) -> None:
     orbit, found = known(name)
     exact = orbit.refined()
     assert exact.success, exact.message
-    expected, p = performance(exact), Parameters(**MOTIONS[name])
-    # Ways forward and back make up the progression, and cancel where a motion is its own image.
-    ways = expected.friction_loss.value / p.f_b
-    sums = {"progression": ways, "velocity": ways / p.period}
-    for value, metric_name in zip(found.values[0], METRICS, strict=True):
-        metric = getattr(expected, metric_name)
-        # In units of what rounding the parameters, and of what it is summed up from, does to it.
-        moved = zip(metric.gradient.values(), orbit.values, strict=True)
-        size = max(abs(metric.value), sums.get(metric_name, 0))
-        condition = size + sum(abs(slope * value) for slope, value in moved)
-        assert abs(value - metric.value) <= 64 * 2.0**-53 * condition, metric_name
-    assert off(found, expected)[1] < 1e-11
+    expected = performance(exact)
+    check_values(found, expected, orbit, ROUNDINGS)
+    assert off(found, expected, orbit) < 1e-11
 
 
 def beside(kind: str, distance: float) -> tuple[Orbit, Performances]:
@@ -160,10 +173,10 @@ def beside(kind: str, distance: float) -> tuple[Orbit, Performances]:
 @pytest.mark.parametrize("kind", BIFURCATIONS)
 def test_they_hold_beside_bifurcations(kind: str, distance: float) -> None:
     orbit, found = beside(kind, distance)
-    values, gradients = off(found, performance(orbit))
-    assert values < 1e-12
+    expected = performance(orbit)
+    check_values(found, expected, orbit, 2 * ROUNDINGS)
     # A duration that vanishes like the root of the distance is divided by.
-    assert gradients < 1e-13 / abs(distance) ** 0.5
+    assert off(found, expected, orbit) < 1e-13 / abs(distance) ** 0.5
 
 
 def difference(orbit: Orbit, along: Any, step: Any, digits: str) -> np.ndarray:
