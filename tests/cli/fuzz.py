@@ -28,7 +28,7 @@ from capsule_sym._options import Range
 
 NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}
-_LOST_IN = ("gc_callback", "remove", "_remove", "__del__")  # whose exceptions nobody gets
+_LOST_IN = {"gc_callback", "remove", "_remove", "__del__"}  # whose exceptions nobody gets
 _APART = ("capsule_sym.__main__", "capsule_sym.codegen", "capsule_sym._bench.peers")
 # Lines on stderr beside the one that says why a command failed.
 _BESIDE = ("wrote ", "drawing ", "proved ")
@@ -161,9 +161,6 @@ def prepare(folder: Path, patch: pytest.MonkeyPatch) -> None:
     for module in pkgutil.walk_packages(capsule_sym.__path__, "capsule_sym."):
         if not module.name.startswith(_APART):
             import_module(module.name)
-    # An import that the budget cuts in two leaves half a module behind for all lines to come.
-    for name in ("figure", *(f"backends.backend_{kind}" for kind in ("agg", "pdf", "svg"))):
-        import_module(f"matplotlib.{name}")
     patch.setattr(webbrowser, "open", lambda address: True)
     for name, text in _FILES.items():
         (folder / name).write_text(text)
@@ -193,16 +190,26 @@ def run_in_copy(folder: Path, arguments: list[str], seconds: float) -> Ended:
         return run(arguments, seconds)
 
 
+def _is_left_alone(frame: FrameType | None) -> bool:
+    """Whether Ctrl-C has to wait: an import cut in two leaves half a module for lines to come."""
+    while frame:
+        code = frame.f_code
+        if code.co_name in _LOST_IN or code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
 def run(arguments: list[str], seconds: float) -> Ended:
-    """Run a command line in this process, and interrupt it when its time is over."""
+    """Run a command line in this process, and type Ctrl-C when its time is over."""
     cut = threading.Event()
 
     def interrupt(_: int, frame: FrameType | None) -> None:
-        if frame and frame.f_code.co_name in _LOST_IN:
+        if _is_left_alone(frame):
             signal.setitimer(signal.ITIMER_REAL, 0.01)
             return
         cut.set()
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
 
     out, err = io.StringIO(), io.StringIO()
     before = signal.signal(signal.SIGALRM, interrupt)

@@ -20,7 +20,7 @@ from tests.examples import ROOT
 
 _BUDGET = 0.3  # seconds after which a command is interrupted
 _PARTS = 8  # of the long test, so that no part takes minutes
-_COUNT = int(os.environ.get("CAPSULE_SYM_FUZZ", "2000"))
+_COUNT = int(os.environ.get("CAPSULE_SYM_FUZZ", "1000"))
 _ANYHOW: dict[str, Any] = {
     "deadline": None,
     "suppress_health_check": list(HealthCheck),
