@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -81,79 +81,79 @@ chunk = [4]
 [axes]
 alpha = {{ from = 0.5, to = 2.0, count = 400 }}
 """
+PATIENCE = 90  # seconds after which something stands still, however busy the machine is
 SCHEDULER = "from distributed.cli.dask_scheduler import main; main()"
 WORKER = "from distributed.cli.dask_worker import main\nif __name__ == '__main__': main()"
 
 
-def program(code: str, *arguments: str) -> subprocess.Popen[bytes]:
-    silent = subprocess.DEVNULL
-    command = [sys.executable, "-c", code, *arguments, "--no-dashboard"]
-    return subprocess.Popen(command, stdout=silent, stderr=silent)
-
-
-def worker_of(address: str) -> subprocess.Popen[bytes]:
-    return program(WORKER, address, "--nthreads", "1", "--no-nanny")
+def until(holds: Callable[[], object], *processes: subprocess.Popen[Any]) -> None:
+    """Waits for a state that processes come to, and fails where one of them ends before."""
+    over = time.monotonic() + PATIENCE
+    while not holds():
+        assert [process.poll() for process in processes] == [None] * len(processes)
+        assert time.monotonic() < over
+        time.sleep(0.05)
 
 
 class Cluster:
-    """A scheduler and one worker, as processes of their own."""
+    """A scheduler, at a port that it chooses, and one worker, as processes of their own."""
 
-    def __init__(self) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = str(free.getsockname()[1])
-        self.address = f"tcp://127.0.0.1:{port}"
-        self.scheduler = program(SCHEDULER, "--host", "127.0.0.1", "--port", port)
-        self.workers = [worker_of(self.address)]
+    def __init__(self, stack: ExitStack, folder: Path) -> None:
+        self.stack, said = stack, folder / "scheduler.json"
+        where = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(said))
+        self.scheduler = self.start(SCHEDULER, *where)
+        until(lambda: said.exists() and said.read_text().endswith("}"), self.scheduler)
+        self.address: str = json.loads(said.read_text())["address"]
+        self.workers = [self.worker()]
 
-    def close(self) -> None:
-        for process in (self.scheduler, *self.workers):
-            process.kill()
-            process.wait()
+    def start(self, code: str, *arguments: str) -> subprocess.Popen[bytes]:
+        silent = subprocess.DEVNULL
+        command = [sys.executable, "-c", code, *arguments, "--no-dashboard"]
+        process = subprocess.Popen(command, stdout=silent, stderr=silent)
+        self.stack.callback(process.wait)
+        self.stack.callback(process.kill)
+        return process
+
+    def worker(self) -> subprocess.Popen[bytes]:
+        """Another worker."""
+        return self.start(WORKER, self.address, "--nthreads", "1", "--no-nanny")
 
 
 @pytest.fixture
-def cluster() -> Iterator[Cluster]:
-    made = Cluster()
-    yield made
-    made.close()
+def cluster(tmp_path: Path) -> Iterator[Cluster]:
+    with ExitStack() as stack:
+        yield Cluster(stack, tmp_path)
 
 
 @contextmanager
 def sweeping(
     cluster: Cluster, tmp_path: Path, periods: int
 ) -> Iterator[tuple[subprocess.Popen[str], Path]]:
-    from distributed import Client
-
-    with Client(cluster.address, timeout=120) as client:
-        client.wait_for_workers(1)
     path, store = tmp_path / "sweep.toml", tmp_path / "store"
     path.write_text(FILE.format(periods=periods))
     command = [sys.executable, "-m", "capsule_sym", "sweep", str(path), "--store", str(store)]
-    running = subprocess.Popen(
+    with subprocess.Popen(
         [*command, "--dask", cluster.address],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-    )
-    try:
-        yield running, store
-    finally:
-        running.kill()
+    ) as running:
+        try:
+            yield running, store
+        finally:
+            running.kill()
 
 
-def wait_for_chunks(running: subprocess.Popen[str], store: Path, count: int) -> None:
-    while len(list((store / "chunks").rglob("*.json"))) < count:
-        assert running.poll() is None
-        time.sleep(0.05)
+def chunks(store: Path) -> int:
+    return len(list((store / "chunks").rglob("*.json")))
 
 
 @pytest.mark.long
 def test_a_scheduler_that_dies_is_told_in_one_line(cluster: Cluster, tmp_path: Path) -> None:
     with sweeping(cluster, tmp_path, 100_000) as (running, store):
-        wait_for_chunks(running, store, 2)
+        until(lambda: chunks(store) >= 2, running, cluster.scheduler)
         cluster.scheduler.kill()
-        out, errors = running.communicate(timeout=90)
+        out, errors = running.communicate(timeout=PATIENCE)
     assert (running.returncode, out) == (1, "")
     assert errors.startswith("error: the connection to the Dask scheduler is lost")
     assert errors.count("\n") == 1
@@ -164,15 +164,15 @@ def test_a_run_without_workers_waits_for_others_and_says_so(
     cluster: Cluster, tmp_path: Path
 ) -> None:
     with sweeping(cluster, tmp_path, 100_000) as (running, store):
-        wait_for_chunks(running, store, 2)
+        until(lambda: chunks(store) >= 2, running, cluster.scheduler)
         cluster.workers[0].kill()
         assert running.stderr is not None
         assert running.stderr.readline().startswith("waiting: the Dask cluster has no workers")
-        done = len(list((store / "chunks").rglob("*.json")))
-        cluster.workers.append(worker_of(cluster.address))
-        wait_for_chunks(running, store, done + 2)
+        done = chunks(store)
+        cluster.workers.append(cluster.worker())
+        until(lambda: chunks(store) >= done + 2, running, cluster.scheduler)
         running.send_signal(signal.SIGINT)
-        _, errors = running.communicate(timeout=90)
+        _, errors = running.communicate(timeout=PATIENCE)
     assert running.returncode == 130
     assert errors.startswith("error: interrupted: ")
     assert errors.count("\n") == 1
@@ -187,11 +187,15 @@ def test_a_worker_is_free_again_when_nobody_waits_for_its_chunk(
 
     with (
         sweeping(cluster, tmp_path, 10**10) as (running, _),
-        Client(cluster.address, timeout=120) as client,
+        Client(cluster.address, timeout=PATIENCE) as client,
     ):
-        while not any(client.processing().values()):
-            time.sleep(0.1)
-        time.sleep(1)
+
+        def begun() -> bool:
+            # What a client asks is asked for ever where its scheduler dies.
+            stacks = client.sync(client.scheduler.call_stack, callback_timeout=PATIENCE)
+            return any(stacks.values())
+
+        until(begun, running, cluster.scheduler)
         running.send_signal(end)
-        running.communicate(timeout=90)
-        assert client.submit(os.getpid).result(timeout=90) == cluster.workers[0].pid
+        running.communicate(timeout=PATIENCE)
+        assert client.submit(os.getpid).result(timeout=PATIENCE) == cluster.workers[0].pid
