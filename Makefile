@@ -31,14 +31,14 @@ results/%.json:
 	$(BIN)/capsule-sym $* --json > $@.part
 	@mv $@.part $@
 
-# A test that stands still shows what each thread is at, and fails; the longest takes half a minute.
-STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
+# A test that stands still shows what each thread is at, and fails; the longest takes two minutes.
+STILL := -o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true --max-worker-restart 2
 
 test: $(READY)  ## run the tests
 	$(BIN)/python -m pytest -n 2 --dist loadscope --no-loadscope-reorder -q $(STILL)
 
 test-long: $(READY)  ## run the tests that take more than ten seconds each
-	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled"
+	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled" $(STILL)
 
 wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
 	@$(call bring,wheel)

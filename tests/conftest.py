@@ -13,6 +13,7 @@ from xdist.scheduler import LoadScopeScheduling
 import capsule_sym._symbolic  # noqa: F401 - before anything imports SymPy
 from capsule_sym._cli import main
 from tests.sampling import ALL
+from tests.standing import *  # noqa: F403 (hooks)
 
 # What is imported and collected stays to the end. To look through it again and again for what is no
 # longer referred to took a tenth of the time of all tests.
