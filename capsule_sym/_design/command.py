@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -16,7 +17,9 @@ from capsule_sym._options import (
     chosen_parameters,
     json_option,
     make_console,
+    make_progress,
     make_table,
+    max_seconds_option,
     out_option,
     parameter_options,
     state_option,
@@ -254,6 +257,7 @@ def steer(
     help="Decides the guesses of --starts.",
 )
 @click.option("--intervals", is_flag=True, help="Profile intervals of 95 %, by fits anew.")
+@max_seconds_option()
 @out_option("Write the JSON here, the residuals as CSV, and their picture.")
 @json_option
 def fit(
@@ -266,6 +270,7 @@ def fit(
     starts: int,
     seed: int | None,
     intervals: bool,
+    max_seconds: float,
     out: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -279,28 +284,39 @@ def fit(
     """
     from capsule_sym._design.fit import fit as find
     from capsule_sym._design.measured import read_measured
+    from capsule_sym._map.checks import checked_seconds
+    from capsule_sym._native import Watch
 
     parameters, device = chosen_parameters(file, dimensionless)
     if not unknown:
         raise InvalidInput("--unknown", None, "given, once for each that is fitted")
     if seed is not None and not starts:
         raise InvalidInput("--seed", seed, "absent without --starts")
-    found = find(
-        read_measured(data),
-        device or parameters,
-        tuple(name for name, _ in unknown),
-        state=state,
-        phase=phase,
-        bounds={name: ends for name, ends in unknown if ends is not None},
-        loss=loss,
-        starts=starts,
-        seed=seed or 0,
-    )
-    ranges = {name: found.interval(name) for name in found.values} if intervals else {}
+    with telling("Fitting") as progress:
+        watch = Watch(checked_seconds(max_seconds))
+        found = find(
+            read_measured(data),
+            device or parameters,
+            tuple(name for name, _ in unknown),
+            state=state,
+            phase=phase,
+            bounds={name: ends for name, ends in unknown if ends is not None},
+            loss=loss,
+            starts=starts,
+            seed=seed or 0,
+            max_seconds=max_seconds,
+            progress=progress,
+        )
+        ranges = {}
+        for name in found.values if intervals else ():
+            progress(f"interval of {name}")
+            ranges[name] = found.interval(name, max_seconds=watch.left)
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
     _report(found, "fit", out, as_json, extra)
     if not as_json:
         _print_fit(found, ranges)
+    if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
+        _fail("time-limit", "the time is over: intervals are missing")
     _end(found)
 
 
@@ -376,8 +392,20 @@ def _draw(name: str, found: Any, path: Path) -> None:
 def _end(found: Any) -> None:
     """Exit with 3, and the reason, where there is no result."""
     if not found.success:
-        click.echo(f"{found.status.value}: {found.message}", err=True)
-        raise click.exceptions.Exit(NO_RESULT)
+        _fail(found.status.value, found.message)
+
+
+def _fail(status: str, message: str) -> NoReturn:
+    click.echo(f"{status}: {message}", err=True)
+    raise click.exceptions.Exit(NO_RESULT)
+
+
+@contextmanager
+def telling(text: str) -> Iterator[Callable[[str], object]]:
+    """Shows on stderr, where that is a terminal, that work goes on, and what it says of itself."""
+    with make_progress() as bar:
+        task = bar.add_task(text, total=None)
+        yield lambda said: bar.update(task, description=f"{text}: {said}")
 
 
 _MILLI = {"m/s": "mm/s", "m": "mm"}

@@ -6,10 +6,11 @@ The residuals' Jacobian is exact: it is that of the closed forms, carried throug
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,14 +21,16 @@ from capsule_sym._design.quantities import System, dimensionless, real, values_o
 from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
 from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map import simulate
-from capsule_sym._map.checks import check_count
+from capsule_sym._map import Trajectory, simulate
+from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import package
+from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 _OF_START = (*START, "x_c")
+_BLOCK = 2**15  # times whose derivatives, all 48 of each, are in memory at once
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
@@ -42,6 +45,8 @@ class FitStatus(StrEnum):
     NOT_CONVERGED = "not-converged"
     #: The measurements do not determine some combination of the unknowns.
     NOT_IDENTIFIABLE = "not-identifiable"
+    #: The time was over: the values are the best that were tried.
+    TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,18 +136,25 @@ class Fit:
             "residual": self.residuals / (self.noise or 1.0),
         }
 
-    def interval(self, name: str, deviations: float = 1.96) -> tuple[float, float]:
+    def interval(
+        self, name: str, deviations: float = 1.96, *, max_seconds: float = math.inf
+    ) -> tuple[float, float]:
         """Profile interval of an unknown: where the others, fitted anew, still fit.
 
         The sum of squares, as the loss counts them, grows there by `deviations` squared times the
         noise's variance; of a robust loss that is the variance of its influence over its mean
         slope, which outliers hardly change. Where it does not grow so far within the bounds of the
-        fit, the bound is the end. Raises InvalidInput for another name.
+        fit, the bound is the end. An end that is not found within `max_seconds` is nan. Raises
+        InvalidInput for another name.
         """
         if name not in self.values:
             raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
-        low, high = (_edge(self, name, sign * deviations) for sign in (-1, 1))
-        return low, high
+        ends = [math.nan, math.nan]
+        self.problem.watch = Watch(checked_seconds(max_seconds))
+        with suppress(_Over):
+            for i, sign in enumerate((-1, 1)):
+                ends[i] = _edge(self, name, sign * deviations)
+        return ends[0], ends[1]
 
 
 def fit(
@@ -158,6 +170,8 @@ def fit(
     follow: int = 4,
     seed: int = 0,
     steps: int = 200,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
 ) -> Fit:
     """Values of what is unknown of a system, from measured time series, by least squares.
 
@@ -169,7 +183,8 @@ def fit(
     `system` is PhysicalParameters. Each column's residuals count in units of its standard
     deviation; `loss` is one of SciPy's. `starts` draws so many other guesses, within `bounds` or
     else between half and twice the guess, and the best `follow` are followed; `seed` makes them
-    others. `steps` is how many runs with derivatives each may take.
+    others. `steps` is how many runs with derivatives each may take. After `max_seconds` the result
+    has the best values that were tried. `progress` is called with what is done, in words.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.
     """
@@ -179,14 +194,55 @@ def fit(
     check_count("follow", follow, *FOLLOW)
     check_count("seed", seed, *SEED)
     check_count("steps", steps, *STEPS)
-    problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase)
+    watch = Watch(checked_seconds(max_seconds))
+    problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase, watch, progress)
     low, high = _limits(problem, bounds or {})
     guesses = [problem.guess, *_drawn(problem, low, high, starts, seed)]
     if starts:
-        guesses = sorted(guesses, key=problem.cost)[:follow]
-    found = [_least(problem, guess, low, high, loss, steps) for guess in guesses]
-    best, scale = min(found, key=lambda one: float(one[0].cost))
-    return _result(problem, best, low, high, loss, scale)
+        guesses = _best(problem, guesses)[:follow]
+    found = list[_Least]()
+    for k, guess in enumerate(guesses, 1):
+        if k == 1 or not watch.over:
+            problem.doing = f"start {k} of {len(guesses)}"
+            found.append(_least(problem, guess, low, high, loss, steps))
+    best = min(found, key=lambda one: one.cost)
+    return _result(problem, best, low, high, loss)
+
+
+def _best(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
+    """The guesses by their cost, as far as there is time to look at them, the best first."""
+    costs = list[float]()
+    with suppress(_Over):
+        for k, guess in enumerate(guesses, 1):
+            problem.doing = f"guess {k} of {len(guesses)}"
+            costs.append(problem.cost(guess))
+    order = np.argsort(costs, kind="stable").tolist() or [0]
+    return [guesses[i] for i in order]
+
+
+class _Over(Exception):
+    """The time is over."""
+
+
+class _Run(NamedTuple):
+    """A motion at values of the unknown, its times (n,), and its start in units of the model."""
+
+    trajectory: Trajectory | None
+    """None where it does not reach the last of the times."""
+    times: Vector
+    start: Vector
+    phase: float
+    whole: float
+    """Derivative by omega of the whole periods that the phase is reduced by."""
+    units: Vector
+    """Of length and of speed, twice."""
+
+    @property
+    def itinerary(self) -> str:
+        """The fields that were passed."""
+        if self.trajectory is None:
+            return "open"
+        return " ".join(f"F{field}" for field in self.trajectory.records["field"].tolist())
 
 
 @dataclass
@@ -198,6 +254,10 @@ class Problem:
     unknown: tuple[str, ...]
     state: tuple[float, ...]
     phase: float
+    watch: Watch = field(default_factory=Watch)
+    progress: Callable[[str], object] | None = None
+    doing: str = ""
+    """What is done, in words."""
 
     def __post_init__(self) -> None:
         own = type(self.system).__slots__
@@ -235,7 +295,11 @@ class Problem:
 
     def cost(self, values: Vector) -> float:
         """Half the sum of the residuals' squares."""
-        return float(np.sum(self.at(values)[0] ** 2) / 2)
+        return float(np.sum(self._at(values, slopes=False)[0] ** 2) / 2)
+
+    def itinerary(self, values: Vector) -> str:
+        """The run's itinerary."""
+        return self._run(values).itinerary
 
     def at(self, values: Vector) -> tuple[Vector, Matrix, str]:
         """Residuals (n,), their Jacobian (n, k), and the run's itinerary."""
@@ -253,8 +317,11 @@ class Problem:
         now = self.now(values)
         return type(self.system)(**{name: now[name] for name in type(self.system).__slots__})
 
-    def _at(self, values: Vector) -> tuple[Vector, Matrix, str]:
+    def _run(self, values: Vector) -> _Run:
+        """The motion at these values; raises _Over where there is no time for it."""
         self.evaluations += 1
+        if self.progress is not None:
+            self.progress(f"{self.doing}, {self.evaluations} runs")
         now, system = self.now(values), self.system_at(values)
         device = system if isinstance(system, PhysicalParameters) else None
         p = dimensionless(system)
@@ -268,29 +335,65 @@ class Problem:
         reduced = 0.0 if reduced >= p.period else reduced
         times = reduced + self.different * rate
         periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
-        run = simulate(p, tuple(start.tolist()), reduced, periods)
-        if not run.success or times[-1] > run.span[1]:
-            lost = np.full(len(self.elapsed), 1e3)
-            return lost, np.zeros((len(lost), len(values))), "open"
-        found = sensitivities(run, times)
-        slopes = found.slopes
+        run = simulate(p, tuple(start.tolist()), reduced, periods, max_seconds=self.watch.left)
+        if self.watch.over:
+            raise _Over
+        lost = not run.success or times[-1] > run.span[1]
+        return _Run(None if lost else run, times, start, phase, (phase - reduced) / p.omega, units)
+
+    def _at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
+        at = self._run(values)
+        count = len(self.elapsed)
+        residuals, jacobian = np.full(count, 1e3), np.zeros((slopes * count, len(values)))
+        if at.trajectory is not None:
+            for first in range(0, len(self.different), _BLOCK):
+                if self.watch.over:
+                    raise _Over
+                block = slice(first, first + _BLOCK)
+                rows = slice(*np.searchsorted(self.which, (first, first + _BLOCK)))
+                states, moved = self._states(values, at, block, slopes)
+                which, unit = (
+                    self.which[rows] - first,
+                    np.where(self.speeds[rows], *at.units[1::-1]),
+                )
+                model = np.sum(self.rows[rows] * states[which], axis=1)
+                residuals[rows] = (unit * model - self.data.values[rows]) / self.scales[rows]
+                if moved is not None:
+                    by = np.einsum("nk,nkj->nj", self.rows[rows], moved[0][which])
+                    by += model[:, None] * (moved[1] + self.speeds[rows, None] * moved[2])
+                    jacobian[rows] = by * (unit / self.scales[rows])[:, None]
+        return residuals, jacobian, at.itinerary
+
+    def _states(
+        self, values: Vector, at: _Run, block: slice, differentiated: bool
+    ) -> tuple[Matrix, tuple[NDArray[np.float64], Vector, Vector] | None]:
+        """States (n, 4) at some of the times, and their derivatives (n, 4, k) by the unknown.
+
+        With these come the derivatives (k,) of the logarithms of the units of length and rate.
+        """
+        assert at.trajectory is not None
+        here = self.now(values)["x_c"] / at.units[0]
+        if not differentiated:
+            states = at.trajectory(at.times[block], position=True)
+            states[:, 3] += here
+            return states, None
+        system = self.system_at(values)
+        device = system if isinstance(system, PhysicalParameters) else None
+        found = sensitivities(at.trajectory, at.times[block])
+        # After a tangential switch there are none.
+        slopes = np.where(np.isfinite(found.slopes), found.slopes, 0.0)
         # The phase was taken less whole periods, which depend on omega.
-        slopes[..., SLOPES.index("omega")] += slopes[..., 3] * ((phase - reduced) / p.omega)
-        chain, by_length, by_rate = self._chain(device, units, start, phase)
+        slopes[..., SLOPES.index("omega")] += slopes[..., 3] * at.whole
+        chain, by_length, by_rate = self._chain(device, at.units, at.start, at.phase)
         states = found.states
-        states[:, 3] += now["x_c"] / length
+        states[:, 3] += here
         moved = slopes @ chain
-        moved += found.rates[..., None] * (self.different[:, None, None] * rate * by_rate)
+        elapsed = at.times[block] - at.times[0]
+        moved += found.rates[..., None] * (elapsed[:, None, None] * by_rate)
         if "x_c" in self.unknown:
-            moved[:, 3, self.unknown.index("x_c")] += 1.0 / length
-        moved[:, 3] -= now["x_c"] / length * by_length
-        unit = np.where(self.speeds, length * rate, length)
-        model = np.sum(self.rows * states[self.which], axis=1)
-        by = np.einsum("nk,nkj->nj", self.rows, moved[self.which])
-        by += model[:, None] * (by_length + self.speeds[:, None] * by_rate)
-        residuals = (unit * model - self.data.values) / self.scales
-        itinerary = " ".join(f"F{field}" for field in run.records["field"].tolist())
-        return residuals, by * (unit / self.scales)[:, None], itinerary
+            moved[:, 3, self.unknown.index("x_c")] += 1.0 / at.units[0]
+        moved[:, 3] -= here * by_length
+        return states, (moved, by_length, by_rate)
 
     def _chain(
         self, device: PhysicalParameters | None, units: Vector, start: Vector, phase: float
@@ -360,36 +463,73 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     return list(first + draws * (last - first))
 
 
+class _Least(NamedTuple):
+    """End of the least squares, with the loss's weights in the Jacobian where it is a minimum."""
+
+    x: Vector
+    cost: float
+    residuals: Vector
+    jac: Matrix
+    success: bool
+    message: str
+    scale: float
+    """Of a robust loss: from the residuals that are left at last."""
+
+
 def _least(
     problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str, steps: int
-) -> tuple[Any, float]:
-    """SciPy's result, and the scale of a robust loss: from the residuals that are left at last."""
+) -> _Least:
+    """The least squares from a guess, as far as there is time."""
     least_squares = package("scipy.optimize", "design").least_squares
 
-    def solve(start: Vector, loss: Any, scale: float) -> Any:
-        return least_squares(
-            problem.residuals,
+    def solve(start: Vector, loss: str, scale: float) -> _Least:
+        best = _Least(
             start,
-            problem.jacobian,
-            bounds=(low, high),
-            x_scale="jac",
-            loss=loss,
-            f_scale=scale,
-            ftol=1e-14,
-            xtol=1e-12,
-            gtol=1e-14,
-            max_nfev=steps,
+            math.inf,
+            np.full(len(problem.elapsed), np.nan),
+            np.zeros((len(problem.elapsed), len(start))),
+            False,
+            "",
+            scale,
         )
 
-    inside = np.clip(guess, low, high)
-    found = solve(
-        inside, "linear" if loss == "linear" else "soft_l1", 1.0 if loss == "linear" else 0.1
-    )
-    scale = 1.0
-    for _ in range(0 if loss == "linear" else 2):
-        scale = 2.0 * _spread(problem.at(found.x)[0], loss) + 1e-300
-        found = solve(found.x, loss, scale)
-    return found, scale
+        def residuals(values: Vector) -> Vector:
+            nonlocal best
+            found, jacobian, _ = problem.at(values)
+            cost = _counted(found, loss, scale) / 2
+            if cost < best.cost:
+                best = _Least(values.copy(), cost, found, jacobian, False, "", scale)
+            return found
+
+        try:
+            found = least_squares(
+                residuals,
+                start,
+                problem.jacobian,
+                bounds=(low, high),
+                x_scale="jac",
+                loss=loss,
+                f_scale=scale,
+                ftol=1e-14,
+                xtol=1e-12,
+                gtol=1e-14,
+                max_nfev=steps,
+            )
+        except _Over:
+            return best
+        success = bool(found.success) and problem.at(found.x)[2] != "open"
+        rest = found.fun, found.jac, success, str(found.message), scale
+        return _Least(found.x, float(found.cost), *rest)
+
+    if loss == "linear":
+        return solve(np.clip(guess, low, high), loss, 1.0)
+    found = solve(np.clip(guess, low, high), "soft_l1", 0.1)
+    for _ in range(2):
+        if problem.watch.over:
+            break
+        again = solve(found.x, loss, 2.0 * _spread(found.residuals, loss) + 1e-300)
+        found = again if math.isfinite(again.cost) else found
+    return found
 
 
 def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
@@ -399,15 +539,11 @@ def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
     return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
 
 
-def _result(
-    problem: Problem, found: Any, low: Vector, high: Vector, loss: str, scale: float
-) -> Fit:
+def _result(problem: Problem, found: _Least, low: Vector, high: Vector, loss: str) -> Fit:
     """Result of the least squares that fit best."""
     values, k = found.x, len(found.x)
-    residuals, _, itinerary = problem.at(values)
-    noise = _spread(residuals, loss, k)
+    noise = _spread(found.residuals, loss, k)
     size = np.where(values == 0.0, 1.0, np.abs(values))
-    # SciPy's Jacobian of a robust loss has the weights of the residuals.
     _, singular, directions = np.linalg.svd(found.jac * size, full_matrices=False)
     kept = singular > _LOST * singular[0]
     inverse = directions[kept].T / singular[kept]
@@ -418,16 +554,21 @@ def _result(
         for i, name in enumerate(problem.unknown):
             if abs(row[name]) > 0.1:
                 errors[i] = math.inf
-    at_rest = bool(found.success) and itinerary != "open"
-    status = FitStatus.CONVERGED if at_rest else FitStatus.NOT_CONVERGED
-    message = "the least squares came to rest" if at_rest else str(found.message)
+    border = ""
+    with suppress(_Over):
+        border = _border(problem, values, errors, low, high)
+    status = FitStatus.CONVERGED if found.success else FitStatus.NOT_CONVERGED
+    message = "the least squares came to rest" if found.success else found.message
     at_bound = [
         n for n, v, a, b in zip(problem.unknown, values, low, high, strict=True) if v <= a or v >= b
     ]
-    if lost:
+    if problem.watch.over:
+        status, message = FitStatus.TIME_LIMIT, "the time is over: these are the best values so far"
+    elif lost:
         status, message = FitStatus.NOT_IDENTIFIABLE, "the measurements leave a combination open"
     elif at_bound:
         message += f", with {', '.join(at_bound)} at a bound"
+    problem.watch, problem.progress = Watch(), None
     system = problem.system_at(values)
     named, now = dict(zip(problem.unknown, values.tolist(), strict=True)), problem.now(values)
     return Fit(
@@ -437,32 +578,32 @@ def _result(
         values=named,
         standard_errors=dict(zip(problem.unknown, errors.tolist(), strict=True)),
         covariance=covariance,
-        success=at_rest and not lost,
+        success=status is FitStatus.CONVERGED,
         status=status,
         message=message,
         evaluations=problem.evaluations,
         noise=noise,
-        residuals=residuals,
+        residuals=found.residuals,
         singular_values=singular,
         open_combinations=tuple(lost),
-        border=_border(problem, values, errors, itinerary, low, high),
+        border=border,
         problem=problem,
         limits=(low, high),
         loss=loss,
-        loss_scale=scale,
-        least=2.0 * float(found.cost),
+        loss_scale=found.scale,
+        least=2.0 * found.cost,
     )
 
 
-def _border(
-    problem: Problem, values: Vector, errors: Vector, itinerary: str, low: Vector, high: Vector
-) -> str:
+def _border(problem: Problem, values: Vector, errors: Vector, low: Vector, high: Vector) -> str:
     """Which value, a standard error off, has another itinerary."""
+    problem.doing = "itineraries beside it"
+    itinerary = problem.itinerary(values)
     for i, name in enumerate(problem.unknown):
         for sign in (-1.0, 1.0):
             moved = values.copy()
             moved[i] += sign * errors[i] if math.isfinite(errors[i]) else 0.0
-            if low[i] <= moved[i] <= high[i] and problem.at(moved)[2] != itinerary:
+            if low[i] <= moved[i] <= high[i] and problem.itinerary(moved) != itinerary:
                 return name
     return ""
 
@@ -483,10 +624,9 @@ def _shape(loss: str, z: Vector) -> tuple[Vector, Vector, Vector]:
     return z, one, 0 * z
 
 
-def _counted(residuals: Vector, fitted: Fit) -> float:
+def _counted(residuals: Vector, loss: str, scale: float) -> float:
     """The sum of residuals' squares as the loss counts them."""
-    scale = fitted.loss_scale
-    return float(scale**2 * _shape(fitted.loss, (residuals / scale) ** 2)[0].sum())
+    return float(scale**2 * _shape(loss, (residuals / scale) ** 2)[0].sum())
 
 
 def _variance(fitted: Fit) -> float:
@@ -517,7 +657,7 @@ def _edge(fitted: Fit, name: str, deviations: float) -> float:
     def grown(at: float) -> float:
         nonlocal guess
         if not others:
-            total = _counted(problem.residuals(np.array([at])), fitted)
+            total = _counted(problem.residuals(np.array([at])), fitted.loss, fitted.loss_scale)
         else:
 
             def whole(part: Vector) -> Vector:

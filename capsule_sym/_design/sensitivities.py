@@ -82,18 +82,21 @@ def sensitivities(run: Trajectory, t: ArrayLike) -> Sensitivities:
     records = np.ascontiguousarray(run.records)
     evaluation.check(times, *run.span)
     states = run(times, position=True)
-    order = np.argsort(times, kind="stable")
+    order = evaluation.in_order(times)
+    ascending = times if order is None else times[order]
     switches, found = np.empty((max(len(records) - 1, 0), 11)), np.empty((len(times), 4, 12))
     if not len(records):
         found[:] = np.eye(4, 12) * [1, 1, 1, *(9 * [0])]
     elif core is not None:
         native = evaluation.borrowed(run.parameters.to_dict().values())
-        native.differentiate(records, times[order], switches, found)
+        native.differentiate(records, ascending, switches, found)
         evaluation.give_back(native)
     else:
-        differentiated(run, records, times[order], switches, found)
-    slopes = np.empty_like(found)
-    slopes[order] = found
+        differentiated(run, records, ascending, switches, found)
+    slopes = found
+    if order is not None:
+        slopes = np.empty_like(found)
+        slopes[order] = found
     ends = records["end_turn"] * run.parameters.period + records["end_angle"] / run.parameters.omega
     return Sensitivities(times, states, slopes[..., :11], slopes[..., 11], ends[:-1], switches)
 

@@ -28,3 +28,8 @@ class Watch:
     def over(self) -> bool:
         """Whether the time is over, or `stop` was called."""
         return bool(self.flag[0]) or perf_counter() > self.deadline
+
+    @property
+    def left(self) -> float:
+        """Seconds that are left, above 0, as the limit of a call that takes no watch."""
+        return 5e-324 if self.over else max(self.deadline - perf_counter(), 5e-324)

@@ -3,6 +3,7 @@
 import math
 import sys
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pandas
@@ -17,11 +18,13 @@ from capsule_sym import (
     PhysicalParameters,
     fit,
     read_measured,
+    sensitivities,
     simulate,
 )
 from capsule_sym._design.fit import Problem
 from capsule_sym._design.measured import measured
 from capsule_sym._design.units import DEVICE, slopes_of
+from capsule_sym._native import watch
 from tests.sampling import many, sampled
 
 TRUE = Parameters(alpha=0.83, delta=0.03, zeta=0.06, beta=1.7, gamma=3.3)
@@ -415,3 +418,65 @@ def test_a_robust_interval_fits_the_robust_errors(loss) -> None:
         assert low < getattr(TRUE, name) < high
         # Five per cent of outliers cost little: the interval is about that without them.
         assert (high - low) / np.ptp(plain.interval(name)) == pytest.approx(1.2, abs=0.35)
+
+
+def clock(monkeypatch) -> None:
+    """Lets a second pass at each look at the clock of a time limit."""
+    looks = count()
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(looks))
+
+
+@pytest.mark.parametrize(("seconds", "loss"), [(1, "linear"), (15, "linear"), (20, "cauchy")])
+def test_a_fit_that_is_out_of_time_has_the_best_that_was_tried(monkeypatch, seconds, loss) -> None:
+    data, guess = series(count=60), TRUE.replace(alpha=0.9, beta=1.2)
+    how = {"state": START, "phase": PHASE, "loss": loss}
+    whole = fit(data, guess, ("alpha", "beta"), **how)
+    assert whole.success
+    clock(monkeypatch)
+    found = fit(data, guess, ("alpha", "beta"), max_seconds=seconds, **how)
+    assert (found.status, found.success) == ("time-limit", False)
+    tried = seconds > 1
+    assert np.isfinite(found.residuals).all() == tried
+    if tried:
+        first = Problem(measured(data), guess, ("alpha", "beta"), START, PHASE)
+        assert np.sum(found.residuals**2) < np.sum(first.residuals(first.guess) ** 2)
+        assert np.array_equal(
+            first.residuals(np.array(list(found.values.values()))), found.residuals
+        )
+    else:
+        assert list(found.values.values()) == [0.9, 1.2]
+    assert math.isnan(whole.interval("alpha", max_seconds=2)[1])
+
+
+def test_a_fit_of_many_rows_takes_few_derivatives_and_blocks_of_memory(monkeypatch) -> None:
+    rows = []
+
+    def counted(run, times):
+        rows.append(len(times))
+        return sensitivities(run, times)
+
+    monkeypatch.setattr("capsule_sym._design.fit.sensitivities", counted)
+    monkeypatch.setattr("capsule_sym._design.fit._BLOCK", 100)
+    told = []
+    how = {"state": START, "phase": PHASE, "starts": 8, "progress": told.append}
+    data = series(count=250, noise=1e-3)
+    found = fit(data, TRUE.replace(alpha=0.85), ("alpha", "beta"), follow=1, **how)
+    assert found.success
+    assert max(rows) == 100
+    assert told[0] == "guess 1 of 9, 1 runs"
+    # Guesses and the itineraries beside the minimum are looked at without derivatives.
+    assert sum(rows) == 250 * sum(text.startswith("start 1 of 1") for text in told)
+    assert len(told) >= sum(rows) / 250 + 9 + 5
+
+
+def test_derivatives_that_do_not_exist_are_not_given_to_lapack(capfd, monkeypatch) -> None:
+    def after_grazing(run, times):
+        found = sensitivities(run, times)
+        found.slopes[times > 40.0] = np.inf
+        return found
+
+    monkeypatch.setattr("capsule_sym._design.fit.sensitivities", after_grazing)
+    how = {"state": START, "phase": PHASE}
+    found = fit(series(count=60), TRUE.replace(alpha=0.85), ("alpha",), **how)
+    assert found.values["alpha"] == pytest.approx(0.83, abs=1e-6)
+    assert capfd.readouterr() == ("", "")
