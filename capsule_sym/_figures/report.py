@@ -43,7 +43,6 @@ _SOURCES = {
 }
 _VERSIONS = ("capsule-sym", "numpy", "scipy", "mpmath", "sympy", "matplotlib")
 _RESOLUTION = 160  # of dots, in each inch
-_COLOURS = 64  # of a drawing in dots
 _MOST_CURVES, _MOST_BYTES = 40, 30_000  # of a drawing that is kept as curves
 _LONGEST = "chart"  # of the figures in the making
 
@@ -252,15 +251,14 @@ def _as_curves(figure: Any) -> bytes:
 
 
 def _as_dots(figure: Any) -> bytes:
-    """WebP without loss, of as many colours as a drawing of flat ones and their rims needs."""
+    """WebP without loss: of fewer colours two fields would be one."""
     from PIL import Image
 
     drawn, picture = io.BytesIO(), io.BytesIO()
     with figure_style():
         figure.savefig(drawn, format="png", dpi=_RESOLUTION)
     with Image.open(drawn) as image:
-        few = image.convert("RGB").quantize(_COLOURS, dither=Image.Dither.NONE)
-    few.convert("RGB").save(picture, format="webp", lossless=True, quality=80)
+        image.convert("RGB").save(picture, format="webp", lossless=True, quality=80)
     return picture.getvalue()
 
 

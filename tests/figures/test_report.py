@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from PIL import Image
 
 from capsule_sym import _explorer as explorer
 from capsule_sym import _paper as paper
 from capsule_sym._figures import catalogue, report
 from capsule_sym._figures.described import ALTERNATIVES
 from capsule_sym._figures.equations import EQUATIONS
+from capsule_sym._figures.portraits import field_handles
 from tests.explorer.conftest import AXE, browser  # noqa: F401
+from tests.figures import SAFE
 from tests.figures.conftest import untracked
 
 FEW = ("margins", "work-precision")
@@ -201,6 +207,32 @@ def test_a_page_holds_all_that_it_shows(few: Path) -> None:
         assert "@import" not in drawing
 
 
+def colours_of(source: str) -> set[tuple[int, ...]]:
+    """The colours of a page's picture in dots, as its data URI holds it."""
+    kind, _, content = source.partition(",")
+    assert kind == "data:image/webp;base64"
+    with Image.open(io.BytesIO(base64.b64decode(content))) as picture:
+        return set(map(tuple, np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)))
+
+
+def bytes_of(colour: str) -> tuple[int, ...]:
+    return tuple(round(255 * share) for share in to_rgb(colour))
+
+
+def test_a_picture_of_the_page_has_the_six_colours_of_the_fields(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crowded = Figure(figsize=(4, 2))
+    axes = crowded.subplots()
+    for turn, colour in enumerate(10 * SAFE):
+        axes.plot(np.cos(np.arange(40) + turn), color=colour, linewidth=0.7)
+        axes.axvspan(turn, turn + 1, color=colour, alpha=0.16, linewidth=0)
+    entry = replace(catalogue.FIGURES["fig6"], make=lambda study: crowded)
+    monkeypatch.setattr(report, "FIGURES", {"fig6": entry})
+    first, _ = read(report.page("safe", untracked)).images
+    assert {bytes_of(colour) for colour in SAFE} <= colours_of(first["src"])
+
+
 def test_a_page_shows_what_the_results_say(plain: Path) -> None:
     results(plain)
     source = report.page("safe", untracked)
@@ -341,8 +373,22 @@ def test_processes_draw_the_same_page(few: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_whole_page_is_small(here: Path, store) -> None:
+def test_the_whole_page_is_small_and_has_the_colours_that_were_drawn(here: Path, store) -> None:
     results(here)
+    legends, uri = [], report._data_uri
+
+    def seen(figure: Figure) -> str:
+        legends.append({bytes_of(one.get_color()) for one in field_handles(figure)})
+        return uri(figure)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(report, "Store", lambda track: store)
-        assert len(report.page("safe", untracked).encode()) < 2_000_000 - 400_000  # of real tables
+        patch.setattr(report, "_data_uri", seen)
+        text = report.page("safe", untracked)
+    assert len(text.encode()) < 3_500_000 - 400_000  # of real tables
+    images = [image["src"] for image in read(text).images]
+    drawn = list(zip(images[1:], legends[1:], strict=True))  # Fig. 1 is curves
+    assert sum(len(fields) == 6 for _, fields in drawn) >= 12
+    for source, fields in drawn:
+        if "webp" in source[:16]:
+            assert fields <= colours_of(source)
