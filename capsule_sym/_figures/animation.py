@@ -9,6 +9,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.device import Frame, draw_capsule, ground
+from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait
 from capsule_sym._figures.sizes import MOVING
 from capsule_sym._figures.style import Colours, field_colour, figure_style, new_figure
@@ -60,7 +61,7 @@ def animate(
             result, right, periods=1 if periods is None else periods, colours=colours
         )
         right.set(xlabel="$x_r$", ylabel="$v_r$")
-        figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
+        add_key(figure, field_handles(figure, colours))
         (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
         shown: list[Any] = []
         with whole(path) as part, writer.saving(figure, str(part), dpi):

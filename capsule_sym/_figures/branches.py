@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._figures.layout import add_words
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
@@ -28,8 +29,12 @@ if TYPE_CHECKING:
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
 
-_LONGEST = 1.05  # inches that a name at its slope needs to the right
-_ROOM = 0.165  # least distance of names, in inches
+_BESIDE = 0.85  # inches at most beside a diagram, for its texts
+_ROOM, _UPRIGHT = 0.26, 0.11  # least distance of labels in inches, flat and upright
+_ABOVE = 9.0  # points from a diagram to the labels above it
+# A leader ends below its label: above, it would strike others through.
+_LEADER: dict[str, Any] = {"arrowstyle": "-", "color": "0.6", "linewidth": 0.5}
+_LEADER |= {"relpos": (0.5, 0.0), "shrinkA": 0, "shrinkB": 0}
 
 
 def plot_bifurcations(
@@ -37,14 +42,11 @@ def plot_bifurcations(
 ) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
-    A marker stands at every exact bifurcation point, its name above it. Drawn into three `axes`,
-    without the names, if they are given.
+    A marker stands at every exact bifurcation point, its label above it, and below the key of
+    these. Drawn into three `axes`, without the labels, if they are given.
     """
     with figure_style():
-        margins, spaced = (0.64, 0.98, 0.07, 0.73), {"hspace": 0.12}
-        figure, rows = axes_for(axes, width, 6.0, margins, nrows=3, sharex=True, gridspec_kw=spaced)
-        if axes is None:
-            name_bifurcations(record, rows[0])
+        figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
         for row, index, label in (
             (rows[0], 0, "stroboscopic $x_r$"),
             (rows[1], 1, "stroboscopic $v_r$"),
@@ -60,6 +62,8 @@ def plot_bifurcations(
         rows[2].set_xlim(*_range(record))
         for row in rows:
             mark_bifurcations(record, row)
+        if axes is None:
+            name_bifurcations(record, rows[0])
         return describe(figure, "Bifurcation diagram", **shared(record))
 
 
@@ -111,31 +115,41 @@ def mark_bifurcations(record: Record, axes: Axes) -> None:
 
 
 def name_bifurcations(record: Record, axes: Axes) -> None:
-    """The type, line and exact value of every bifurcation, above the axes, led to its value."""
+    """The label of every bifurcation above the axes, led to its value; below, what it stands for.
+
+    Where there are too many, neighbours have one label.
+    """
+    from matplotlib.transforms import offset_copy
+
     found = sorted(record["bifurcations"], key=lambda one: one["value"])
+    page = figure_of(axes)
+    add_words(page, [_title(one) for one in found])
     low, high = _range(record)
-    at = [(one["value"] - low) / (high - low) for one in found]
-    # The last name ends within the figure.
-    wide = axes.get_position().width * figure_of(axes).get_figwidth()
-    last = 1.0 - _LONGEST / wide
-    for one, true, place in zip(found, at, spread(at, _ROOM / wide, last), strict=True):
+    wide = page.get_figwidth() - _BESIDE
+    flat = len(found) * _ROOM <= wide
+    room = (_ROOM if flat else _UPRIGHT) / wide
+    each = max(1, -(-len(found) // max(1, int(1 / room))))
+    groups = [found[k : k + each] for k in range(0, len(found), each)]
+    at = [(group[0]["value"] - low) / (high - low) for group in groups]
+    above = offset_copy(axes.transAxes, page, y=_ABOVE, units="points")
+    for group, true, place in zip(groups, at, spread(at, room), strict=True):
         axes.annotate(
-            f"{_title(one)}  {one['value']:.6f}",
+            "…".join(dict.fromkeys((group[0]["label"], group[-1]["label"]))),
             (true, 1.0),
-            xytext=(place, 1.09),
+            xytext=(place, 1.0),
             xycoords="axes fraction",
-            textcoords="axes fraction",
-            rotation=40,
-            ha="left",
+            textcoords=above,
+            rotation=0 if flat else 90,
+            ha="center",
             va="bottom",
-            rotation_mode="anchor",
             fontsize=6,
-            arrowprops={"arrowstyle": "-", "color": "0.6", "linewidth": 0.5, "shrinkB": 0},
+            arrowprops=_LEADER,
         )
 
 
 def _title(one: Record) -> str:
-    return f"{one['type']} {mathematical(one['line'])}" if one["line"] else str(one["type"])
+    where = f" {mathematical(one['line'])}" if one["line"] else ""
+    return f"{one['label']}  {one['type']}{where}, {one['value']:.6f}"
 
 
 def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[float]:

@@ -190,16 +190,12 @@ def _work_precision(study: Study) -> Figure:
 
 @dataclass(frozen=True)
 class Entry:
-    """A figure: its title and a caption, whether it depends on gamma, and how it is made.
-
-    `least` is the width in inches down to which its texts have room.
-    """
+    """A figure: its title and a caption, whether it depends on gamma, and how it is made."""
 
     title: str
     caption: str
     by_gamma: bool
     make: Callable[[Study], Figure]
-    least: float = 7.0
 
     @property
     def alt(self) -> str:
@@ -221,7 +217,6 @@ FIGURES = {
         "spring k_2.",
         False,
         _fig1,
-        3.6,
     ),
     "fig2": Entry(
         "Fig. 2: state space",
@@ -262,7 +257,6 @@ FIGURES = {
         "At the printed amplitudes, with the fields of the steady motion in the order of time.",
         True,
         _fig7,
-        7.2,
     ),
     "fig8": Entry(
         "Fig. 8: boundary-intersection crossings, printed amplitudes",
@@ -293,28 +287,24 @@ FIGURES = {
         "The steady motion from rest: mass dashed, capsule solid.",
         True,
         _motion,
-        4.0,
     ),
     "bifurcations": Entry(
         "Bifurcation diagram",
         "The branch of periodic orbits through the case study, with its exact bifurcations.",
         True,
         _bifurcations,
-        5.0,
     ),
     "itineraries": Entry(
         "Which field acts when",
         "One column is one period of the steady motion, from phase 0 upwards.",
         True,
         _itineraries,
-        5.0,
     ),
     "energies": Entry(
         "Where the work of a period goes",
         "What damper and friction take is stacked; it meets the work of the drive.",
         True,
         _energies,
-        6.3,
     ),
     "chart": Entry(
         "Motions over amplitude and mass ratio",
@@ -322,7 +312,6 @@ FIGURES = {
         "circles the points where two bifurcations meet. Dashed: γ = 3.0 and 3.3.",
         False,
         _chart,
-        6.0,
     ),
     "margins": Entry(
         "Guards of a motion over time",
@@ -330,14 +319,12 @@ FIGURES = {
         "where the quantity is no guard of the acting field.",
         True,
         _margins,
-        3.3,
     ),
     "work-precision": Entry(
         "Work against precision",
         "A hollow marker: switches were missed or invented at that setting.",
         False,
         _work_precision,
-        6.0,
     ),
 }
 """Every figure by its name on the command line."""

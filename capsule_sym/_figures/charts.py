@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.labels import Names
+from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
     LABELS,
+    NOT_PERIODIC,
     OTHER_CURVE,
     REGIONS,
     axes_for,
@@ -44,7 +46,8 @@ def plot_chart(
 
     `results` is what `open_results` gives of a sweep or a refined chart over
     two parameters. Regions are bounded by the `curves` of `capsule-sym curve --json`, and by cells
-    where these leave motions of several kinds together; what did not become periodic is white. A
+    where these leave motions of several kinds together; what did not become periodic is white, as
+    the legend says. A
     circle is a codimension-two point. A thin line is drawn at the `levels` of the second
     parameter. Drawn into `axes` if they are given. Raises InvalidInput for results of another kind.
     """
@@ -64,7 +67,7 @@ def draw_regions(
     """A `plot_chart` of given regions."""
     with figure_style():
         alone = axes is None
-        figure, axes = axes_for(axes, width, 5.0, (0.52, 0.975, 0.16, 0.985))
+        figure, axes = axes_for(axes, width, 4.2)
         axes.set(xlim=plane.x, ylim=plane.y)
         axes.set_xlabel(LABELS.get(plane.first, plane.first))
         axes.set_ylabel(LABELS.get(plane.second, plane.second))
@@ -74,7 +77,7 @@ def draw_regions(
         for curve in curves:
             _draw_curve(axes, curve, plane)
         if alone:
-            _legend(figure, axes)
+            _legend(figure, axes, regions)
         names = Names(figure)
         _name_regions(axes, plane, regions, names)
         names.settle()
@@ -173,10 +176,11 @@ def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
         draw_points(axes, x, y, "codimension-two point")
 
 
-def _legend(figure: Figure, axes: Axes) -> None:
+def _legend(figure: Figure, axes: Axes, regions: Sequence[Region]) -> None:
+    from matplotlib.patches import Patch
+
     handles, labels = axes.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
-    if unique:
-        figure.legend(
-            unique.values(), unique.keys(), loc="lower center", ncols=4, columnspacing=1.5
-        )
+    if not all(region.itinerary for region in regions):
+        unique[""] = Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC)
+    add_key(figure, list(unique.values()), below=True)

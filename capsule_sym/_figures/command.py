@@ -9,7 +9,7 @@ import click
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
-from capsule_sym._figures.sizes import MOVING, PAGE, WIDEST
+from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 from capsule_sym._options import (
     chosen_parameters,
@@ -44,22 +44,23 @@ _width_option = click.option(
     "--width",
     type=float,
     metavar="INCHES",
-    help=f"Width of the picture, its type always of 7 points.  [default: {PAGE}, a page]",
+    help=f"Width of the picture, from {NARROWEST}, its type always of 7 points.  "
+    f"[default: {PAGE}, a page]",
 )
 _dpi_option = click.option(
     "--dpi", type=float, help="Resolution of a PNG, and of dots in the others.  [default: 300]"
 )
 
 
-def _check_picture(out: Path, width: float | None, least: float, dpi: float | None) -> float:
+def _check_picture(out: Path, width: float | None, dpi: float | None) -> float:
     """The width; raises InvalidInput for what no picture can have, before anything is computed."""
     from capsule_sym._figures.style import check_ending, check_resolution
 
     require("plot", "matplotlib")
     check_ending(out)
     check_resolution(dpi)
-    if width is not None and not least <= width <= WIDEST:
-        raise InvalidInput("width", width, f"from {least:g} to {WIDEST:g} inches for this picture")
+    if width is not None and not NARROWEST <= width <= WIDEST:
+        raise InvalidInput("width", width, f"from {NARROWEST:g} to {WIDEST:g} inches")
     return PAGE if width is None else width
 
 
@@ -92,8 +93,7 @@ def figure(
     from capsule_sym._study.data import Store
 
     moving = name == "motion" and out.suffix.lower() in MOVING
-    least = FIGURES[name].least
-    wide = _check_picture(out.with_suffix(".png") if moving else out, width, least, dpi)
+    wide = _check_picture(out.with_suffix(".png") if moving else out, width, dpi)
     system, _ = chosen_parameters(file, dimensionless)
     chosen = file is not None or any(value is not None for value in dimensionless.values())
     with tracking() as track:
@@ -147,7 +147,7 @@ def diagram(
     from capsule_sym._figures.style import save_figure
     from capsule_sym._orbits.continuation.saved import read_branch, read_curves
 
-    wide = _check_picture(out, width, 3.3, dpi)
+    wide = _check_picture(out, width, dpi)
     curves = read_curves(paths[0]) if len(paths) == 1 else None
     records = [] if curves else [read_branch(path) for path in paths]
     try:
@@ -195,7 +195,7 @@ def sweep_figure(
 
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
-    wide = _check_picture(out, width, 3.3, dpi)
+    wide = _check_picture(out, width, dpi)
     require("sweep", "xarray", "zarr")
     from capsule_sym._figures import charts, sweeps
     from capsule_sym._figures.style import save_figure

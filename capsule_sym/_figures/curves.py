@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import Names
+from capsule_sym._figures.layout import add_key, add_words
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
@@ -28,15 +29,17 @@ def plot_curves(
 ) -> Figure:
     """Curves of bifurcations over two parameters, as `capsule-sym curve --json` gives them.
 
-    A colour is a type; a circle is a point of codimension two, named by what meets there. Drawn
-    into `axes` if they are given. Raises InvalidInput for a record without curves.
+    A colour is a type; a circle is a point of codimension two, labelled C1, C2, ..., and the key
+    below says what meets there. Drawn into `axes`, without the keys, if they are given. Raises
+    InvalidInput for a record without curves.
     """
     curves = record["curves"]
     if not curves:
         raise InvalidInput("curves", curves, "one at least")
     first, second = curves[0]["parameters"]
     with figure_style():
-        figure, axes = axes_for(axes, width, 3.6, (0.75, 0.98, 0.14, 0.88))
+        alone = axes is None
+        figure, axes = axes_for(axes, width, 3.3)
         shown, places = set(), dict[tuple[float, float], str]()
         for curve in curves:
             kind = curve["type"]
@@ -53,9 +56,15 @@ def plot_curves(
         axes.margins(x=0.04, y=0.1)
         axes.set_xlabel(LABELS.get(first) or first)
         axes.set_ylabel(LABELS.get(second) or second)
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=3)
+        stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
+        if alone:
+            add_key(figure, axes.get_legend_handles_labels()[0])
+            kinds: dict[str, list[str]] = {}
+            for place, text in places.items():
+                kinds.setdefault(text, []).append(stand[place])
+            add_words(figure, [f"{', '.join(own)}  {text}" for text, own in kinds.items()])
         names = Names(figure)
-        for place, text in places.items():
-            names.beside(axes, [place], text, fontsize=6)
+        for place, label in stand.items():
+            names.beside(axes, [place], label, fontsize=6)
         names.settle()
         return describe(figure, "Curves of bifurcations")

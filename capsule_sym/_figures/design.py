@@ -77,7 +77,7 @@ def plot_steering(
     along = np.concatenate([[0.0], np.cumsum(steps)]) if count else np.zeros(0)
     share = along / along[-1] if count > 1 and along[-1] > 0 else along
     with figure_style():
-        page = canvas(figure, width, 0.75 * width, layout="constrained")
+        page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
         upper, middle, lower = page.subplots(3, sharex=True)
         upper.plot(share, columns["velocity"], color=STABLE)
         upper.axhline(0.0, color="0.6", linewidth=0.6)
@@ -104,7 +104,7 @@ def plot_residuals(
     data, system = fit.problem.data, fit.system
     noise = fit.noise or 1.0
     with figure_style():
-        height = (0.15 + 0.22 * len(data.names)) * width
+        height = max(1.5, 0.2 * width) * len(data.names) + 0.4
         page = canvas(figure, width, height, layout="constrained")
         rows = page.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
         for place, (row, name) in enumerate(zip(rows, data.names, strict=True)):

@@ -115,7 +115,7 @@ def plot_fig1(*, width: float = PAGE, figure: Figure | SubFigure | None = None) 
             (-1.45, 1.28, "$k_1$"),
             (-1.45, 0.22, "$c$"),
             (1.75, 1.1, "$k_2$"),
-            (0.66, 0.22, "$G$"),
+            (0.66, 0.17, "$G$"),
             (-2.95, 1.2, "$M_c$"),
         ):
             axes.text(x, y, text, **small)
@@ -132,8 +132,8 @@ def plot_fig1(*, width: float = PAGE, figure: Figure | SubFigure | None = None) 
             axes.plot([x, x], [low, 2.6], color=_SOFT, linewidth=0.6)
         axes.annotate(
             "",
-            (0.42, 0.36),
-            xytext=(0.87, 0.36),
+            (0.42, 0.44),
+            xytext=(0.87, 0.44),
             arrowprops={"arrowstyle": "<->", "color": _INK, "linewidth": 0.7, "shrinkA": 0,
                         "shrinkB": 0},
         )  # fmt: skip

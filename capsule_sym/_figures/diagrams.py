@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import shared
 from capsule_sym._figures.labels import Names
+from capsule_sym._figures.layout import add_key, add_words
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
@@ -46,8 +47,8 @@ def plot_diagram(
 
     The quantity is x_r, v_r, v_c, velocity or progression, that of an excitation period. A colour
     is a branch; stable orbits are solid, unstable ones dashed. Every bifurcation has its label.
-    Drawn into `axes` if they are given. Raises InvalidInput for another quantity, and for branches
-    in different parameters.
+    Drawn into `axes`, without the keys, if they are given. Raises InvalidInput for another
+    quantity, and for branches in different parameters.
     """
     if quantity not in QUANTITIES:
         raise InvalidInput("quantity", quantity, f"one of {', '.join(QUANTITIES)}")
@@ -58,7 +59,8 @@ def plot_diagram(
     branches = [branch for one in records for branch in (one, *one["switched"])]
     colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
     with figure_style():
-        figure, axes = axes_for(axes, width, 3.6, (0.75, 0.98, 0.14, 0.9))
+        alone = axes is None
+        figure, axes = axes_for(axes, width, 3.3)
         for branch, colour, name in zip(branches, colours, _names(records), strict=True):
             _curves(axes, branch, quantity, colour, name)
         drawn = {point["stable"] for branch in branches for point in branch["points"]}
@@ -69,7 +71,9 @@ def plot_diagram(
         axes.set_xlabel(LABELS.get(parameters[0]) or parameters[0])
         label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
         axes.set_ylabel(label)
-        axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=6)
+        if alone:
+            add_key(figure, axes.get_legend_handles_labels()[0])
+            add_words(figure, _kinds(branches))
         names = Names(figure)
         for branch, colour in zip(branches, colours, strict=True):
             _labels(axes, branch, quantity, colour, names)
@@ -86,6 +90,13 @@ def _names(records: Sequence[Record]) -> list[str]:
         before = f"{name}, " if number > 1 else ""
         found += [f"{before}from {branch['origin']}" for branch in record["switched"]]
     return found
+
+
+def _kinds(branches: Sequence[Record]) -> list[str]:
+    """What the letters of the labels stand for."""
+    found = [one for branch in branches for one in branch["bifurcations"]]
+    kinds = {one["label"].rstrip("0123456789"): one["type"] for one in found}
+    return [f"{letters}  {kind}" for letters, kind in sorted(kinds.items())]
 
 
 def _values(orbit: Orbit, quantity: str) -> list[float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.branches import Record, mark_bifurcations, name_bifurcations, shared
+from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
@@ -42,12 +43,8 @@ def plot_energies(
         for name in ("work", "damper_loss", "friction_loss")
     )
     with figure_style():
-        margins, rows = (0.56, 0.98, 0.085, 0.66), {"height_ratios": (1.6, 1), "hspace": 0.1}
-        figure, (upper, lower) = axes_for(
-            axes, width, 4.8, margins, nrows=2, sharex=True, gridspec_kw=rows
-        )
-        if axes is None:
-            name_bifurcations(record, upper)
+        rows = {"height_ratios": (1.6, 1)}
+        figure, (upper, lower) = axes_for(axes, width, 3.4, nrows=2, sharex=True, gridspec_kw=rows)
         edges = column_edges(values)
         left, wide = edges[:-1], np.diff(edges)
         bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
@@ -55,7 +52,10 @@ def plot_energies(
         upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
         upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
         upper.set_ylabel("energy per period")
-        upper.legend(loc="upper left")
+        if axes is None:
+            add_key(figure, upper.get_legend_handles_labels()[0])
+        else:
+            upper.legend(loc="upper left")
         with np.errstate(invalid="ignore"):
             lower.plot(values, friction / work, color=FRICTION)
         lower.set_ylabel("share of friction")
@@ -63,4 +63,6 @@ def plot_energies(
         lower.set_xlim(float(values.min()), float(values.max()))
         for row in (upper, lower):
             mark_bifurcations(record, row)
+        if axes is None:
+            name_bifurcations(record, upper)
         return describe(figure, "Where the work of a period goes", **shared(record))

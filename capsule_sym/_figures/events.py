@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.labels import PATCH, Names
+from capsule_sym._figures.layout import across, add_key, fit_view
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
@@ -19,7 +20,6 @@ from capsule_sym._figures.style import (
     describe,
     figure_style,
     mathematical,
-    size_of,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Motion, cycle
@@ -51,13 +51,13 @@ def plot_events(
     at its `alphas`, in their order. Drawn into `figure`, a figure or a part of one, if it is given.
     """
     with figure_style():
-        page = canvas(figure, width, 2.1 * len(events) + 0.45)
-        _, height = size_of(page)
+        columns = across(width, 2.5, 2)
+        rows = 2 * len(events) // columns
+        page = canvas(figure, width, rows * (0.47 * width / columns + 0.3))
         names = Names(page)
         grid = page.add_gridspec(
-            len(events), 2, left=0.0, right=0.97, bottom=0.2 / height, top=1 - 0.45 / height,
-            wspace=0.0, hspace=0.16,
-        )  # fmt: skip
+            rows, columns, left=0, right=1, bottom=0, top=1, wspace=0.02, hspace=0.04
+        )
         for row, (event, group) in enumerate(zip(events, motions, strict=True)):
             drawn = [cycle(motion) for motion in group]
             parameters = group[0].parameters
@@ -65,7 +65,8 @@ def plot_events(
             middle = drawn[event.alphas.index(event.middle)]
             close = whole.around(nearest(middle, event, parameters), event.zoom)
             for column, box in enumerate((whole, close)):
-                axes = add_space(page, grid[row, column], box)
+                place = divmod(2 * row + column, columns)
+                axes = add_space(page, grid[place], box)
                 draw_space(parameters, axes, box, colours)
                 for one, alpha in zip(drawn, event.alphas, strict=True):
                     style = _STYLES[int(np.sign(alpha - event.middle))]
@@ -73,9 +74,8 @@ def plot_events(
                 _name_lines(axes, parameters, box, names)
                 letter = "abcdefgh"[2 * row + column]
                 title = _title(event, group) if column == 0 else "magnified"
-                axes.set_title(f"({letter})  {title}", loc="left", x=0.03, y=0.92)
-        handles = [*field_handles(page, colours), *_style_handles(events)]
-        page.legend(handles=handles, loc="outside upper center", ncols=9, columnspacing=1.2)
+                fit_view(axes, axes.set_title(f"({letter})  {title}", loc="left", y=1.0))
+        add_key(page, [*field_handles(page, colours), *_style_handles(events)])
         names.settle()
         system = motions[0][0].parameters
         return describe(page, "Motions around bifurcations", parameters=system)

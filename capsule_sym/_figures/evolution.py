@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.branches import Record, name_bifurcations
+from capsule_sym._figures.layout import NARROW, add_key, fit_view
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -41,8 +42,8 @@ def plot_fig6(
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
     with figure_style():
-        page = canvas(figure, width, 4.8)
-        axes: Any = page.add_axes((0.0, 0.05, 1.0, 0.95), projection="3d", computed_zorder=False)
+        page = canvas(figure, width, 0.6 * width)
+        axes: Any = page.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", computed_zorder=False)
         axes.view_init(20, -62)
         axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
         # The least alpha is nearest to the eye, and so is drawn last.
@@ -62,14 +63,18 @@ def plot_fig6(
                     zorder=level,
                     label=f"_F{arc.field}",
                 )
-        axes.set_xlabel(LABELS["x_r"], labelpad=-4)
-        axes.set_ylabel(LABELS["alpha"], labelpad=6)
-        axes.set_zlabel(LABELS["v_r"], labelpad=-6)
+        # Words would take a column from the motions.
+        named = LABELS if width > NARROW else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
+        axes.set_xlabel(named["x_r"], labelpad=-4)
+        axes.set_ylabel(named["alpha"], labelpad=6 if width > NARROW else -4)
+        axes.set_zlabel(named["v_r"], labelpad=-6)
         axes.tick_params(pad=-2)
+        axes.locator_params(nbins=9 if width > NARROW else 5)
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.pane.set_visible(False)
             axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
-        page.legend(handles=field_handles(page, colours), loc="outside upper center", ncols=6)
+        fit_view(axes)
+        add_key(page, field_handles(page, colours))
         system = motions[0].parameters
         return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
@@ -88,13 +93,13 @@ def plot_itineraries(
     """
     with figure_style():
         alone = axes is None
-        figure, axes = axes_for(axes, width, 4.4, (0.45, 0.98, 0.09, 0.6))
+        figure, axes = axes_for(axes, width, 2.9)
         draw_itineraries(motions, axes, colours)
         for one in record["bifurcations"]:
             axes.axvline(one["value"], color="white", linewidth=0.6)
         if alone:
+            add_key(figure, field_handles(figure, colours))
             name_bifurcations(record, axes)
-            figure.legend(handles=field_handles(figure, colours), loc="upper center", ncols=6)
         return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 

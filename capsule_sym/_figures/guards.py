@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -45,7 +46,7 @@ def plot_margins(
     with figure_style():
         rows = {"height_ratios": (0.18, 1, 1, 1)}
         figure, (bar, gap, velocity, force) = axes_for(
-            axes, width, 4.6, nrows=4, sharex=True, gridspec_kw=rows
+            axes, width, 4.4, nrows=4, sharex=True, gridspec_kw=rows
         )
         itinerary_bar(drawn, bar, colours)
         for arc in drawn:
@@ -63,10 +64,7 @@ def plot_margins(
         force.set_xlabel(LABELS["time"])
         force.set_xlim(0, drawn[-1].time[-1] - begin)
         if axes is None:
-            handles = field_handles(figure, colours)
-            # Six names of fields in a line take more than a column of print.
-            across = 6 if width > 4.1 else 3
-            figure.legend(handles=handles, loc="outside upper center", ncols=across)
+            add_key(figure, field_handles(figure, colours))
         return describe(figure, "Guards over time", parameters=parameters)
 
 

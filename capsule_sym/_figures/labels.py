@@ -27,8 +27,11 @@ _COMPASS = (0.6, 0.6), (-0.6, 0.6), (0.6, -0.6), (-0.6, -0.6), (0, 0.8), (0, -0.
 _AROUND = [(far * x, far * y) for far in (1.0, 1.7, 2.6) for x, y in _COMPASS]
 """Directions from a point to a name beside it, in sizes of the name's type and more."""
 
-_ROOM = 1.0  # pixels that are left free around a name
-_TEXT, _CUT, _LINE = 100.0, 1000.0, 1.0  # what it costs to be on a text, to be cut, to meet a line
+_ROOM = 2.0  # pixels that are left free around a name
+_REACH = 150.0  # points that a name of a point may be away from it
+# What it costs to be on a text, to be cut, to meet a line, and to cover one.
+_TEXT, _CUT, _LINE, _COVERED = 100.0, 1000.0, 1.0, 0.1
+_FAR = 0.5  # what the longest line costs that leads to a name
 
 
 @dataclass(frozen=True)
@@ -38,17 +41,23 @@ class _Name:
     places: Array  # (n, 2), data coordinates
     offsets: Sequence[tuple[float, float]]  # points
     own: frozenset[int]  # what it may cover
-    reach: float  # points that it may be away from its places
+    reach: float  # points that it may be away from its places, with a line that leads to one
+    filled: bool  # whether it covers then what is below
 
-    def choices(self, pixels: Array) -> Iterable[tuple[Array, Array, tuple[float, float]]]:
-        """Where it may be, the better first: a place, the same in pixels, and the way from it."""
+    def choices(self, pixels: Array) -> Iterable[tuple[Array, Array, tuple[float, float], float]]:
+        """Where it may be, the better first: a place, the same in pixels, and the way from it.
+
+        With it how long the line is that leads there, in shares of the longest.
+        """
         for place, pixel in zip(self.places, pixels, strict=True):
             for offset in self.offsets:
-                yield place, pixel, offset
+                yield place, pixel, offset, 0.0
         turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-        for away in np.linspace(0.2, 1, 9) * self.reach:
+        for share in np.linspace(0.1, 1, 10) if self.reach else ():
+            away = share * self.reach
             for turn in turns:
-                yield self.places[0], pixels[0], (away * np.cos(turn), away * np.sin(turn))
+                way = away * np.cos(turn), away * np.sin(turn)
+                yield self.places[0], pixels[0], way, share
 
 
 @dataclass(frozen=True)
@@ -63,16 +72,18 @@ class Names:
     ) -> None:
         """A name on a line or in an area, at one of `places` (n, 2), the better ones first.
 
-        It covers what is its `own`.
+        It covers what is its `own`. Without, where all is full, a line leads to it from beside.
         """
-        self._add(axes, places, text, [(0.0, 0.0)], own, looks)
+        mine = tuple(own)
+        led: dict[str, Any] = {} if mine else {"reach": _REACH, "fill": "none", "edge": 0.0}
+        self._add(axes, places, text, [(0.0, 0.0)], mine, looks, **led)
 
     def beside(self, axes: Axes, places: Any, text: str, **looks: Any) -> None:
-        """A name beside one of `places` (n, 2)."""
+        """A name beside one of `places` (n, 2), or where all is full away from it, with a line."""
         size = float(looks.get("fontsize", 6.5))
         width = 0.5 * size * 0.6 * max(0, len(text.replace("$", "")) - 2)
         offsets = [(size * x + np.sign(x) * width, size * y) for x, y in _AROUND]
-        self._add(axes, places, text, offsets, (), looks)
+        self._add(axes, places, text, offsets, (), looks, reach=_REACH, fill="none", edge=0.0)
 
     def within(
         self, axes: Axes, places: Any, text: str, reach: float, fill: str = "white", **looks: Any
@@ -95,15 +106,16 @@ class Names:
         *,
         reach: float = 0.0,
         fill: str = "",
+        edge: float = 0.4,
     ) -> None:
         places = np.asarray(places, dtype=float).reshape(-1, 2)
         looks = {"fontsize": 6.5, "zorder": 30, **looks}
         if reach:
             looks["arrowprops"] = {
-                **{"arrowstyle": "-", "color": "black", "linewidth": 0.6},
+                **{"arrowstyle": "-", "color": "black", "linewidth": 0.6 if edge else 0.3},
                 **{"shrinkA": 0, "shrinkB": 0},
             }
-            looks["bbox"] = PATCH | {"facecolor": fill, "edgecolor": "black", "linewidth": 0.4}
+            looks["bbox"] = PATCH | {"facecolor": fill, "edgecolor": "black", "linewidth": edge}
         made = axes.annotate(
             text,
             places[0],
@@ -115,11 +127,15 @@ class Names:
             **looks,
         )
         made.set_visible(False)  # as long as it has no place
-        self._names.append(_Name(made, axes, places, offsets, frozenset(map(id, own)), reach))
+        covers = fill not in ("", "none")
+        self._names.append(
+            _Name(made, axes, places, offsets, frozenset(map(id, own)), reach, covers)
+        )
 
     def settle(self) -> None:
         """Put each name where it meets least, in the order in which they were given."""
         from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.path import Path
 
         if not self._names:
             return
@@ -138,36 +154,49 @@ class Names:
             half = np.array([x1 - x0, y1 - y0]) / 2 + _ROOM
             at = name.axes.transData.transform(name.places)
             best = np.inf
-            for place, pixel, offset in name.choices(at):
+            for place, pixel, offset, led in name.choices(at):
                 middle = pixel + scale * np.array(offset)
                 box = (*(middle - half), *(middle + half))
-                cost = self._cost(box, name, taken, curves, extents)
+                lead = Path([pixel, middle]) if led else None
+                line = _COVERED if led and name.filled else _LINE
+                cost = self._cost(box, name, taken, curves, extents, line) + _FAR * led
+                if lead is not None and cost < best:
+                    cost += _TEXT * sum(_crosses(lead, other) for other in taken)
                 if cost < best:
-                    best, chosen = cost, (place, offset, box)
+                    best, chosen = cost, (place, offset, box, lead)
                 if best == 0.0:
                     break
-            place, offset, box = chosen
+            place, offset, box, lead = chosen
             name.text.xy, name.text.xyann = tuple(place), offset
             taken.append(box)
-            if name.reach and offset == (0.0, 0.0):
+            if lead is not None:
+                curves.append((name.text.arrow_patch, lead))
+                extents = np.vstack([extents, _extent(lead)])
+            elif name.reach:
                 name.text.arrow_patch.set_visible(False)
                 name.text.get_bbox_patch().set_visible(False)
         self._names.clear()
 
     def _cost(
-        self, box: Box, name: _Name, taken: list[Box], curves: list[Any], extents: Array
+        self,
+        box: Box,
+        name: _Name,
+        taken: list[Box],
+        curves: list[Any],
+        extents: Array,
+        line: float,
     ) -> float:
-        frame = name.axes.bbox
+        frame = name.axes.bbox if name.axes.name != "3d" else self.figure.bbox
         inside = (
             box[0] >= frame.x0 and box[1] >= frame.y0 and box[2] <= frame.x1 and box[3] <= frame.y1
         )
-        cost = 0.0 if inside or name.axes.name == "3d" else _CUT
+        cost = 0.0 if inside else _CUT
         cost += _TEXT * sum(_meet(box, other) for other in taken)
         if cost >= _TEXT:
             return cost
         low, high = extents[:, :2], extents[:, 2:]
         near = np.all((low < box[2:]) & (high > box[:2]), axis=1)
-        return cost + _LINE * sum(
+        return cost + line * sum(
             id(curves[k][0]) not in name.own and _crosses(curves[k][1], box)
             for k in np.flatnonzero(near)
         )
@@ -204,6 +233,15 @@ def _texts(figure: Figure | SubFigure) -> Iterable[Text]:
             yield text
 
 
+def _marks(line: Any, path: Curve) -> Iterable[Curve]:
+    """The outlines of a line's markers."""
+    from matplotlib.path import Path
+
+    half = line.get_markersize() * line.get_figure(root=True).dpi / 72 / 2
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
+    return [Path(at + half * corners) for at in np.asarray(path.vertices)]
+
+
 def _curves(figure: Figure | SubFigure) -> list[tuple[Artist, Curve]]:
     """All that is drawn as a line, in pixels, with what draws it."""
     from matplotlib.collections import LineCollection
@@ -213,11 +251,11 @@ def _curves(figure: Figure | SubFigure) -> list[tuple[Artist, Curve]]:
 
     found: list[tuple[Artist, Curve]] = []
     for axes in figure.axes:
-        found += [
-            (line, line.get_transform().transform_path(line.get_path()))
-            for line in axes.lines
-            if line.get_visible() and np.isfinite(line.get_path().vertices).any()
-        ]
+        for line in axes.lines:
+            if line.get_visible() and np.isfinite(line.get_path().vertices).any():
+                path = line.get_transform().transform_path(line.get_path())
+                joined = line.get_linestyle() != "None"
+                found += [(line, one) for one in ([path] if joined else _marks(line, path))]
         for child in axes.get_children():
             if isinstance(child, LineCollection | Quiver):
                 whole = child.get_transform()

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from string import ascii_lowercase
 from typing import TYPE_CHECKING
 
+from capsule_sym._figures.layout import across, add_key
 from capsule_sym._figures.portraits import (
     boundary_handles,
     field_handles,
@@ -17,10 +18,8 @@ from capsule_sym._figures.style import (
     Colours,
     canvas,
     describe,
-    figure_of,
     figure_style,
     itinerary,
-    size_of,
 )
 from capsule_sym._map import Trajectory
 
@@ -28,8 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-_ACROSS = 2  # panels side by side, each a pair of axes
-_ROW, _HEAD, _FOOT = 1.1, 0.5, 0.35  # heights in inches: a row, the legend, the lowest labels
+_PAIR = 3.0  # least width of a panel, a pair of axes, in inches
+_ROW, _FOOT = 1.1, 0.2  # heights in inches: a row, the lowest labels
 
 
 def plot_fig7(
@@ -43,17 +42,11 @@ def plot_fig7(
 
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
-    rows = -(-len(motions) // _ACROSS)
+    pairs = across(width, _PAIR, 2)
+    rows = -(-len(motions) // pairs)
     with figure_style():
-        page = canvas(figure, width, _HEAD + rows * _ROW + _FOOT)
-        _, height = size_of(page)
-        places = {
-            **{"left": 0.055, "right": 0.985, "wspace": 0.3, "hspace": 0.42},
-            **{"bottom": (_FOOT + 0.05) / height, "top": 1 - _HEAD / height},
-        }
-        laid = figure_of(page).get_layout_engine() is not None
-        kept = {} if laid else places
-        grid = page.subplots(rows, 2 * _ACROSS, squeeze=False, gridspec_kw=kept)
+        page = canvas(figure, width, rows * _ROW + _FOOT, layout="constrained")
+        grid = page.subplots(rows, 2 * pairs, squeeze=False)
         for index, left in enumerate(grid[:, ::2].flat):
             right = grid[:, 1::2].flat[index]
             if index >= len(motions):
@@ -63,8 +56,7 @@ def plot_fig7(
             _panel(motions[index], left, right, ascii_lowercase[index], colours)
         for axes in grid[:-1].flat:
             axes.set_xlabel("")
-        handles = field_handles(page, colours) + boundary_handles(page)
-        page.legend(handles=handles, loc="outside upper center", ncols=7, columnspacing=1.2)
+        add_key(page, field_handles(page, colours) + boundary_handles(page))
         system = motions[0].parameters
         return describe(page, "Displacements and phase portraits", parameters=system)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._figures.layout import across, add_key
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
@@ -89,12 +90,12 @@ def plot_motion(
     Drawn into two `axes` if they are given.
     """
     with figure_style():
-        figure, (left, right) = axes_for(axes, width, 2.6, ncols=2)
+        side = across(width, 2.4, 2)
+        figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)
         plot_displacements(result, left, periods=periods, colours=colours)
         plot_phase_portrait(result, right, periods=periods, colours=colours)
         if axes is None:
-            handles = field_handles(figure, colours) + boundary_handles(figure)
-            figure.legend(handles=handles, loc="outside upper center", ncols=6)
+            add_key(figure, field_handles(figure, colours) + boundary_handles(figure))
         return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
 
 

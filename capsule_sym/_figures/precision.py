@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from capsule_sym._figures.layout import across, add_key
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import canvas, describe, figure_style
 
@@ -40,16 +41,19 @@ def plot_work_precision(
     shown = [name for name in _TITLES if rows[name]]
     ways = list(dict.fromkeys(_way(row) for name in shown for row in rows[name]))
     with figure_style():
-        page = canvas(figure, width, 4.2, layout="constrained")
-        panels = page.subplots(1, max(1, len(shown)), squeeze=False, sharey=True)
+        columns = across(width, 2.2, max(1, len(shown)))
+        down = max(1, -(-len(shown) // columns))
+        page = canvas(figure, width, 3.2 * down, layout="constrained")
+        panels = page.subplots(down, columns, squeeze=False, sharey=True)
         for axes, name in zip(panels.flat, shown, strict=False):
             _draw(rows[name], ways, axes)
             axes.set_title(_TITLES[name], loc="left")
             axes.set_xlabel("time per excitation period (µs)")
-        panels[0, 0].set_ylabel("largest error of the final state")
+        for axes in panels[:, 0]:
+            axes.set_ylabel("largest error of the final state")
         lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
         drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
-        page.legend(handles=drawn, loc="outside lower center", ncols=4)
+        add_key(page, drawn, below=True)
         return describe(page, "Work against precision")
 
 

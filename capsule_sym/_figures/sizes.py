@@ -3,8 +3,8 @@
 COLUMN, PAGE = 3.54, 7.48
 """Widths of a column and of a page of print, in inches."""
 
-WIDEST = 20.0
-"""Largest width of a picture, in inches."""
+NARROWEST, WIDEST = 3.3, 20.0
+"""Least and largest width of a picture, in inches."""
 
 FORMATS = (".png", ".svg", ".pdf")
 

@@ -57,19 +57,18 @@ def box_of(drawn: Iterable[Arc], room: float = 0.06) -> Box:
     return Box(*zip((low - spare).tolist(), (high + spare).tolist(), strict=True))
 
 
-def add_space(
-    figure: Figure, place: Any, box: Box, eye: tuple[float, float] = EYE, zoom: float = 1.36
-) -> Any:
+def add_space(figure: Figure, place: Any, box: Box, eye: tuple[float, float] = EYE) -> Any:
     """Axes of the state space at a place of the figure (a subplot specification)."""
     axes: Any = figure.add_subplot(place, projection="3d", computed_zorder=False)
     axes.view_init(*eye)
     axes.set(xlim=box.x_r, ylim=box.v_r, zlim=box.v_c)
-    axes.set_xlabel("$x_r$", labelpad=-8)
+    axes.set_xlabel("$x_r$", labelpad=-6.5)
     axes.set_ylabel("$v_r$", labelpad=-8)
     axes.set_zlabel("$v_c$", labelpad=-5)
     axes.tick_params(pad=-3)
     axes.tick_params(axis="z", pad=0)
-    axes.set_box_aspect((1.6, 1.1, 0.8), zoom=zoom)
+    axes.set_box_aspect((1.6, 1.1, 0.8))
+    axes.patch.set_visible(False)  # it would cover the texts of the view beside it
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.pane.set_visible(False)
         axis._axinfo["grid"].update(linewidth=0.0)

@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import PATCH, Names
+from capsule_sym._figures.layout import NARROW, fit_view
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, draw_space, walls
 from capsule_sym._figures.style import (
@@ -18,6 +19,7 @@ from capsule_sym._figures.style import (
     field_colour,
     figure_style,
     mathematical,
+    size_of,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces
@@ -59,23 +61,29 @@ def plot_fig2(
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
     with figure_style():
-        page = canvas(figure, width, 6.6)
+        columns = 3 if width > NARROW else 1
+        above, below = max(2.7, 0.52 * width), 2.4 * (3 // columns)
+        page = canvas(figure, width, above + below)
         names = Names(page)
+        # Margins of the top views are for the texts of their axes.
+        size, high = size_of(page)
+        share = below / (above + below)
+        view = page.add_gridspec(1, 1, left=0, right=1, bottom=share, top=1)
         grid = page.add_gridspec(
-            2, 3, height_ratios=(1.8, 1), left=0.06, right=0.985, bottom=0.065, top=0.97,
-            wspace=0.22, hspace=0.16,
+            3 // columns, columns, left=0.42 / size, right=1 - 0.1 / size, bottom=0.4 / high,
+            top=share - 0.2 / high, wspace=0.22, hspace=0.3,
         )  # fmt: skip
         x_r, v_r = window(parameters, 1.85, 1.2)
         box = Box(x_r, v_r, (-2.5 * parameters.f_b, 2.5 * parameters.f_b))
-        axes = add_space(page, grid[0, :], box, eye=(24.0, -50.0), zoom=1.4)
+        axes = add_space(page, view[0], box, eye=(24.0, -50.0))
         draw_space(parameters, axes, box, colours)
         _name_space(axes, parameters, box, names)
         relation = ("<", "=", ">")[int(np.sign(parameters.delta - parameters.f_b)) + 1]
-        axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=0.98)
+        fit_view(axes, axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=1.0))
         for index, gap in enumerate(_gaps(parameters)):
-            below = page.add_subplot(grid[1, index])
-            top_view(gap, below, box.x_r, box.v_r, names, colours)
-            below.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
+            flat = page.add_subplot(grid[index])
+            top_view(gap, flat, box.x_r, box.v_r, names, colours)
+            flat.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
         names.settle()
         return describe(page, "State space", parameters=parameters)
 
@@ -129,7 +137,7 @@ def inside(polygon: Array) -> Array:
     """Places for a name in a convex polygon, the middle first."""
     middle = polygon.mean(axis=0)
     between = np.concatenate([polygon, (polygon + np.roll(polygon, 1, axis=0)) / 2])
-    steps = [middle + share * (between - middle) for share in (0.0, 0.2, 0.4, 0.6, 0.75)]
+    steps = [middle + share * (between - middle) for share in (0.0, 0.2, 0.3, 0.4, 0.5, 0.6, 0.75)]
     found: Array = np.concatenate(steps)
     return found
 

@@ -58,6 +58,9 @@ LABELS = {
 }
 """Axis labels: what a quantity means, and its symbol."""
 
+NOT_PERIODIC = "no periodic motion found"
+"""Legend entry of what is left white where motions are drawn over parameters or starts."""
+
 SEAMLESS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "rasterized": True}
 """Options of areas side by side: as pixels without antialiasing no seam shows between them."""
 

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
+    NOT_PERIODIC,
     REGIONS,
     STABLE,
     axes_for,
@@ -67,8 +69,8 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
                 for place, code in enumerate(order)
             ]
             if np.any(rank < 0):
-                handles.append(Patch(facecolor="white", edgecolor="0.5", label="no attractor"))
-            figure.legend(handles=handles, loc="outside upper center", ncols=3)
+                handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
+            add_key(figure, handles)
         return describe(figure, "Basins of attraction", axes=[first, second])
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.labels import PATCH, Names
+from capsule_sym._figures.layout import NARROW, add_key
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.sizes import PAGE
@@ -47,14 +48,16 @@ def plot_fig3(
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
     with figure_style():
-        page = canvas(figure, width, 2.7, layout="constrained")
+        columns = 3 if width > NARROW else 1
+        page = canvas(figure, width, 2.4 * 3 / columns, layout="constrained")
+        panels = page.subplots(3 // columns, columns).flat
         for index, (axes, section, bundle) in enumerate(
-            zip(page.subplots(1, 3), sections(parameters)[0], bundles, strict=True)
+            zip(panels, sections(parameters)[0], bundles, strict=True)
         ):
             draw_section(section, bundle, axes, colours)
             _vectors(section, parameters, axes)
             axes.set_title(f"({'abc'[index]})  {mathematical(section.name)}", loc="left")
-        page.legend(handles=field_handles(page, colours), loc="outside upper center", ncols=6)
+        add_key(page, field_handles(page, colours))
         return describe(page, "Switching on surfaces", parameters=parameters)
 
 
@@ -113,19 +116,26 @@ def _plane_and_sections(
 ) -> Figure:
     shown = sections(parameters)[which]
     with figure_style():
-        page = canvas(figure, width, 4.4, layout="constrained")
-        columns = -(-len(shown) // 2)
-        grid = page.add_gridspec(2, 1 + columns, width_ratios=(1.75, *[1] * columns))
-        plane = page.add_subplot(grid[:, 0])
+        # Two sections in a column beside the plane, or two in a row below it.
+        half = -(-len(shown) // 2)
+        beside = width > NARROW
+        page = canvas(figure, width, 4.2 if beside else 2.9 + 1.5 * half, layout="constrained")
+        grid = (
+            page.add_gridspec(2, 1 + half, width_ratios=(1.75, *[1] * half))
+            if beside
+            else page.add_gridspec(1 + half, 2, height_ratios=(1.9, *[1] * half))
+        )
+        plane = page.add_subplot(grid[:, 0] if beside else grid[0, :])
         names = Names(page)
         top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
         arrows(plane)
         plane.set_title(f"(a)  plane $P_1=0$; {_KEY}", loc="left", fontsize=6.3)
         for index, (section, bundle) in enumerate(zip(shown, bundles, strict=True)):
-            axes = page.add_subplot(grid[index // columns, 1 + index % columns])
+            row, column = divmod(index, half if beside else 2)
+            axes = page.add_subplot(grid[row, 1 + column] if beside else grid[1 + row, column])
             draw_section(section, bundle, axes, colours)
             axes.set_title(f"({'bcdefg'[index]})  {mathematical(section.name)}", loc="left")
-        page.legend(handles=field_handles(page, colours), loc="outside upper center", ncols=6)
+        add_key(page, field_handles(page, colours))
         names.settle()
         return describe(page, "Switching on lines", parameters=parameters)
 

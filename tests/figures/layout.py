@@ -67,7 +67,8 @@ def _label(text: Text, renderer: Any) -> Label:
     flat = Text.get_window_extent(text, renderer)
     text.set_rotation(angle)
     patch = text.get_bbox_patch()
-    hides = patch is not None and patch.get_alpha() in (None, 1.0) and patch.get_fill()
+    hides = patch is not None and patch.get_visible() and patch.get_alpha() in (None, 1.0)
+    hides = hides and patch.get_facecolor()[3] == 1.0
     middle = np.array([whole.x0 + whole.x1, whole.y0 + whole.y1]) / 2
     half = np.array([flat.width, flat.height]) / 2
     return Label(text.get_text(), middle, half, angle, text.get_zorder(), bool(hides))

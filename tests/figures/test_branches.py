@@ -45,6 +45,7 @@ SMALL = {
     ],
     "bifurcations": [
         {
+            "label": "GR1",
             "type": "grazing",
             "line": "L9",
             "value": 1.15,
@@ -52,6 +53,7 @@ SMALL = {
             "average_velocity": 0.65,
         },
         {
+            "label": "LP1",
             "type": "fold",
             "line": None,
             "value": 1.16,
@@ -63,7 +65,8 @@ SMALL = {
 
 
 def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
-    x_r, v_r, velocity = plot_bifurcations(SMALL).axes
+    figure = plot_bifurcations(SMALL)
+    x_r, v_r, velocity = figure.axes
     for axes, first, second, markers in (
         (x_r, [0.1, 0.2], [0.3, 0.4], [0.25, 0.26]),
         (v_r, [0.2, 0.3], [0.4, 0.5], [0.35, 0.36]),
@@ -84,8 +87,9 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
     # The second state of a doubled orbit is a curve of its own.
     doubled = [line for line in x_r.lines if line.get_label() == "unstable"][1]
     assert list(doubled.get_ydata()) == [0.5, 0.6]
-    names = [text.get_text() for text in x_r.texts]
-    assert names == ["grazing $L_{9}$  1.150000", "fold  1.160000"]
+    assert [text.get_text() for text in x_r.texts] == ["GR1", "LP1"]
+    stand = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert stand == ["GR1  grazing $L_{9}$, 1.150000", "LP1  fold, 1.160000"]
     assert x_r.texts[0].xy[0] == pytest.approx(0.5)
     assert velocity.get_xlabel() == r"excitation frequency $\omega$"
 

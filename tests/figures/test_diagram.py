@@ -20,9 +20,10 @@ def record():
 
 
 def test_a_diagram_shows_both_branches_and_their_stability(record) -> None:
-    (axes,) = plot_diagram(record).axes
-    names = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert names == ["branch", "from PD1", "stable", "unstable"]
+    figure = plot_diagram(record)
+    (axes,) = figure.axes
+    keys = [[text.get_text() for text in key.get_texts()] for key in figure.legends]
+    assert keys == [["branch", "from PD1", "stable", "unstable"], ["PD  period doubling"]]
     assert {text.get_text() for text in axes.texts} == {"PD1"}
     drawn = [line for line in axes.lines if len(line.get_xdata()) > 1]
     styles = {(line.get_color(), line.get_linestyle()) for line in drawn}

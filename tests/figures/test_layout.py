@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,17 +17,25 @@ from capsule_sym import (
     plot_bifurcations,
     plot_chart,
     plot_diagram,
-    plot_energies,
+    plot_front,
+    plot_residuals,
+    plot_steering,
+    plot_work_precision,
 )
 from capsule_sym._figures import sweeps
 from capsule_sym._figures.catalogue import FIGURES, Study
-from capsule_sym._figures.sizes import PAGE
+from capsule_sym._figures.curves import plot_curves
+from capsule_sym._figures.style import CURVES
 from capsule_sym._study.data import Store
 from tests.figures.layout import problems
 from tests.figures.test_charts import CODES, CURVE
+from tests.figures.test_parts import STEERING, fitted
+from tests.figures.test_precision import RECORD
+from tests.sampling import sampled, some
 
+COLUMN, PAGE = 3.35, 7.0
 # The others take more time to compute, or to draw.
-QUICK = {("fig1", False), ("motion", True), ("margins", False)}
+QUICK = {("fig1", COLUMN), ("fig2", COLUMN), ("margins", PAGE)}
 
 
 def looked_at(figure: Any) -> list[str]:
@@ -35,44 +44,34 @@ def looked_at(figure: Any) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("name", "wide"),
+    ("name", "width"),
     [
-        pytest.param(name, wide, marks=[] if (name, wide) in QUICK else [pytest.mark.long])
+        pytest.param(name, width, marks=[] if (name, width) in QUICK else [pytest.mark.long])
         for name in FIGURES
         if name != "work-precision"
-        for wide in (True, False)
+        for width in (COLUMN, PAGE)
     ],
 )
-def test_every_text_of_a_figure_can_be_read(name: str, wide: bool, store: Store) -> None:
-    entry = FIGURES[name]
-    study = Study(store, Parameters(), width=PAGE if wide else entry.least)
-    assert looked_at(entry.make(study)) == []
+def test_every_text_of_a_figure_can_be_read(name: str, width: float, store: Store) -> None:
+    assert looked_at(FIGURES[name].make(Study(store, Parameters(), width=width))) == []
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("width", [COLUMN, PAGE])
 @pytest.mark.parametrize("name", ["fig2", "fig3", "fig4", "fig5", "motion", "margins"])
-def test_so_it_is_for_another_system(name: str, store: Store) -> None:
+def test_so_it_is_for_another_system(name: str, width: float, store: Store) -> None:
     other = Parameters(alpha=0.9, delta=1.3, zeta=0.2, beta=4.0, gamma=5.0, f_b=1.2)
-    assert looked_at(FIGURES[name].make(Study(store, other, chosen=True))) == []
+    assert looked_at(FIGURES[name].make(Study(store, other, width=width, chosen=True))) == []
 
 
-@pytest.mark.parametrize(
-    "draw",
-    [
-        plot_diagram,
-        *(pytest.param(d, marks=pytest.mark.long) for d in (plot_bifurcations, plot_energies)),
-    ],
-)
-def test_so_it_is_for_branches(draw: Callable[[Any], Any], branch) -> None:
-    assert looked_at(draw({**branch, "switched": [], "origin": None})) == []
-
-
-def test_so_it_is_for_sweeps() -> None:
+def swept() -> xr.Dataset:
+    """Cells of two itineraries, and attractors with and without a motion."""
     itineraries = np.where(np.arange(24)[:, None] + np.zeros(16) < 11, 11, 22)
+    itineraries[20:, 12:] = -1
     flags = {"flag_values": list(CODES), "flag_meanings": " ".join(CODES.values())}
     over = {"alpha": np.linspace(0, 2, 24), "gamma": np.linspace(1, 3, 16)}
     cells = {name: (tuple(over), np.ones((24, 16))) for name in ("velocity", "work")}
-    results = xr.Dataset(
+    return xr.Dataset(
         {
             "itinerary": (tuple(over), itineraries, flags),
             "attractor": (tuple(over), np.where(itineraries == 11, 0, -1)),
@@ -81,12 +80,71 @@ def test_so_it_is_for_sweeps() -> None:
         coords=over,
         attrs={"omega": 0.8, "f_b": 1.0},
     )
-    for figure in (
-        plot_chart(results, [CURVE]),
-        sweeps.plot_basin(results),
-        sweeps.plot_pareto(results),
-    ):
-        assert looked_at(figure) == []
+
+
+def crowd() -> dict[str, Any]:
+    """Curves of every type that meet in two dozen points, as those that leave others do."""
+    kinds = [*CURVES, "period doubling"]
+    met = np.random.default_rng(3).uniform((0.4, 1.0), (1.6, 3.0), (24, 2))
+    return {
+        "curves": [
+            {
+                "type": kind,
+                "parameters": ["alpha", "gamma"],
+                "points": [{"alpha": 0.4 + k / 9, "gamma": g} for g in (1.0, 2.0, 3.0)],
+                "codimension_two": [
+                    {"alpha": x, "gamma": y, "types": [kind, kinds[(k + n) % len(kinds)]]}
+                    for n, (x, y) in enumerate(met[k::8])
+                ],
+            }
+            for k, kind in enumerate(kinds)
+        ]
+    }
+
+
+def drive() -> Any:
+    return SimpleNamespace(
+        metrics=("velocity", "work"),
+        points=[SimpleNamespace(system=Parameters(), status=one) for one in STATUSES],
+        costs=np.array([1.0, 2.0, 3.0]),
+        values=np.array([0.1, 0.2, 0.25]),
+    )
+
+
+STATUSES = ("optimal", "optimal-at-border", "not-converged")
+OTHERS: dict[str, Callable[[Any, float], Any]] = {
+    "curves": lambda branch, width: plot_curves(crowd(), width=width),
+    "chart": lambda branch, width: plot_chart(swept(), [CURVE], width=width),
+    "basin": lambda branch, width: sweeps.plot_basin(swept(), width=width),
+    "pareto": lambda branch, width: sweeps.plot_pareto(swept(), width=width),
+    "front": lambda branch, width: plot_front(drive(), width=width),
+    "steering": lambda branch, width: plot_steering(STEERING, width=width),
+    "residuals": lambda branch, width: plot_residuals(fitted(), width=width),
+    "work-precision": lambda branch, width: plot_work_precision(RECORD, width=width),
+    "diagram": lambda branch, width: plot_diagram(
+        {**branch, "switched": [], "origin": None}, width=width
+    ),
+    "bifurcations": lambda branch, width: plot_bifurcations(many_of(branch), width=width),
+}
+
+
+def many_of(branch: Any) -> Any:
+    """The branch with each bifurcation four times over, so that their labels have no room."""
+    found = [
+        {**one, "label": f"{one['label']}{k}", "value": one["value"] + 1e-3 * k}
+        for one in branch["bifurcations"]
+        for k in range(4)
+    ]
+    return {**branch, "bifurcations": found}
+
+
+@sampled
+@pytest.mark.parametrize(
+    ("name", "width"),
+    some([(name, width) for name in OTHERS for width in (COLUMN, PAGE)], 3),
+)
+def test_so_it_is_for_results_of_ones_own(name: str, width: float, branch) -> None:
+    assert looked_at(OTHERS[name](branch, width)) == []
 
 
 def blank() -> tuple[Figure, Any]:
