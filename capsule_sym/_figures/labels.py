@@ -31,7 +31,8 @@ _ROOM = 2.0  # pixels that are left free around a name
 _REACH = 150.0  # points that a name of a point may be away from it
 # What it costs to be on a text, to be cut, to meet a line, and to cover one.
 _TEXT, _CUT, _LINE, _COVERED = 100.0, 1000.0, 1.0, 0.1
-_FAR = 0.5  # what the longest line costs that leads to a name
+_FAR, _STRUCK = 0.5, 5.0  # what the longest line costs that leads to a name, and one on a text
+_LED = 3  # places from which lines may lead to a name
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ class _Name:
             away = share * self.reach
             for turn in turns:
                 way = away * np.cos(turn), away * np.sin(turn)
-                yield self.places[0], pixels[0], way, share
+                for k in range(0, len(self.places), -(-len(self.places) // _LED)):
+                    yield self.places[k], pixels[k], way, share
 
 
 @dataclass(frozen=True)
@@ -161,7 +163,7 @@ class Names:
                 line = _COVERED if led and name.filled else _LINE
                 cost = self._cost(box, name, taken, curves, extents, line) + _FAR * led
                 if lead is not None and cost < best:
-                    cost += _TEXT * sum(_crosses(lead, other) for other in taken)
+                    cost += _STRUCK * sum(_crosses(lead, other) for other in taken)
                 if cost < best:
                     best, chosen = cost, (place, offset, box, lead)
                 if best == 0.0:
