@@ -57,9 +57,7 @@ def animate(
         left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
         right = figure.add_axes((0.66, 0.15, 0.32, 0.66))
         ground(left, -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max()))
-        plot_phase_portrait(
-            result, right, periods=1 if periods is None else periods, colours=colours
-        )
+        plot_phase_portrait(result, right, periods=periods, colours=colours)
         right.set(xlabel="$x_r$", ylabel="$v_r$")
         add_key(figure, field_handles(figure, colours))
         (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)

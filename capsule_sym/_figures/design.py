@@ -49,11 +49,14 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
     with figure_style():
         figure, axes = axes_for(axes, width, 0.6 * width)
         axes.plot(front.costs, front.values, "-", color=STABLE)
-        kinds = {"optimal": ("o", STABLE), "optimal-at-border": ("s", UNSTABLE)}
+        kinds = {
+            "optimal": ("o", STABLE, "optimum within the ranges"),
+            "optimal-at-border": ("s", UNSTABLE, "optimum at the border of a range"),
+        }
         for status in dict.fromkeys(str(point.status) for point in front.points):
             chosen = [str(point.status) == status for point in front.points]
-            mark, colour = kinds.get(status, ("x", "0.4"))
-            axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=status)
+            mark, colour, label = kinds.get(status, ("x", "0.4", "not proved an optimum"))
+            axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
         axes.set_ylabel(_label(front.metrics[0], system))
         axes.set_xlabel(_label(front.metrics[1], system))
         axes.legend(loc="best")

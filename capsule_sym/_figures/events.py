@@ -22,7 +22,7 @@ from capsule_sym._figures.style import (
     mathematical,
 )
 from capsule_sym._parameters import Parameters
-from capsule_sym._study.arcs import Motion, cycle
+from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym._study.boundaries import lines as boundary_lines
 from capsule_sym._study.events import Event, nearest
 
@@ -82,7 +82,11 @@ def plot_events(
 
 
 def _title(event: Event, group: Sequence[Motion]) -> str:
-    alphas = ", ".join(f"{round(motion.parameters.alpha, 5):g}" for motion in group)
+    alphas = ", ".join(
+        f"{round(motion.parameters.alpha, 5):g}"
+        + ("" if is_periodic(motion) else " (not periodic)")
+        for motion in group
+    )
     return f"{event.name} on {mathematical(event.line)}\n" rf"       $\alpha$ = {alphas}"
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 from capsule_sym._figures.branches import Record, name_bifurcations
 from capsule_sym._figures.layout import NARROW, add_key, fit_view
-from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
+    NOT_PERIODIC,
     SEAMLESS,
     Colours,
     axes_for,
@@ -22,7 +23,7 @@ from capsule_sym._figures.style import (
     field_colour,
     figure_style,
 )
-from capsule_sym._study.arcs import Motion, cycle
+from capsule_sym._study.arcs import Motion, cycle, is_periodic
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,9 +51,9 @@ def plot_fig6(
         widths = [(motion, 0.5) for motion in motions] + [(motion, 1.4) for motion in heavy]
         widths.sort(key=lambda pair: -pair[0].parameters.alpha)
         for level, (motion, wide) in enumerate(widths):
-            alpha = motion.parameters.alpha
+            alpha, settled = motion.parameters.alpha, is_periodic(motion)
             for arc in cycle(motion):
-                colour = field_colour(arc.field, colours)
+                colour = field_colour(arc.field, colours) if settled else "0.6"
                 depth = np.full_like(arc.x_r, alpha)
                 axes.plot(
                     arc.x_r,
@@ -61,7 +62,7 @@ def plot_fig6(
                     color=colour,
                     lw=wide,
                     zorder=level,
-                    label=f"_F{arc.field}",
+                    label=f"_F{arc.field}" if settled else "_not periodic",
                 )
         # Words would take a column from the motions.
         named = LABELS if width > NARROW else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
@@ -74,7 +75,7 @@ def plot_fig6(
             axis.pane.set_visible(False)
             axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
         fit_view(axes)
-        add_key(page, field_handles(page, colours))
+        add_key(page, field_handles(page, colours) + unsettled_handles(motions))
         system = motions[0].parameters
         return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
@@ -91,6 +92,8 @@ def plot_itineraries(
 
     Drawn into `axes`, without the names, if they are given.
     """
+    from matplotlib.patches import Patch
+
     with figure_style():
         alone = axes is None
         figure, axes = axes_for(axes, width, 2.9)
@@ -98,27 +101,35 @@ def plot_itineraries(
         for one in record["bifurcations"]:
             axes.axvline(one["value"], color="white", linewidth=0.6)
         if alone:
-            add_key(figure, field_handles(figure, colours))
+            handles: list[Any] = [*field_handles(figure, colours)]
+            if not all(map(is_periodic, motions)):
+                handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
+            add_key(figure, handles)
             name_bifurcations(record, axes)
         return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
 def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "safe") -> None:
-    """A column for each motion: the phase of the excitation upwards, alpha to the right."""
+    """A column for each motion: the phase of the excitation upwards, alpha to the right.
+
+    All are drawn over the excitation periods of the longest motion; the column of a run that does
+    not end in a steady motion stays white.
+    """
     from matplotlib.collections import PolyCollection
 
     motions = sorted(motions, key=lambda m: m.parameters.alpha)
     alphas = np.array([m.parameters.alpha for m in motions])
     edges = column_edges(alphas)
     bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in range(1, 7)}
-    longest = 1.0
-    for motion, left, right in zip(motions, edges[:-1], edges[1:], strict=True):
-        drawn = cycle(motion)
-        first = drawn[0].time[0]
-        longest = max(longest, drawn[-1].time[-1] - first)
+    cycles = [cycle(motion) if is_periodic(motion) else [] for motion in motions]
+    longest = max((round(one[-1].time[-1] - one[0].time[0]) for one in cycles if one), default=1)
+    for drawn, left, right in zip(cycles, edges[:-1], edges[1:], strict=True):
         for arc in drawn:
-            low, high = arc.time[0] - first, arc.time[-1] - first
-            bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
+            first, period_number = drawn[0].time[0], round(drawn[-1].time[-1] - drawn[0].time[0])
+            # Beside motions of more periods it is drawn over as many.
+            for turn in range(0, longest, period_number):
+                low, high = (min(turn + t - first, longest) for t in (arc.time[0], arc.time[-1]))
+                bars[arc.field].append([(left, low), (right, low), (right, high), (left, high)])
     for field, corners in bars.items():
         colour = field_colour(field, colours)
         axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))

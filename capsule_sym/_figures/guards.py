@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from capsule_sym._figures.layout import add_key
-from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
@@ -64,7 +64,7 @@ def plot_margins(
         force.set_xlabel(LABELS["time"])
         force.set_xlim(0, drawn[-1].time[-1] - begin)
         if axes is None:
-            add_key(figure, field_handles(figure, colours))
+            add_key(figure, field_handles(figure, colours) + unsettled_handles([result]))
         return describe(figure, "Guards over time", parameters=parameters)
 
 

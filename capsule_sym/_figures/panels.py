@@ -12,6 +12,7 @@ from capsule_sym._figures.portraits import (
     field_handles,
     plot_displacements,
     plot_phase_portrait,
+    unsettled_handles,
 )
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -56,7 +57,8 @@ def plot_fig7(
             _panel(motions[index], left, right, ascii_lowercase[index], colours)
         for axes in grid[:-1].flat:
             axes.set_xlabel("")
-        add_key(page, field_handles(page, colours) + boundary_handles(page))
+        handles = field_handles(page, colours) + boundary_handles(page)
+        add_key(page, handles + unsettled_handles(motions))
         system = motions[0].parameters
         return describe(page, "Displacements and phase portraits", parameters=system)
 
@@ -69,8 +71,7 @@ def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Co
     right.set_ylabel("$v_r$", labelpad=0)
     left.set_title(rf"({letter})  $\alpha$ = {motion.parameters.alpha:g}", loc="left")
     steady = motion.steady()
-    if steady:
-        right.set_title(itinerary(steady.itinerary), loc="left")
+    right.set_title(itinerary(steady.itinerary) if steady else "not periodic", loc="left")
     for axes in (left, right):
         axes.locator_params(axis="y", nbins=4)
         axes.locator_params(axis="x", nbins=5)

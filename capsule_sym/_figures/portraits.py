@@ -21,7 +21,7 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._map.segments import MODES
 from capsule_sym._parameters import Parameters
-from capsule_sym._study.arcs import Arc, Motion, arcs
+from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, is_periodic
 from capsule_sym._study.boundaries import lines
 
 if TYPE_CHECKING:
@@ -54,12 +54,17 @@ def plot_displacements(
 
 
 def plot_phase_portrait(
-    result: Motion, axes: Axes, *, periods: int = 1, colours: Colours = "safe"
+    result: Motion, axes: Axes, *, periods: int | None = None, colours: Colours = "safe"
 ) -> None:
-    """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right)."""
-    drawn = arcs(result, periods)
+    """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right).
+
+    Of a run its last `periods`; if not given, those of its steady motion. Thin where it does not
+    end in one.
+    """
+    drawn = cycle(result) if periods is None else arcs(result, periods)
     for arc in drawn:
         looks: dict[str, Any] = {"label": f"_F{arc.field}", "zorder": 3}
+        looks["linewidth"] = 1.1 if is_periodic(result) else 0.4
         axes.plot(arc.x_r, arc.v_r, "-", color=field_colour(arc.field, colours), **looks)
     _frame(axes, drawn)
     draw_lines(result.parameters, axes)
@@ -87,15 +92,17 @@ def plot_motion(
 ) -> Figure:
     """Displacements and phase portrait side by side: a run's last periods, or an orbit.
 
+    The portrait is that of the steady motion at the run's end; the legend says if it is none.
     Drawn into two `axes` if they are given.
     """
     with figure_style():
         side = across(width, 2.4, 2)
         figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)
         plot_displacements(result, left, periods=periods, colours=colours)
-        plot_phase_portrait(result, right, periods=periods, colours=colours)
+        plot_phase_portrait(result, right, colours=colours)
         if axes is None:
-            add_key(figure, field_handles(figure, colours) + boundary_handles(figure))
+            handles = field_handles(figure, colours) + boundary_handles(figure)
+            add_key(figure, handles + unsettled_handles([result]))
         return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
 
 
@@ -111,6 +118,17 @@ def field_handles(figure: Figure, colours: Colours = "safe") -> list[Line2D]:
         Line2D([], [], color=field_colour(field, colours), label=f"$F_{field}$ {mode}")
         for field, mode in enumerate(MODES, start=1)
         if drawn & {f"F{field}", f"_F{field}"}
+    ]
+
+
+def unsettled_handles(motions: Sequence[Motion]) -> list[Line2D]:
+    """Legend entry for motions that are not periodic; none where all are."""
+    from matplotlib.lines import Line2D
+
+    if all(map(is_periodic, motions)):
+        return []
+    return [
+        Line2D([], [], color="0.4", linewidth=0.4, label="not periodic: last periods of the run")
     ]
 
 

@@ -16,6 +16,8 @@ from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 from capsule_sym.generated.switching import FIELDS
 
+UNSETTLED = 16
+"""Excitation periods, at most, that are drawn of a run that does not end in a steady motion."""
 _PER_PERIOD = 240  # points, so that no corner shows in a picture a page wide
 
 Array = NDArray[np.float64]
@@ -76,18 +78,22 @@ def opening(trajectory: Trajectory, duration: float) -> list[Arc]:
     return _between(trajectory, begin, min(begin + duration, stop), duration / _PER_PERIOD)
 
 
+def is_periodic(motion: Motion) -> bool:
+    """Whether a motion is an orbit, or a run that ends in a steady motion."""
+    return not isinstance(motion, Trajectory) or motion.steady() is not None
+
+
 def cycle(motion: Motion) -> list[Arc]:
     """The arcs of an orbit, or of the steady motion at the end of a run, over one period of it.
 
-    Raises InvalidInput if a run does not end in a steady motion.
+    Of a run that does not end in one, those of its last excitation periods, `UNSETTLED` at most.
     """
     if not isinstance(motion, Trajectory):
         run = motion.trajectory()
         return _between(run, *run.span, motion.parameters.period / _PER_PERIOD)
     steady = motion.steady()
-    if steady is None:
-        raise InvalidInput("motion", motion.parameters, "a run that ends in a steady motion")
-    return arcs(motion, steady.period_number)
+    shown = steady.period_number if steady else min(UNSETTLED, motion.final[0].period)
+    return arcs(motion, shown)
 
 
 def _between(trajectory: Trajectory, begin: float, end: float, step: float) -> list[Arc]:

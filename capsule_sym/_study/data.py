@@ -23,6 +23,7 @@ from capsule_sym._options import Track
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps
 from capsule_sym._study import casestudy
+from capsule_sym._study.arcs import UNSETTLED
 from capsule_sym.generated.py import DIGEST
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ if TYPE_CHECKING:
 _BRANCH_POINTS = 200
 _STEPS = 30  # of a branch that is followed for its bifurcations only
 _ACROSS = 20  # of a chart, points at which motions are run
-_DRAWN = 3  # excitation periods of a motion that is drawn, or its period number if that is more
+_DRAWN = 3  # excitation periods of a motion that are drawn at least
+_CLOSING = 256  # excitation periods within which Newton's method closes a slow motion
 
 
 class Store:
@@ -68,7 +70,10 @@ class Store:
         return next(iter(self.track(step(), text, None)))
 
     def motions(self, wanted: Sequence[Parameters]) -> list[Trajectory]:
-        """The steady motion from rest at each parameter set, as a run of a few periods."""
+        """The steady motion from rest at each parameter set, as a run of a few periods.
+
+        Where it is not periodic, the run of so many as `arcs.UNSETTLED` and one more.
+        """
         inputs = [parameters.to_dict() for parameters in wanted]
 
         def compute() -> list[dict[str, Any]]:
@@ -221,16 +226,29 @@ def _itinerary(parameters: Parameters) -> str:
 
 
 def _settled(parameters: Parameters) -> dict[str, Any]:
-    """State at phase 0 and period number of the steady motion from rest."""
+    """State at phase 0 and period number of the steady motion from rest.
+
+    Newton's method closes a motion that settles slowly; without a number what is left is not
+    periodic. Raises InvalidInput where the run fails.
+    """
+    from capsule_sym._orbits.shooting.search import solve_orbit
+
     _, last, motion = casestudy.from_rest(parameters)
+    if not last.success:
+        raise InvalidInput(
+            "parameters", parameters.to_dict(), f"those of a motion ({last.message})"
+        )
+    state = list(last.final[1])
     if motion:
-        return {"state": list(last.final[1]), "period_number": motion.period_number}
-    allowed = (
-        f"where a run from rest becomes periodic within {casestudy.MOST_PERIODS} excitation periods"
-    )
-    raise InvalidInput("parameters", parameters.to_dict(), allowed)
+        return {"state": state, "period_number": motion.period_number}
+    orbit = solve_orbit(parameters, state, periods=_CLOSING)
+    if orbit.success:
+        return {"state": strobe(orbit)[-1], "period_number": orbit.itinerary.period_number}
+    return {"state": state, "period_number": None}
 
 
 def _run(parameters: Parameters, record: dict[str, Any]) -> Trajectory:
-    # One period more than is drawn, so that the first drawn segment has its beginning.
-    return simulate(parameters, record["state"], periods=max(_DRAWN, record["period_number"]) + 1)
+    number = record["period_number"]
+    # One period more than twice those of the motion, so that it is seen to repeat.
+    periods = max(_DRAWN, 2 * number if number else UNSETTLED) + 1
+    return simulate(parameters, record["state"], periods=periods)

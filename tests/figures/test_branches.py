@@ -13,7 +13,15 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from scipy.optimize import isotonic_regression
 
-from capsule_sym import plot_bifurcations, plot_energies, plot_events, plot_fig6, plot_itineraries
+from capsule_sym import (
+    Parameters,
+    plot_bifurcations,
+    plot_energies,
+    plot_events,
+    plot_fig6,
+    plot_itineraries,
+    simulate,
+)
 from capsule_sym._figures.branches import spread
 from capsule_sym._figures.evolution import draw_itineraries
 from capsule_sym._study.arcs import cycle
@@ -153,6 +161,38 @@ def test_a_column_of_itineraries_is_a_motions_word(settled) -> None:
     ]
     colours = {c.get_label(): to_hex(c.get_facecolor()[0]) for c in axes.collections}
     assert colours["F4"] == to_hex(SAFE[3])
+
+
+def test_a_motion_beside_longer_ones_is_drawn_over_as_many_periods(settled) -> None:
+    doubled = simulate(Parameters(alpha=0.4, zeta=0.01), periods=512)
+    assert doubled.steady().period_number == 2
+    axes = Figure().subplots()
+    draw_itineraries([doubled, settled(0.7)], axes)
+    heights: dict[float, float] = {}
+    for path in (path for one in axes.collections for path in one.get_paths()):
+        (left, low), (_, high) = path.vertices.min(axis=0), path.vertices.max(axis=0)
+        heights[left] = heights.get(left, 0.0) + high - low
+    assert list(heights.values()) == pytest.approx([2.0, 2.0], abs=1e-12)
+    assert axes.get_ylim() == (0, 2)
+
+
+def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> None:
+    restless = simulate(Parameters(alpha=1.2, gamma=3.0), periods=3)
+    motions = [settled(0.7), restless, settled(1.9)]
+    figure = plot_itineraries(motions, branch)
+    white = "no periodic motion found"
+    assert [one.get_text() for one in figure.legends[0].get_texts()][-1] == white
+    columns = {
+        path.vertices[:, 0].min() for c in figure.axes[0].collections for path in c.get_paths()
+    }
+    assert sorted(columns) == pytest.approx([0.7, 1.55])  # that at 1.2 stays white
+    without = plot_itineraries(motions[::2], branch)
+    assert white not in [one.get_text() for one in without.legends[0].get_texts()]
+    behind = plot_fig6(motions)
+    grey = {line.get_data_3d()[1][0] for line in behind.axes[0].lines if line.get_color() == "0.6"}
+    assert grey == {1.2}
+    named = behind.legends[0].get_texts()[-1].get_text()
+    assert named == "not periodic: last periods of the run"
 
 
 def test_itineraries_name_the_bifurcations(settled, branch) -> None:

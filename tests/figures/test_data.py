@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import InvalidInput, Parameters
+from capsule_sym import Parameters
 from capsule_sym._study import casestudy, data
 from capsule_sym._study.arcs import cycle
 from capsule_sym._study.data import Store, orbit_of
@@ -93,10 +93,31 @@ def test_motions_are_settled_once_and_are_steady_again(counting: Store) -> None:
         assert motion.final[0].period == 4
 
 
-def test_a_motion_that_does_not_settle_is_an_error(counting: Store, monkeypatch) -> None:
-    monkeypatch.setattr(casestudy, "MOST_PERIODS", casestudy._BLOCK)
-    with pytest.raises(InvalidInput, match="where a run from rest becomes periodic within 64"):
-        counting.motions([Parameters(alpha=0.3, gamma=3.0)])
+SLOW = Parameters(alpha=0.405, zeta=0.02)  # a run from rest needs more than 4,096 periods
+DOUBLED = Parameters(alpha=0.4, zeta=0.01)  # a motion of two excitation periods
+RESTLESS = Parameters(alpha=0.0074, zeta=0.0)  # without damping nothing fades
+
+
+def test_a_slow_motion_is_closed_by_newton(counting: Store) -> None:
+    _, last, unsettled = casestudy.from_rest(SLOW)
+    assert unsettled is None
+    (motion,) = counting.motions([SLOW])
+    # What is drawn repeats, and lies where the run from rest has come to.
+    assert motion.steady().itinerary == ("F5", "F4", "F5", "F2")
+    assert motion.final[1] == pytest.approx(motion.stroboscopic[0], abs=1e-12)
+    assert motion.final[1] == pytest.approx(last.final[1], abs=1e-3)
+
+
+def test_a_motion_of_two_periods_is_steady_when_it_is_drawn(counting: Store) -> None:
+    (motion,) = counting.motions([DOUBLED])
+    assert motion.steady().period_number == 2
+
+
+def test_a_motion_that_is_not_periodic_is_kept_as_it_is(counting: Store) -> None:
+    (motion,) = counting.motions([RESTLESS])
+    assert motion.success
+    assert motion.steady() is None
+    assert motion.final[0].period >= 16
 
 
 def test_orbits_come_back_from_the_record(branch) -> None:

@@ -138,6 +138,16 @@ def many_of(branch: Any) -> Any:
     return {**branch, "bifurcations": found}
 
 
+def test_statuses_are_told_in_words() -> None:
+    (axes,) = plot_front(drive()).axes
+    shown = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert shown == [
+        "optimum within the ranges",
+        "optimum at the border of a range",
+        "not proved an optimum",
+    ]
+
+
 @sampled
 @pytest.mark.parametrize(
     ("name", "width"),

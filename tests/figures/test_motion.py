@@ -177,10 +177,20 @@ def test_more_periods_than_were_run_are_refused(settled, periods: int) -> None:
         arcs(settled(1.2), periods)
 
 
-def test_a_run_that_has_not_settled_has_no_cycle() -> None:
-    run = simulate(Parameters(alpha=1.2), periods=2)
-    with pytest.raises(InvalidInput, match="a run that ends in a steady motion"):
-        cycle(run)
+def test_a_run_that_has_not_settled_is_drawn_as_it_ends_and_named() -> None:
+    run = simulate(Parameters(alpha=1.2), periods=3)
+    assert cycle(run)[0].time[0] == pytest.approx(0, abs=1e-12)
+    assert cycle(run)[-1].time[-1] == pytest.approx(3)
+    named = "not periodic: last periods of the run"
+    other = simulate(Parameters(alpha=0.7, gamma=3.0), periods=128)
+    for plot, titles in ((plot_motion, []), (plot_margins, []), (plot_fig7, ["not periodic"])):
+        motions = [run, other] if titles else run
+        figure = plot(motions) if titles else plot(motions, periods=2)
+        (key,) = figure.legends
+        assert [one.get_text() for one in key.get_texts()].count(named) == 1
+        shown = [axes.get_title(loc="left") for axes in figure.axes]
+        assert shown.count("not periodic") == len(titles)
+    assert named not in [one.get_text() for one in plot_motion(other).legends[0].get_texts()]
 
 
 def test_colours_that_do_not_exist_are_refused(settled) -> None:
