@@ -115,6 +115,7 @@ def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 @state_option("State at phase 0 from which the motion settles.")
 @_samples_option
 @_seed_option
+@max_seconds_option()
 @out_option("Write the JSON here, of a front with its table as CSV and its picture.")
 @json_option
 def optimise(
@@ -130,6 +131,7 @@ def optimise(
     state: tuple[float, float, float],
     samples: int,
     seed: int,
+    max_seconds: float,
     out: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -160,16 +162,19 @@ def optimise(
         "tolerances": dict(tolerances),
         "samples": samples,
         "seed": seed,
+        "max_seconds": max_seconds,
     }
     system = device or parameters
     found: Optimum | Front
     if against is None:
         if points is not None:
             raise InvalidInput("--points", points, "absent without --pareto")
-        found = find(metric, bounds_of(over), system, **asked)
+        with telling("Optimising") as progress:
+            found = find(metric, bounds_of(over), system, progress=progress, **asked)
     else:
         asked |= {} if points is None else {"points": points}
-        found = pareto(metric, against, bounds_of(over), system, **asked)
+        with telling("Optimising") as progress:
+            found = pareto(metric, against, bounds_of(over), system, progress=progress, **asked)
     if found.status is OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
     _report(found, "optimum" if against is None else "front", out, as_json)
@@ -185,6 +190,7 @@ def optimise(
 @margin_option
 @_samples_option
 @_seed_option
+@max_seconds_option()
 @out_option("Write the JSON here, the path as CSV, and its picture.")
 @json_option
 def steer(
@@ -194,6 +200,7 @@ def steer(
     margin: float | None,
     samples: int,
     seed: int,
+    max_seconds: float,
     out: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -203,24 +210,27 @@ def steer(
     The drive is alpha and omega, or P_d and Omega of a device. The straight path is tried first,
     then those by a corner; a broken one says where, and by which bifurcation.
 
-    Exits with 3 where one of the drives is not found. A broken path is a result.
+    Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
     """
     from capsule_sym._design.steering import SteeringStatus
     from capsule_sym._design.steering import steer as find
 
     parameters, device = chosen_parameters(file, dimensionless)
-    found = find(
-        device or parameters,
-        bounds_of(over) or None,
-        subject_to=subject_to,
-        margin=margin,
-        samples=samples,
-        seed=seed,
-    )
+    with telling("Steering") as progress:
+        found = find(
+            device or parameters,
+            bounds_of(over) or None,
+            subject_to=subject_to,
+            margin=margin,
+            samples=samples,
+            seed=seed,
+            max_seconds=max_seconds,
+            progress=progress,
+        )
     _report(found, "steering", out, as_json)
     if not as_json:
         print_steering(found)
-    if found.status is SteeringStatus.NO_OPTIMUM:
+    if found.status in (SteeringStatus.NO_OPTIMUM, SteeringStatus.TIME_LIMIT):
         _end(found)
 
 
@@ -405,7 +415,7 @@ def telling(text: str) -> Iterator[Callable[[str], object]]:
     """Shows on stderr, where that is a terminal, that work goes on, and what it says of itself."""
     with make_progress() as bar:
         task = bar.add_task(text, total=None)
-        yield lambda said: bar.update(task, description=f"{text}: {said}")
+        yield lambda said: bar.update(task, description=f"{text}: {said}".removeprefix(": "))
 
 
 _MILLI = {"m/s": "mm/s", "m": "mm"}
@@ -440,6 +450,9 @@ def _print_optimum(found: Optimum) -> None:
     for name, value in found.over.items():
         held = f"  (bound: {found.bounds[name]:.4g} a unit)" if name in found.bounds else ""
         grid.add_row(name, f"{value:.9g} {units.get(name, '')}".rstrip() + held)
+    if not found.itinerary:  # a cell of the survey, where there was no time for more
+        console.print(grid)
+        return
     grid.add_row("itinerary", " ".join(found.itinerary))
     for name, value in found.metrics.items():
         grid.add_row(name.replace("_", " "), with_unit(value, units.get(name, "")))

@@ -20,7 +20,7 @@ from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
 from capsule_sym._map.segments import MODES
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import core
+from capsule_sym._native import Watch, core
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
@@ -133,33 +133,42 @@ def _values(parameters: Parameters) -> Vector:
     return np.array(list(parameters.to_dict().values()))
 
 
-def _closed(parameters: Parameters, state: Vector, period_number: int) -> Motion | None:
+def _closed(
+    parameters: Parameters, state: Vector, period_number: int, watch: Watch | None = None
+) -> Motion | None:
     """The motion of the map near a state at forcing angle 0, by the core; None if none."""
     if core is None:
         return None
-    found = performance_many(_values(parameters), state, period_number, gradients=True)
+    row = _values(parameters)
+    found = performance_many(row, state, period_number, gradients=True, watch=watch)
     whole = found.closed[0] and bool(np.all(np.isfinite(found.gradients[0])))
     return Motion(parameters, found, period_number) if whole else None
 
 
-def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -> Motion | None:
-    """The motion that is reached from a state; None where none is reached."""
+def settle(
+    parameters: Parameters,
+    state: Sequence[float],
+    phase: float = 0.0,
+    watch: Watch | None = None,
+) -> Motion | None:
+    """The motion that is reached from a state; None where none is reached, or in time."""
+    watch = watch or Watch()
     if core is None:
         orbit = solve_orbit(parameters, state, phase, _PERIODS)
         return Motion(parameters, None, orbit=orbit) if orbit.success else None
     length, begin, at = _BLOCK, tuple(state), phase
     while length <= _PERIODS:
-        run = simulate(parameters, begin, at, length, keep="stroboscopic")
+        run = simulate(parameters, begin, at, length, keep="stroboscopic", max_seconds=watch.left)
         if not run.success:
             return None
         marks = np.array(run.stroboscopic, dtype=float)
-        if (found := _arrived(parameters, marks)) is not None:
+        if (found := _arrived(parameters, marks, watch)) is not None:
             return found
         length, begin, at = 2 * length, tuple(marks[-1].tolist()), 0.0
     return None
 
 
-def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
+def _arrived(parameters: Parameters, marks: Vector, watch: Watch) -> Motion | None:
     """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
     size, least = 1 + abs(marks[-LONGEST:]).max(), math.inf
     for period_number in range(1, LONGEST + 1):
@@ -169,7 +178,7 @@ def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
         if change > _REPEATED * size or change >= least:
             continue  # another number of periods repeats better
         least = change
-        found = _closed(parameters, marks[-1], period_number)
+        found = _closed(parameters, marks[-1], period_number, watch)
         if found is None or not found.multiplier < 1:
             continue
         far = abs(marks[-1] - found.state).max()
@@ -206,22 +215,23 @@ def beside(motion: Motion, parameters: Parameters, quick: bool = False) -> Motio
     return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
-def follow(motion: Motion, parameters: Parameters) -> Motion | None:
+def follow(motion: Motion, parameters: Parameters, watch: Watch | None = None) -> Motion | None:
     """The motion that a motion becomes where the parameters change to others; None if none."""
     if motion.found is not None:
         moved = _values(parameters) - _values(motion.parameters)
         state = motion.state + motion.found.by_parameter[0] @ moved
-        found = _closed(parameters, state, motion.period_number)
+        found = _closed(parameters, state, motion.period_number, watch)
         if found is not None and found.realised:
             return found
-        return settle(parameters, tuple(motion.state.tolist()))
+        return settle(parameters, tuple(motion.state.tolist()), watch=watch)
     found = beside(motion, parameters)
     if found is not None and found.realised:
         return found
     assert motion.orbit is not None
     x_r, v_r, v_c, angle = (float(value) for value in motion.orbit.z[:4])
     phase = (angle % math.tau) / parameters.omega
-    return settle(parameters, (x_r, v_r, v_c), min(phase, math.nextafter(parameters.period, 0.0)))
+    phase = min(phase, math.nextafter(parameters.period, 0.0))
+    return settle(parameters, (x_r, v_r, v_c), phase, watch)
 
 
 def agrees(one: Motion, other: Motion | None) -> bool:
@@ -236,22 +246,26 @@ def agrees(one: Motion, other: Motion | None) -> bool:
     )
 
 
-def survey(systems: Sequence[Parameters], state: Sequence[float]) -> list[dict[str, Slope]]:
+def survey(
+    systems: Sequence[Parameters], state: Sequence[float], watch: Watch | None = None
+) -> list[dict[str, Slope]]:
     """The metrics of n parameter sets from the same start, without derivatives.
 
-    Empty for a motion that does not settle within some periods on one of a period or two.
+    Empty for a motion that does not settle within some periods on one of a period or two, or in
+    time.
     """
+    watch = watch or Watch()
     rows = np.array([_values(p) for p in systems])
     if core is None:
-        orbits = [settle(p, state) for p in systems]
+        orbits = [None if watch.over else settle(p, state, watch=watch) for p in systems]
         return [{} if one is None else _plain(one.metrics) for one in orbits]
-    ended = simulate_many(rows, state, periods=_SURVEYED)
+    ended = simulate_many(rows, state, periods=_SURVEYED, max_seconds=watch.left)
     metrics: list[dict[str, Slope]] = [{} for _ in systems]
     for period_number in (1, 2):
         left = np.array([i for i, one in enumerate(metrics) if not one and ended.success[i]], int)
         if not len(left):
             break
-        found = performance_many(rows[left], ended.states[left], period_number)
+        found = performance_many(rows[left], ended.states[left], period_number, watch=watch)
         values, still = found.values, ~drifts(rows[left], found.fields, found.values)
         values[still, METRICS.index("progression")] = values[still, METRICS.index("velocity")] = 0
         stable = found.closed & (abs(found.multipliers[:, 0]) < 1)

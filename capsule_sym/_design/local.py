@@ -57,7 +57,8 @@ class Search:
         def place(x: Vector) -> Place | None:
             here = np.clip(x[:k], low, high)
             if here.tobytes() not in known:
-                if self.evaluations == _EVALUATIONS:  # those that find no motion count as well
+                # Those that find no motion count as well.
+                if self.evaluations == _EVALUATIONS or self.program.watch.over:
                     raise _Enough
                 self.evaluations += 1
                 recent = [*known.values()][-_STUCK:]

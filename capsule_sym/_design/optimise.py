@@ -7,7 +7,8 @@ optimum's conditions ends it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,8 @@ from capsule_sym._design.quantities import (
     real,
 )
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_count, check_start
+from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._native import Watch
 from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
 
 Vector = NDArray[np.float64]
@@ -45,6 +47,8 @@ def optimise(
     samples: int = 256,
     seed: int = 0,
     follow: int = 3,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
 ) -> Optimum:
     """The parameters at which a metric of the steady motion is greatest, or least.
 
@@ -61,12 +65,15 @@ def optimise(
     dimensionless; with several, or with `tolerances` of parameters as shares, such as {"mu": 0.1},
     the worst motion counts: of all starts, with all parameters at the ends of their tolerances.
     `samples` is the size of the survey that chooses where to begin, at `follow` places at most;
-    `seed` makes it another.
+    `seed` makes it another. After `max_seconds` the result is the best place that was found.
+    `progress` is called with what is done, in words.
 
     The optimum is a local one, the best of those that were found. Raises InvalidInput for names,
     bounds or texts that are not allowed.
     """
-    program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
+    program = program_of(
+        metric, over, base, maximise, subject_to, margin, starts, tolerances, max_seconds, progress
+    )
     return Optimiser(program, named(metric)).run(checked_survey(samples, seed, follow))
 
 
@@ -86,6 +93,8 @@ def program_of(
     margin: float | None,
     starts: Sequence[Sequence[float]],
     tolerances: Mapping[str, float] | None,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
 ) -> Program:
     """What is optimised, checked; raises InvalidInput."""
     system = Parameters() if base is None else base
@@ -108,6 +117,8 @@ def program_of(
         limits=limits_of(subject_to, system),
         margin=margin,
         scenarios=scenarios_of(starts, tolerances, system),
+        watch=Watch(checked_seconds(max_seconds)),
+        progress=progress,
     )
     _check_ends(program)
     return program

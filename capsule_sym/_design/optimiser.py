@@ -41,6 +41,7 @@ class Optimiser:
         self.program, self.name = program, name
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.flat = ""  # why no place is better than another
+        self.surveyed = Optimum(name, program.sign < 0, program.system)  # the best cell
 
     def run(self, survey: Survey) -> Optimum:
         """Survey, follow the best starts, and tell of the best optimum."""
@@ -65,6 +66,8 @@ class Optimiser:
         """What is found where searches left a place, the best, that is no optimum."""
         reach = _REACH
         for _ in range(_AGAIN):
+            if self.program.watch.over:
+                break
             again = self.go(self.program, places[0].u, reach)
             if not again or Search.rank(again[0]) >= Search.rank(places[0]):
                 reach *= _SHORTER
@@ -115,6 +118,11 @@ class Optimiser:
                 chosen.append(points[i])
             if len(chosen) == survey.follow:
                 break
+        if chosen:
+            system, at = self.program.system_at(chosen[0]), int(order[0])
+            over = {name: float(getattr(system, name)) for name in self.program.names}
+            value = self.program.sign * float(worst[at])
+            self.surveyed = replace(self.surveyed, system=system, over=over, value=value)
         if chosen and (first := Search(self.program).begin(chosen[0])) is not None:
             # A few cells may vary less than the objective does.
             slope = abs(Search(self.program).by_u(first.objective_by)).max()
@@ -123,6 +131,7 @@ class Optimiser:
 
     def go(self, program: Program, u: Vector, reach: float = 1.0) -> list[Place]:
         """The places that a search from u passed, the best first."""
+        self.program.tell(f"search {self.followed + 1}")
         search = Search(program)
         places = search.go(u, reach)
         self.evaluations += search.evaluations
@@ -141,6 +150,8 @@ class Optimiser:
     def ended(self, places: Sequence[Place]) -> Optimum | None:
         """The optimum where a search came to rest, if it satisfies all conditions."""
         found = stationary(self.program, places[0])
+        if self.program.watch.over:
+            return None
         if found is not None and self.holds(found, places[0]):
             return self.result(found, None)
         kink = kink_beside(self.program, places)
@@ -171,7 +182,12 @@ class Optimiser:
         return self.counted(optimum_of(self.program, self.name, found, kink))
 
     def counted(self, found: Optimum) -> Optimum:
-        """A result with how much it took."""
+        """A result with how much it took, and whether time was short."""
+        if self.program.watch.over and not (found.success or self.flat):
+            found = found if found.over else self.surveyed
+            rest = ": this is the best place so far" if found.over else ", and no motion was found"
+            status, message = OptimumStatus.TIME_LIMIT, f"the time is over{rest}"
+            found = replace(found, success=False, status=status, message=message)
         counts = {
             "evaluations": self.evaluations,
             "followed": self.followed,

@@ -27,6 +27,8 @@ class OptimumStatus(StrEnum):
     NO_MOTION = "no-motion"
     #: The metric is the same everywhere, as a speed is if the mass does not reach the spring.
     FLAT = "flat"
+    #: The time is over: the place is the best that was found.
+    TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ the optimum before: the multiplier of the bound is the slope of the front.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -121,6 +121,8 @@ def pareto(
     samples: int = 256,
     seed: int = 0,
     follow: int = 3,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
 ) -> Front:
     """The Pareto front of a metric that is to be great, or small, against one that is to be small.
 
@@ -128,12 +130,15 @@ def pareto(
     evenly apart, `points` in all, and `metric` is optimised. All else is as in `optimise`,
     the units too. Where
     neighbouring motions are worse both ways a bound has no point of its own: the front jumps.
+    After `max_seconds` the front has the points that were found.
 
     Raises InvalidInput as `optimise` does.
     """
     check_count("points", points, *POINTS)
     survey = checked_survey(samples, seed, follow)
-    program = program_of(metric, over, base, maximise, subject_to, margin, starts, tolerances)
+    program = program_of(
+        metric, over, base, maximise, subject_to, margin, starts, tolerances, max_seconds, progress
+    )
     cost = function_of("against", against, program.system)
     return _Fronts(program, cost, (named(metric), named(against))).run(points, survey)
 
@@ -156,6 +161,9 @@ class _Fronts:
         best = first.run(survey)
         second = Optimiser(replace(self.program, function=self.cost, sign=1), self.names[1])
         least = second.run(survey)
+        if self.program.watch.over:
+            ends = [self.point(best)] if self.whole(best) else []
+            return self.front(ends, OptimumStatus.TIME_LIMIT, "the time is over: ends are missing")
         for end in (best, least):
             if not self.whole(end) or end.status is OptimumStatus.INFEASIBLE:
                 return self.front([], end.status, end.message)
@@ -183,6 +191,9 @@ class _Fronts:
             message += f" of {points}: the others are worse in both metrics, or not found"
         both_ends = best.success and least.success
         status = OptimumStatus.OPTIMAL if both_ends else OptimumStatus.NOT_CONVERGED
+        if self.program.watch.over:
+            status = OptimumStatus.TIME_LIMIT
+            message = f"the time is over: {len(kept)} points of {points} were found"
         return self.front(kept, status, message)
 
     def as_end(self, least: Optimum) -> _Point:
@@ -221,10 +232,12 @@ class _Fronts:
         """The optimum at each bound, each from the one before."""
         found: list[_Point | None] = []
         last, before = begin.optimum, len(self.program.limits)
-        for bound in bounds.tolist():
+        for k, bound in enumerate(bounds.tolist(), 1):
+            self.program.tell(f"point {k} of {len(bounds)}")
             limit = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
             program = replace(
                 self.program,
+                progress=None,
                 limits=(*self.program.limits, limit),
                 limit_units=(*self.program.limit_units, abs(bound) or 1.0),
             )

@@ -8,7 +8,8 @@ worst one, and limits hold in all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import NamedTuple, cast
 
@@ -28,6 +29,7 @@ from capsule_sym._design.quantities import (
     valued,
 )
 from capsule_sym._errors import InvalidInput
+from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
 
 Vector = NDArray[np.float64]
@@ -35,6 +37,7 @@ Matrix = NDArray[np.float64]
 _STEP = 1e-3  # of a variable's range, in the differences of a multiplier
 KEPT = 1e-7
 """How far beyond a limit counts as within, over the size of the limit."""
+_CELLS = 4096  # of a survey in memory at once
 _FAR = 0.25  # a slack of stability that the next step does not use up
 
 
@@ -167,6 +170,15 @@ class Program:
     """What the slack of each limit is divided by; its limit where that is not 0."""
     elastic: bool = False
     """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
+    watch: Watch = field(default_factory=Watch)
+    """The limit of time, of all that is done with the program."""
+    progress: Callable[[str], object] | None = None
+    """Called with what is done, in words."""
+
+    def tell(self, doing: str) -> None:
+        """Says what is done to who wants to know."""
+        if self.progress is not None:
+            self.progress(doing)
 
     def system_at(self, u: Vector) -> System:
         """The system where the scaled variables are u."""
@@ -183,15 +195,16 @@ class Program:
         """The motions that the scenarios' starts lead to; None where one leads to none."""
         system, found = self.system_at(u), []
         for one in self.scenarios:
-            motion = evaluation.settle(dimensionless(one.system(system)), one.state)
+            own = dimensionless(one.system(system))
+            motion = None if self.watch.over else evaluation.settle(own, one.state, 0.0, self.watch)
             if motion is None:
                 return None
             found.append(motion)
         return tuple(found)
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
-        """The motions that these become at other variables; None where one is lost."""
-        return self._moved(evaluation.follow, motions, u)
+        """The motions that these become at other variables; None where one is lost, or in time."""
+        return self._moved(partial(evaluation.follow, watch=self.watch), motions, u)
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The orbits of the same itineraries at other variables, realised or not."""
@@ -205,7 +218,8 @@ class Program:
     ) -> tuple[Motion, ...] | None:
         system, found = self.system_at(u), []
         for one, motion in zip(self.scenarios, motions, strict=True):
-            moved = how(motion, dimensionless(one.system(system)))
+            own = dimensionless(one.system(system))
+            moved = None if self.watch.over else how(motion, own)
             if moved is None:
                 return None
             found.append(moved)
@@ -292,13 +306,14 @@ class Program:
         """The objective and the slacks at points (n, k), in no units."""
         worst = np.full(len(points), -np.inf)
         least = np.full((len(points), len(self.limits)), np.inf)
-        systems, contact, stiff = [self.system_at(u) for u in points], 0.0, False
-        for one in self.scenarios:
-            own = [one.system(system) for system in systems]
+        contact, stiff, total = 0.0, False, len(points) * len(self.scenarios)
+        for first, (k, one) in product(range(0, len(points), _CELLS), enumerate(self.scenarios)):
+            self.tell(f"survey, {first * len(self.scenarios) + k * _CELLS} of {total} runs")
+            own = [one.system(self.system_at(u)) for u in points[first : first + _CELLS]]
             plain = [dimensionless(system) for system in own]
-            about = evaluation.survey(plain, one.state)
+            about = evaluation.survey(plain, one.state, self.watch)
             stiff |= any(p.beta > 0 for p in plain)
-            for i, (system, metrics) in enumerate(zip(own, about, strict=True)):
+            for i, (system, metrics) in enumerate(zip(own, about, strict=True), first):
                 if not metrics:
                     worst[i] = np.nan
                     continue
@@ -306,9 +321,9 @@ class Program:
                 found = of(metrics, system)
                 value = valued("metric", self.function, found)[0] * self.sign
                 worst[i] = np.maximum(worst[i], value if np.isfinite(value) else np.inf)
-                for k, limit in enumerate(self.limits):
+                for j, limit in enumerate(self.limits):
                     slack = limit.slack(found)[0]
-                    least[i, k] = min(least[i, k], slack if np.isfinite(slack) else -np.inf)
+                    least[i, j] = min(least[i, j], slack if np.isfinite(slack) else -np.inf)
         return Overview(worst, least, contact > 0, stiff)
 
     def scaled(self, name: str, worst: Vector, least: Matrix) -> Program:
@@ -317,7 +332,7 @@ class Program:
         Raises InvalidInput where the metric has no number.
         """
         moving = ~np.isnan(worst)
-        if not moving.any():
+        if not moving.any() or (self.watch.over and not np.isfinite(worst[moving]).any()):
             return self
         allowed = "a function that has a finite number somewhere within the bounds"
         if not np.isfinite(worst[moving]).any():

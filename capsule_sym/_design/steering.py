@@ -6,7 +6,8 @@ driven where every orbit on it is stable: the capsule then stays on it if the dr
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -15,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.optimise import optimise
-from capsule_sym._design.optimum import Optimum
+from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.quantities import System
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.continuation import (
     Branch,
     BranchPoint,
@@ -46,6 +49,8 @@ class SteeringStatus(StrEnum):
     ONE_WAY = "one-way"
     #: One of the two optima was not found.
     NO_OPTIMUM = "no-optimum"
+    #: The time is over: what is missing was not found so far.
+    TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True)
@@ -149,6 +154,8 @@ def steer(
     seed: int = 0,
     follow: int = 3,
     points: int = 20,
+    max_seconds: float = math.inf,
+    progress: Callable[[str], object] | None = None,
 ) -> Steering:
     """The drives of greatest velocity forward and backward, and a path of stable orbits between.
 
@@ -157,7 +164,8 @@ def steer(
     to two and one and a half times these. The straight path is tried first, then those by a
     corner. A broken path says at which drive, and by which bifurcation.
     `subject_to`, `margin`, `samples`, `seed` and `follow` are as in `optimise`; each stretch of a
-    path is followed in `points` steps at least.
+    path is followed in `points` steps at least. After `max_seconds` the result has the drives and
+    the breaks that were found. `progress` is called with what is done, in words.
 
     Raises InvalidInput as `optimise` does, and for a drive by anything else.
     """
@@ -168,6 +176,7 @@ def steer(
     for name in bounds if isinstance(bounds, Mapping) else ():
         if name not in allowed:
             raise InvalidInput("over", name, f"of {' and '.join(allowed)}")
+    watch = Watch(checked_seconds(max_seconds))
     forward, backward = (
         optimise(
             "velocity",
@@ -179,10 +188,14 @@ def steer(
             samples=samples,
             seed=seed,
             follow=follow,
+            max_seconds=watch.left,
+            progress=progress,
         )
         for way in (True, False)
     )
-    return _steered(forward, backward, bounds, points)
+    if progress is not None:
+        progress("the way between the drives")
+    return _steered(forward, backward, bounds, points, watch)
 
 
 def _drives(system: System) -> tuple[str, str]:
@@ -199,7 +212,11 @@ def usual_drive(system: System) -> dict[str, tuple[float, float]]:
 
 
 def _steered(
-    forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]], points: int
+    forward: Optimum,
+    backward: Optimum,
+    bounds: Mapping[str, Sequence[float]],
+    points: int,
+    watch: Watch,
 ) -> Steering:
     """The path between two drives, if there is one."""
 
@@ -216,6 +233,8 @@ def _steered(
         )
 
     for one in (forward, backward):
+        if one.status is OptimumStatus.TIME_LIMIT:
+            return ended(SteeringStatus.TIME_LIMIT, one.message)
         if not one.success:
             return ended(SteeringStatus.NO_OPTIMUM, one.message)
     if forward.value <= 0 or backward.value >= 0:
@@ -224,6 +243,9 @@ def _steered(
     breaks: list[Break] = []
     straight: Sequence[Branch] = ()
     for corner in (None, *_corners(forward, backward, bounds)):
+        if watch.over:
+            message = f"the time is over, and {len(breaks)} paths that were tried are broken"
+            return ended(SteeringStatus.TIME_LIMIT, message, (), breaks, straight)
         branches, broken = _along(forward, backward, corner, points)
         if broken is None:
             path = [forward.over, *([corner] if corner else []), backward.over]

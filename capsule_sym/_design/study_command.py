@@ -17,6 +17,7 @@ from capsule_sym._design.command import (
     print_steering,
     subject_option,
     table_of,
+    telling,
     tolerance_option,
     units_of,
     with_unit,
@@ -29,6 +30,7 @@ from capsule_sym._options import (
     json_option,
     make_console,
     make_table,
+    max_seconds_option,
     out_option,
     parameter_options,
 )
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Points of the front of speed and cost.",
 )
+@max_seconds_option()
 @out_option("Write the JSON here, front and path as CSV, and their pictures.")
 @json_option
 def design(
@@ -59,6 +62,7 @@ def design(
     margin: float | None,
     tolerances: tuple[tuple[str, float], ...],
     points: int,
+    max_seconds: float,
     out: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -75,23 +79,36 @@ def design(
     from capsule_sym._design.optimum import OptimumStatus
     from capsule_sym._design.pareto import pareto
     from capsule_sym._design.steering import steer, usual_drive
+    from capsule_sym._map.checks import checked_seconds
+    from capsule_sym._native import Watch
     from capsule_sym._records import dumps
 
     parameters, device = chosen_parameters(file, dimensionless)
     system = device or parameters
     bounds = bounds_of(over) or usual_drive(system)
-    asked: dict[str, Any] = {"subject_to": subject_to, "margin": margin}
-    steering = steer(system, bounds, **asked)
-    front = pareto("speed", "cost_of_transport", bounds, system, points=points, **asked)
-    # The front ends at the fastest drive, where it has points at all.
-    found: dict[str, Optimum] = {
-        "fastest": front.points[-1] if front.points else optimise("speed", bounds, system, **asked),
-        "most economical": optimise("speed_per_work", bounds, system, **asked),
-    }
-    if tolerances:
-        found["most robust"] = optimise(
-            "speed", bounds, system, tolerances=dict(tolerances), **asked
-        )
+    watch = Watch(checked_seconds(max_seconds))
+    with telling("") as progress:
+
+        def asked(doing: str) -> dict[str, Any]:
+            return {
+                "subject_to": subject_to,
+                "margin": margin,
+                "max_seconds": watch.left,
+                "progress": lambda said: progress(f"{doing}: {said}"),
+            }
+
+        steering = steer(system, bounds, **asked("Steering"))
+        which = "speed", "cost_of_transport"
+        front = pareto(*which, bounds, system, points=points, **asked("Front"))
+        # The front ends at the fastest drive, where it has points at all.
+        fastest = front.points[-1] if front.points else None
+        found: dict[str, Optimum] = {
+            "fastest": fastest or optimise("speed", bounds, system, **asked("Fastest")),
+            "most economical": optimise("speed_per_work", bounds, system, **asked("Economical")),
+        }
+        if tolerances:
+            robust = {"tolerances": dict(tolerances), **asked("Robust")}
+            found["most robust"] = optimise("speed", bounds, system, **robust)
     for one in found.values():
         if one.status is OptimumStatus.INFEASIBLE:
             raise InvalidInput("subject_to", list(subject_to), f"possible: {one.message}")
@@ -116,6 +133,8 @@ def design(
         _print(found, units_of(system))
         print_steering(steering)
     missing = {name: one.message for name, one in found.items() if not one.success}
+    if front.status is OptimumStatus.TIME_LIMIT:
+        missing["the whole front"] = front.message
     if missing:
         why = "; ".join(dict.fromkeys(missing.values()))
         click.echo(f"not found: {', '.join(missing)}: {why}", err=True)
@@ -123,13 +142,13 @@ def design(
 
 
 def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
-    if not any(one.over for one in found.values()):
+    if not any(one.metrics for one in found.values()):
         return
-    names: Sequence[str] = list(next(iter(found.values())).over)
+    names: Sequence[str] = list(next(one.over for one in found.values() if one.metrics))
     heads = ["speed", "cost of transport", "power", "peak force"]
     shown = make_table("drive", *names, *heads, right=[*names, *heads], gap=2)
     for name, one in found.items():
-        if one.over:
+        if one.metrics:
             drive = [
                 f"{value:.5g} {units.get(key, '')}".rstrip() for key, value in one.over.items()
             ]

@@ -163,18 +163,22 @@ def test_a_device_that_goes_one_way_does_not_go_back_by_rounding(call, tmp_path)
 
 TIMED = {
     "fit": ("data.csv", "--unknown", "alpha"),
+    "optimise": ("--maximise", "speed", "--over", "alpha=0.8:1"),
+    "optimise --pareto": ("work", "--maximise", "speed", "--over", "alpha=0.8:1"),
+    "steer": (),
+    "design": (),
 }
 
 
 @pytest.mark.parametrize("name", TIMED)
 def test_a_command_that_is_out_of_time_says_so(name, call, tmp_path) -> None:
     series(tmp_path / "data.csv")
-    status, out, err = call(name, *TIMED[name], "--max-seconds", "1e-9", "--json")
+    status, out, err = call(*name.split(), *TIMED[name], "--max-seconds", "1e-9", "--json")
     assert (status, len(err)) == (3, 1)
     assert "time" in err[0]
     assert "time-limit" in out
     json.loads(out)
-    status, out, err = call(name, *TIMED[name], "--max-seconds", "nan")
+    status, out, err = call(*name.split(), *TIMED[name], "--max-seconds", "nan")
     assert (status, out, len(err)) == (2, "", 1)
     assert "max-seconds" in err[0]
 

@@ -1,6 +1,7 @@
 """What an optimisation makes of its metric, its limits and the units it has them in."""
 
 from functools import partial
+from itertools import count
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from capsule_sym._design.local import Search
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import _spread
 from capsule_sym._design.stationary import _Own, rough, stationary
+from capsule_sym._native import watch
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
 START = ((0.0, 0.0, 0.0),)
@@ -251,3 +253,48 @@ def test_a_metric_without_a_number_where_nothing_drifts_says_why() -> None:
     found = optimise("cost_of_transport", {"alpha": (0.8, 1.0)}, Parameters(delta=9.0), samples=2)
     assert (found.status, found.success) == ("flat", False)
     assert found.message.endswith("the mass does not reach the spring: lower delta or raise alpha")
+
+
+@pytest.mark.parametrize("seconds", [5, 400, 1200])
+def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(
+    monkeypatch, seconds
+) -> None:
+    looks, told = count(), []
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(looks))  # a second for each look
+    tolerances = dict.fromkeys(("zeta", "beta", "gamma", "f_b", "omega", "delta"), 0.05)
+    how = {"tolerances": tolerances, "samples": 16, "progress": told.append}
+    found = optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=seconds, **how)
+    assert (found.status, found.success) == ("time-limit", False)
+    assert told[0] == "survey, 0 of 1040 runs"
+    if seconds == 5:
+        assert (found.over, found.message) == ({}, "the time is over, and no motion was found")
+        return
+    assert told[-1].startswith("search")
+    if seconds == 400:  # the best cell of the survey
+        assert (found.orbits, list(found.over)) == ((), ["alpha"])
+        assert 0.1 < found.value < 0.3
+        return
+    # The value is that of the worst of the 65 scenarios.
+    assert len(found.orbits) == 65
+    speeds = [abs(performance(orbit).velocity.value) for orbit in found.orbits]
+    assert found.value == pytest.approx(min(speeds), rel=1e-9)
+
+
+@pytest.mark.parametrize("seconds", [5, 300, 450])
+def test_a_front_that_is_out_of_time_has_the_points_that_were_found(monkeypatch, seconds) -> None:
+    looks = count()
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(looks))
+    over = {"alpha": (0.8, 1.2), "omega": (0.7, 0.9)}
+    found = pareto("speed", "cost_of_transport", over, points=9, samples=8, max_seconds=seconds)
+    assert (found.status, found.success) == ("time-limit", False)
+    assert len(found.points) < 9
+    assert (seconds == 5) == (len(found.points) == 0)
+    for point in found.points:
+        assert point.value == pytest.approx(abs(performance(point.orbits[0]).velocity.value))
+
+
+def test_steering_that_is_out_of_time_has_the_drives_that_were_found(monkeypatch) -> None:
+    looks = count()
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(looks))
+    found = steer(over={"alpha": (0.8, 1.2)}, samples=4, max_seconds=60)
+    assert (found.status, found.success, found.path) == ("time-limit", False, ())
