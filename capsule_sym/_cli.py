@@ -7,6 +7,7 @@ imports SymPy.
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -25,6 +26,7 @@ from capsule_sym._options import (
     make_progress,
     make_table,
     max_seconds_option,
+    meant,
     out_option,
     parameter_options,
     state_option,
@@ -197,6 +199,8 @@ def run(
 def _print_run(
     trajectory: Trajectory, motion: SteadyMotion | None, physical: PhysicalParameters | None
 ) -> None:
+    from capsule_sym._map.steady import shown_progression
+
     console = make_console()
     values = trajectory.parameters.to_dict().items()
     console.print("  ".join(f"{name} = {value:.6g}" for name, value in values))
@@ -217,9 +221,10 @@ def _print_run(
     console.print()
     console.print(f"global map     {motion.global_map}")
     console.print(f"period number  {motion.period_number}")
-    console.print(f"progression    {float(motion.progression):.10g} per excitation period")
+    progression = shown_progression(motion)
+    console.print(f"progression    {progression:.10g} per excitation period")
     if physical:
-        advance = physical.displacement(float(motion.progression))
+        advance = physical.displacement(progression)
         period = physical.time(trajectory.parameters.period)
         console.print(f"               {advance:.6g} m in {period:.6g} s")
         console.print(f"velocity       {advance / period:.6g} m/s on average")
@@ -359,6 +364,10 @@ def _status(arguments: list[str]) -> int:
         sys.stdout.flush()
     except click.exceptions.Exit as done:
         return done.exit_code
+    except click.BadParameter as error:
+        number = re.match(r"'(.*)' is not a valid float", error.message)
+        more = meant(number[1]) if number and not error.message.endswith("?") else ""
+        return _complain(error.format_message() + more, 2)
     except click.ClickException as error:
         return _complain(error.format_message(), 2)
     except InvalidInput as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
@@ -56,6 +57,26 @@ def state_option(text: str) -> Callable[[_Command], _Command]:
     )
 
 
+_DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # what is written between numbers
+
+
+def meant(text: str, marks: int = 0) -> str:
+    """Question whether a number was meant, or several with so many marks ":" between them.
+
+    Empty where nothing is near: 0,7 is near 0.7, and 0.1-2 and 0.1,2 are near 0.1:2.
+    """
+    decimal = text.replace(",", ".")
+    comma = re.sub(_DASH.replace(";", "[;,]"), ":", text)
+    for one in (decimal, re.sub(_DASH, ":", decimal), comma):
+        parts = one.split(":")
+        try:
+            if [*map(float, parts)] and one != text and len(parts) - 1 in {0, marks}:
+                return f" Did you mean {one}?"
+        except ValueError:
+            pass
+    return ""
+
+
 class Range(click.ParamType):  # type: ignore[type-arg]
     """LOW:HIGH as a pair, or where a count is needed LOW:HIGH:COUNT as three numbers."""
 
@@ -75,7 +96,8 @@ class Range(click.ParamType):  # type: ignore[type-arg]
             numbers = ()
         if len(numbers) != 2 + self.counted:
             example = "0.1:2:20" if self.counted else "0.1:2"
-            self.fail(f"{value!r} is not {self.name}, such as {example}", param, ctx)
+            told = f"{value!r} is not {self.name}, such as {example}."
+            self.fail(told + meant(value, 1 + self.counted), param, ctx)
         return numbers
 
 
@@ -95,7 +117,10 @@ class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
     ) -> float | None:
         """The value of a text; of a range it is None."""
         if not self.device and (not isinstance(value, str) or ":" not in value):
-            return float(click.FLOAT(value, param, ctx))
+            try:
+                return float(click.FLOAT(value, param, ctx))
+            except click.BadParameter as error:
+                self.fail(error.message + meant(value, 1 + self.range.counted), param, ctx)
         assert param is not None
         assert ctx is not None
         ctx.meta.setdefault(_RANGES, {})[param.name] = self.range.convert(value, param, ctx)
@@ -301,6 +326,7 @@ class WritablePath(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """The path of a text."""
         from pathlib import Path
+        from tempfile import TemporaryFile
 
         if not value:
             self.fail("'' is no path", param, ctx)
@@ -310,10 +336,11 @@ class WritablePath(click.Path):
             return path  # a device or a pipe
         folder = place.parent if self.file_okay else place
         there = next(one for one in (folder, *folder.parents) if os.path.exists(one))
-        if not (there.is_dir() and os.access(there, os.W_OK | os.X_OK)):
-            self.fail(
-                f"{str(path)!r} cannot be written: {there} is no writable directory", param, ctx
-            )
+        try:
+            TemporaryFile(dir=there).close()
+        except OSError:
+            told = f"{str(path)!r} cannot be written: {there} is no writable directory"
+            self.fail(told, param, ctx)
         return path
 
 
@@ -358,7 +385,10 @@ def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[st
     That is without any of those it `needs`, or beside one that it is `never` given with.
     """
     context = click.get_current_context()
-    flags = {one.name: one.opts[0] for one in context.command.params}
+    flags = {
+        one.name: one.opts[0] if isinstance(one, click.Option) else str(one.metavar).strip("[]")
+        for one in context.command.params
+    }
     told = {one for one in flags if context.get_parameter_source(one or "") not in _NOT_GIVEN}
     if name not in told:
         return
@@ -368,7 +398,9 @@ def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[st
         )
     for one in never:
         if one in told:
-            raise click.UsageError(f"{flags[name]} does nothing beside {flags[one]}: leave it out")
+            raise click.UsageError(
+                f"{flags[name]} and {flags[one]} exclude each other: leave one of them out"
+            )
 
 
 _NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)

@@ -276,9 +276,8 @@ def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameter
     for name in dimensionless:
         if name in table:
             raise InvalidInput(name, table[name], f"absent where {given[0]} is given in SI units")
-    for name in physical:
-        if name not in table and name != "g":
-            raise InvalidInput(name, None, "given with the other physical parameters")
+    if missing := [name for name in physical if name not in table and name != "g"]:
+        raise InvalidInput("file", str(path), f"a whole device, with {', '.join(missing)} too")
     return PhysicalParameters(**table)
 
 

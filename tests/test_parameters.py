@@ -268,12 +268,13 @@ class TestFile:
         without_g = text.replace("g = 10.0\n", "")
         assert self.load(tmp_path, without_g) == PhysicalParameters(**DEVICE | {"g": 9.81})
 
-    @pytest.mark.parametrize("missing", sorted(DEVICE.keys() - {"g"}))
-    def test_a_missing_physical_key_is_named(self, tmp_path: Path, missing: str) -> None:
-        text = "".join(f"{name} = {value}\n" for name, value in DEVICE.items() if name != missing)
-        assert self.refusal(tmp_path, text) == (
-            f"{missing} = None: must be given with the other physical parameters"
-        )
+    @pytest.mark.parametrize("missing", [{"M_m"}, {"G", "k1"}, DEVICE.keys() - {"g"}])
+    def test_all_missing_physical_keys_are_named(self, tmp_path: Path, missing: set[str]) -> None:
+        kept = {name: value for name, value in DEVICE.items() if name not in missing}
+        text = "".join(f"{name} = {value}\n" for name, value in kept.items())
+        order = ("M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu")
+        named = ", ".join(name for name in order if name in missing)
+        assert self.refusal(tmp_path, text).endswith(f"must be a whole device, with {named} too")
 
     def test_a_mix_is_refused(self, tmp_path: Path) -> None:
         assert self.refusal(tmp_path, "alpha = 0.7\nk1 = 80.0\n") == (

@@ -7,10 +7,9 @@ from tempfile import gettempdir
 
 import click
 
-from capsule_sym._errors import InvalidInput
 from capsule_sym._explorer import page
 from capsule_sym._files import write_whole
-from capsule_sym._options import json_option, out_option, tell_written
+from capsule_sym._options import check_beside, json_option, out_option, tell_written
 
 _NAME = "capsule-sym-explorer.html"
 
@@ -32,8 +31,7 @@ def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> N
 
     The page is written to the directory of temporary files and opened, unless told otherwise.
     """
-    if out is not None and port is not None:
-        raise InvalidInput("--serve", port, "absent where --out is given")
+    check_beside("port", never=("out",))
     if port is not None:
         from capsule_sym._explorer.server import serve
 

@@ -205,6 +205,8 @@ def sweep_figure(
     with open_results(store) as results:
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
+        if lines and kind != "chart":
+            raise click.UsageError(f"--curve is for a chart, and this is {kind}")
         if kind == "chart":
             drawn = charts.plot_chart(results, lines, width=wide)
         else:

@@ -11,7 +11,7 @@ from typing import TypeGuard
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, PhysicalParameters
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
@@ -69,7 +69,9 @@ def check_start(
 ) -> tuple[float, float, float]:
     """The state as three floats; raises InvalidInput for any argument that is not allowed."""
     if not isinstance(parameters, Parameters):
-        raise InvalidInput("parameters", parameters, "Parameters")
+        device = isinstance(parameters, PhysicalParameters)
+        allowed = "Parameters" + ", which .dimensionless() of a device gives" * device
+        raise InvalidInput("parameters", parameters, allowed)
     values = _checked_state(state)
     _check_scales(parameters)
     _check_phase(phase, parameters)

@@ -36,7 +36,7 @@ class SteadyMotion:
 
     def __repr__(self) -> str:
         itinerary = shortened(" ".join(self.itinerary))
-        pace = f"{float(self.progression):.6g} per excitation period"
+        pace = f"{shown_progression(self):.6g} per excitation period"
         return f"<SteadyMotion {itinerary}: period number {self.period_number}, {pace}>"
 
     @property
@@ -50,6 +50,17 @@ class SteadyMotion:
         if len(self.segments) == 1:
             return self.segments[0].local_map.replace("P", "Id", 1)
         return " ∘ ".join(segment.local_map for segment in reversed(self.segments))
+
+
+def shown_progression(motion: SteadyMotion) -> float:
+    """The progression as it is shown: 0 where rounding of the segments' advances gives as much.
+
+    Orbits that are their own mirror image come to some 50 units of rounding, not to 0.
+    """
+    value = float(motion.progression)
+    unit = 2.0**-53 if isinstance(motion.progression, float) else 1e-50
+    summed = sum(abs(float(segment.advance)) for segment in motion.segments)
+    return 0.0 if abs(value) * motion.period_number <= 64 * unit * summed else value
 
 
 def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMotion | None:

@@ -10,6 +10,7 @@ import click
 from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     certify_option,
+    check_beside,
     chosen_parameters,
     json_option,
     make_console,
@@ -103,6 +104,8 @@ def branch(
     from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
     from capsule_sym._records import dumps, in_si, table, write
 
+    for name in (*dimensionless, *ranges(), "file", "begin", "state"):
+        check_beside(name, never=("restart",))
     device = None
     for name, (low, high, *_) in ranges().items():
         if parameter is not None or begin is not None or end is not None:
@@ -110,19 +113,13 @@ def branch(
         parameter, begin, end = name, low, high
     check_points(points)
     if end is None:
-        raise InvalidInput("to", None, "given, or a range such as --alpha 0.1:2")
+        beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
+        raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
     if restart is not None:
-        given = [name for name, value in dimensionless.items() if value is not None]
-        given += [name for name, value in (("FILE", file), ("from", begin)) if value is not None]
-        if given:
-            raise InvalidInput(given[0], "given", "left out with --restart, whose file has it")
         found = _restarted(*restart, parameter, end, points, _ties(ties) or None)
     else:
-        for name, value in (("parameter", parameter), ("from", begin)):
-            if value is None:
-                raise InvalidInput(name, None, "given, or --restart in its place")
-        assert parameter is not None
-        assert begin is not None
+        if parameter is None or begin is None:
+            raise click.UsageError("--to needs --parameter and --from, or --restart in their place")
         parameters, device = chosen_parameters(file, dimensionless)
         tied = _ties(ties)
         if device is not None and not tied and parameter not in parameters.to_dict():
@@ -222,6 +219,8 @@ def followed(
 
 
 def _print_branch(found: Branch) -> None:
+    from capsule_sym._map.steady import shown_progression
+
     console = make_console()
     if found.origin:
         console.print(f"\nfrom {found.origin}")
@@ -233,7 +232,7 @@ def _print_branch(found: Branch) -> None:
     for point in shown:
         itinerary = point.orbit.itinerary
         tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(itinerary)}"
-        row = (f"{point.value:.6g}", f"{float(point.orbit.progression):.6g}")
+        row = (f"{point.value:.6g}", f"{shown_progression(point.orbit.motion):.6g}")
         table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(itinerary))
     console.print(table)
     console.print()

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     certify_option,
+    check_beside,
     chosen_parameters,
     json_option,
     make_console,
@@ -86,9 +86,10 @@ def orbit(
     from capsule_sym._records import dumps
 
     parameters, device = chosen_parameters(file, dimensionless)
-
-    if along is not None and box is None:
-        raise InvalidInput("along", along, "given with --box only")
+    check_beside("along", needs=("box",))
+    check_beside("seed", needs=("starts",))
+    check_beside("starts", never=("box",))
+    check_beside("state", never=("starts", "box"))
     found: Sequence[Orbit]
     if box is not None:
         found = _search_box(parameters, device, box, along, as_json)
@@ -216,6 +217,7 @@ def _print_orbit(one: Orbit, record: dict[str, Any]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from capsule_sym._map.steady import shown_progression
     from capsule_sym._orbits.metrics.performance import METRICS
 
     console = make_console()
@@ -230,10 +232,11 @@ def _print_orbit(one: Orbit, record: dict[str, Any]) -> None:
     table.add_row("multipliers", f"{'  '.join(multipliers)}  ({stable})")
     tightest = record["admissibility"]
     table.add_row("tightest", f"{tightest['inequality']}: {tightest['value']:.6g}")
-    for name in METRICS:
-        table.add_row(name.replace("_", " "), f"{record[name]['value']:.12g}")
-    for name, value in record.get("si", {}).items():
-        table.add_row(escape(name.replace("_", " ")), f"{value:.12g}")
+    drifts = shown_progression(one.motion) != 0
+    values = {name: record[name]["value"] for name in METRICS} | record.get("si", {})
+    for name, value in values.items():
+        none = not drifts and name.startswith(("velocity", "progression"))
+        table.add_row(escape(name.replace("_", " ")), f"{0 if none else value:.12g}")
     console.print(table)
     console.print()
 

@@ -87,7 +87,7 @@ def curve(
 
     over = ranges()
     if len(over) != 2:
-        raise InvalidInput("ranges", [*over], "two parameters, such as --alpha 1.5:2 --gamma 3:3.3")
+        raise click.UsageError("give two ranges, such as --alpha 1.5:2 --gamma 3:3.3")
     parameters, device = chosen_parameters(file, dimensionless)
     (name, first, _), (other, second, scale) = (_scaled(device, *one) for one in over.items())
     names = name, other

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from capsule_sym._errors import InvalidInput
 from capsule_sym._options import (
     Range,
+    check_beside,
     chosen_parameters,
     json_option,
     make_progress,
@@ -59,6 +59,11 @@ def _running(command: _Command) -> _Command:
     ):
         command = option(command)
     return command
+
+
+def _check_run() -> None:
+    check_beside("any_core", needs=("resume",))
+    check_beside("executor", never=("dask",))
 
 
 @click.command("sweep")
@@ -118,15 +123,15 @@ def sweep(
     from capsule_sym._sweeps.refinement import refine_sweep
 
     over = ranges()
-    given_values = {name: value for name, value in dimensionless.items() if value is not None}
     settings = {"periods": periods, "compute": compute and compute.split(",")}
     settings = {name: value for name, value in settings.items() if value is not None}
     if plan is not None:
-        if more := [*over, *given_values, *settings, *(["params"] if file else [])]:
-            raise InvalidInput(more[0], "given", "left out beside FILE.toml, which has it")
+        for name in (*over, *dimensionless, *settings, "file"):
+            check_beside(name, never=("plan",))
         loaded = load_sweep(plan)
     else:
         loaded = _over(over, *chosen_parameters(file, dimensionless), settings)
+    _check_run()
     with _executor(executor, workers, dask, resume, any_core) as given:
         if stride is None:
             summary = run_sweep(loaded, store, **given)
@@ -155,7 +160,7 @@ def _over(
     from capsule_sym._sweeps.plan import read_plan
 
     if not over:
-        raise InvalidInput("axes", None, "a range such as --alpha 0.1:2:41, or FILE.toml")
+        raise click.UsageError("give a range, such as --alpha 0.1:2:41, or FILE.toml")
     axes = {
         name: {"from": low, "to": high, "count": count} for name, (low, high, count) in over.items()
     }
@@ -206,6 +211,9 @@ def basin(
 
     windows = {"x_r": x_r, "v_r": v_r, "v_c": v_c, "phase": phase}
     axes = tuple(Axis.linear(name, *window) for name, window in windows.items() if window)
+    if not axes:
+        raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
+    _check_run()
     parameters, _ = chosen_parameters(file, dimensionless)
     chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
     with _executor(executor, workers, dask, resume, any_core) as given:

@@ -126,6 +126,5 @@ def _check_table(
     for name in given:
         if allowed is not None and name not in allowed:
             raise InvalidInput(field, name, f"one of {', '.join(allowed)}")
-    for name in needed:
-        if name not in given:
-            raise InvalidInput(field, dict(given), f"a table with {', '.join(needed)}")
+    if missing := [name for name in needed if name not in given]:
+        raise InvalidInput(field, dict(given), f"a table with {', '.join(missing)} too")

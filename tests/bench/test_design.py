@@ -34,7 +34,7 @@ def test_the_command_prints_every_goal(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_options_of_different_studies_are_refused(words) -> None:
     done = CliRunner().invoke(bench, words)
     assert done.exit_code == 2
-    assert f"{words[0]} does nothing beside {words[1]}" in done.output
+    assert f"{words[0]} and {words[1]} exclude each other" in done.output
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")

@@ -62,7 +62,13 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("run --params binary.toml", ["--params = 'binary.toml'", "a TOML file"]),
         ("run --params nested.toml", ["parameter = 'parameters'", "one of alpha"]),
         ("run --params mixed.toml", ["alpha = 1", "absent"]),
-        ("run --params partial.toml", ["M_c = None", "given"]),
+        (
+            "run --params partial.toml",
+            [
+                "--params = 'partial.toml'",
+                "with M_c, k1, k2, c, G, P_d, Omega, mu too",
+            ],
+        ),
         ("run --params unknown.toml", ["parameter = 'alhpa'", "one of alpha"]),
         ("run --params text.toml", ["alpha = '0.7'", "a real number"]),
         ("run --params physical.toml --beta 2", ["beta = 2.0", "absent", "physical.toml"]),

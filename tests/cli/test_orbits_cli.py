@@ -188,7 +188,7 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         (("branch", "--parameter", "gamma", "--from", "3", "--to", "0"), "gamma = 0.0: must be"),
         (
             ("branch", "--parameter", "alpha", "--from", "0.5"),
-            "to = None: must be given, or a range such as --alpha 0.1:2",
+            "give a range of what varies, such as --alpha 0.1:2, or --parameter, --from and --to",
         ),
         (
             (*("curve", "--alpha", "0.9:1", "--gamma", "3:4", "--bifurcation", "fold"),),
@@ -212,7 +212,7 @@ def test_branch_curve_and_run_write_an_itinerary_alike(capsys) -> None:
         ),
         (
             ("curve", "--alpha", "1:2", "--gamma", "3", "--bifurcation", "all"),
-            "ranges = ['alpha']: must be two parameters",
+            "give two ranges, such as --alpha 1.5:2 --gamma 3:3.3",
         ),
         (("branch", "--alpha", "1:2", "--gamma", "2:3"), "gamma = '2:3': must be the only thing"),
         (("branch", "--alpha", "1:inf"), "alpha = inf: must be finite"),
@@ -278,10 +278,16 @@ def test_a_branch_is_restarted_from_its_file_by_a_label(capsys, tmp_path) -> Non
     assert period_numbers == [1, 2]
     for line, words in (
         (("--restart", file, "PD2", "--to", "1"), "label = 'PD2': must be one of PD1, EP1, EP2"),
-        (("--restart", file, "PD1", "--to", "1", "--from", "2"), "left out with --restart"),
-        (("--restart", file, "PD1", "--to", "1", "--zeta", "2"), "left out with --restart"),
-        (("--to", "1", "--parameter", "alpha"), "from = None: must be given"),
-        (("--to", "1"), "parameter = None: must be given"),
+        (
+            ("--restart", file, "PD1", "--to", "1", "--from", "2"),
+            "--restart exclude each other",
+        ),
+        (
+            ("--restart", file, "PD1", "--to", "1", "--zeta", "2"),
+            "--restart exclude each other",
+        ),
+        (("--to", "1", "--parameter", "alpha"), "--to needs --parameter and --from"),
+        (("--to", "1"), "--to needs --parameter"),
         (
             ("--parameter", "omega", "--from", "1", "--to", "2", "--with", "alpha=1-omega"),
             "alpha = -",

@@ -110,7 +110,7 @@ def test_certificates_of_section_4_are_accepted_and_a_changed_digit_is_not(
 def test_two_proofs_at_once_are_refused() -> None:
     run = CliRunner().invoke(group, ["enclose", "--everywhere", "--region", "plane.jsonl"])
     assert run.exit_code == 2
-    assert "--region does nothing beside --everywhere" in run.output
+    assert "--region and --everywhere exclude each other" in run.output
 
 
 def test_where_all_motions_go_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

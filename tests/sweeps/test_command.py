@@ -128,7 +128,7 @@ def test_a_check_tells_what_is_damaged(
         (["sweep", "FILE", "--store", "new", "--refine", "3"], "a power of two"),
         (["sweep", "FILE", "--store", "new", "--dask", "nonsense://x"], "of a Dask scheduler"),
         (["sweep", "FILE"], "--store"),
-        (["basin", "--store", "new"], "at least one axis"),
+        (["basin", "--store", "new"], "give a range of starts"),
         (["sweep-info", "nowhere"], "the directory of a sweep"),
     ],
 )
@@ -221,11 +221,11 @@ def test_ranges_are_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.parametrize(
     ("more", "part"),
     [
-        ([], "axes"),
+        ([], "give a range"),
         (["--alpha", "0.1:2"], "is not LOW:HIGH:COUNT"),
         (["--alpha", "0.1:2:3", "--compute", "words"], "compute = 'words'"),
-        (["FILE", "--periods", "3"], "periods = 'given': must be left out beside FILE.toml"),
-        (["FILE", "--alpha", "0.1:2:3"], "alpha = 'given'"),
+        (["FILE", "--periods", "3"], "--periods and FILE.toml exclude each other"),
+        (["FILE", "--alpha", "0.1:2:3"], "--alpha and FILE.toml exclude"),
     ],
 )
 def test_what_is_no_sweep_ends_with_2(more, part, file: str, tmp_path, capsys) -> None:

@@ -1,0 +1,183 @@
+"""What commands refuse before work begins, and what they say when they are stopped."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
+from capsule_sym._cli import _status
+from capsule_sym._enclosures import command as enclosing
+from capsule_sym._enclosures import regions
+from capsule_sym._hardcases import adversarial
+from capsule_sym._map.steady import shown_progression
+from capsule_sym._options import meant
+
+Command = Callable[..., subprocess.CompletedProcess[str]]
+DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)
+
+REFUSED = [
+    # an option that does nothing without another, or beside it
+    ("enclose --seconds 5", "--seconds is for --region or --from-rest, which is missing"),
+    ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
+    ("enclose --everywhere --out a.json", "--everywhere and --out exclude each other"),
+    ("orbit --seed 3", "--seed is for --starts, which is missing"),
+    ("orbit --along alpha 0 1", "--along is for --box, which is missing"),
+    ("orbit --starts 3 --state 0 0 0", "--state and --starts exclude each other"),
+    ("orbit --starts 3 --box 1 1 1", "--starts and --box exclude each other"),
+    ("branch --restart a.json PD1 --to 2 --state 0 0 0", "--state and --restart exclude each"),
+    ("branch --restart a.json PD1 --P-d 1:2", "--P-d and --restart exclude each other"),
+    ("sweep a.toml --store s --alpha 0.1:2:20", "--alpha and FILE.toml exclude each other"),
+    ("sweep a.toml --store s --periods 20", "--periods and FILE.toml exclude each other"),
+    ("sweep --alpha 0.1:2:3 --store s --any-core", "--any-core is for --resume, which is missing"),
+    ("basin --x-r 0:1:2 --store s --dask local --executor threads", "--executor and --dask"),
+    ("verify --only a --freeze", "--only and --freeze exclude each other"),
+    ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
+    # what is missing altogether
+    ("branch", "give a range of what varies, such as --alpha 0.1:2, or --parameter, --from and"),
+    ("branch --restart a.json PD1", "such as --alpha 0.1:2, or --to beside --restart"),
+    ("branch --to 1 --parameter alpha", "--to needs --parameter and --from, or --restart"),
+    ("sweep --store s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
+    ("basin --store s", "give a range of starts, such as --x-r -1:1:40"),
+    # times that are none
+    ("enclose --region a --seconds nan", "'--seconds': nan is not in the range x>0"),
+    ("enclose --from-rest a --seconds 0", "'--seconds': 0.0 is not in the range x>0"),
+    ("run --max-seconds nan", "'--max-seconds': nan is not in the range x>0"),
+    # files that cannot be written
+    ("run --certify=", "'--certify': '' is no path"),
+    ("figure fig1 --out=", "'--out': '' is no path"),
+    ("enclose --thresholds --out taken/below.json", "taken is no writable directory"),
+    ("figure fig6 --out taken/below.svg", "taken is no writable directory"),
+    ("report --out taken/below.html", "taken is no writable directory"),
+    ("adversarial --out taken", "'taken' is a file"),
+    # what was meant
+    ("run --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
+    ("run --state 0 0,1 0", "'0,1' is not a valid float. Did you mean 0.1?"),
+    ("branch --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
+    ("branch --alpha 0.1-2", "'0.1-2' is not a valid float. Did you mean 0.1:2?"),
+    ("branch --alpha 0,1:2", "'0,1:2' is not LOW:HIGH, such as 0.1:2. Did you mean 0.1:2?"),
+    ("sweep --store s --alpha 0.1-2-20", "'0.1-2-20' is not a valid float. Did you mean 0.1:2:20?"),
+    ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
+    ("sweep device.toml --store s", "must be a table with c, G, P_d, Omega, mu too"),
+]
+
+
+@pytest.mark.parametrize(("line", "told"), REFUSED)
+def test_a_wrong_line_is_refused_in_one_line(
+    line: str, told: str, inside: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    part = "M_m = 1\nM_c = 3\nk1 = 1\nk2 = 1\n"
+    (tmp_path / "taken").write_text("a file")
+    (tmp_path / "part.toml").write_text(part)
+    (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
+    monkeypatch.setattr(enclosing, "spawning", None)
+    done = inside(*line.split(), cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert told in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "marks", "told"),
+    [
+        ("0,7", 0, "0.7"),
+        ("-0,7e-3", 0, "-0.7e-3"),
+        ("0.1-2", 1, "0.1:2"),
+        ("0.1,2", 1, "0.1:2"),
+        ("0,1-2", 1, "0.1:2"),
+        ("-2..-1", 1, "-2:-1"),
+        ("0.1;2;20", 2, "0.1:2:20"),
+        ("0.1-2", 0, ""),
+        ("a,b", 1, ""),
+        ("0.7", 1, ""),
+    ],
+)
+def test_what_is_near_a_number_or_a_range_is_suggested(text: str, marks: int, told: str) -> None:
+    assert meant(text, marks) == (f" Did you mean {told}?" if told else "")
+
+
+def test_a_device_is_told_how_to_become_parameters() -> None:
+    with pytest.raises(InvalidInput, match=r"Parameters, which \.dimensionless\(\) of a device"):
+        simulate(DEVICE)  # type: ignore[arg-type]
+    with pytest.raises(InvalidInput, match=r"must be Parameters$"):
+        simulate(None)  # type: ignore[arg-type]
+
+
+LACKING = [
+    ("matplotlib platformdirs", "figure fig1 --out a.svg", "plot"),
+    ("matplotlib platformdirs", "diagram a.json --out a.svg", "plot"),
+    ("matplotlib jinja2", "report --out a.html", "plot"),
+    ("xarray zarr", "sweep --alpha 0.1:2:3 --store s", "sweep"),
+    ("xarray zarr", "basin --x-r 0:1:2 --store s", "sweep"),
+    ("xarray zarr", "sweep-info s", "sweep"),
+    ("xarray zarr", "sweep-figure s --out a.svg", "sweep"),
+    ("distributed", "sweep --alpha 0.1:2:3 --store s --dask local", "sweep"),
+    ("flint sympy", "enclose", "proof"),
+    ("flint", "run --certify a.json", "proof"),
+    ("sympy", "verify", "proof"),
+    ("scipy", "hardcases", "design"),
+    ("scipy", "bench", "peers"),
+]
+
+
+@pytest.mark.parametrize(("absent", "line", "extra"), LACKING)
+def test_a_missing_extra_has_one_sentence_and_one_status(
+    absent: str,
+    line: str,
+    extra: str,
+    inside: Command,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in absent.split():
+        monkeypatch.setitem(sys.modules, name, None)
+    done = inside(*line.split(), cwd=tmp_path)
+    told = f"error: {absent.split()[0]} is missing: pip install 'capsule-sym[{extra}]'\n"
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", told)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("line", "home", "call", "file"),
+    [
+        ("enclose --region plane.jsonl", regions, "prove", "plane.jsonl"),
+        ("enclose --from-rest rest.jsonl", regions, "prove", "rest.jsonl"),
+        ("adversarial --seed 7 --out log", adversarial, "run", "log/seed-7.jsonl"),
+    ],
+)
+def test_an_interrupt_says_that_the_file_goes_on(
+    line: str,
+    home: object,
+    call: str,
+    file: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def cut(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(home, call, cut)
+    monkeypatch.chdir(tmp_path)
+    assert _status(line.split()) == 130
+    kept = f"{Path(file)} has what is done, and the same command goes on from there"
+    assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
+
+
+@pytest.mark.parametrize("alpha", [1.2, 1.5, 4.0])
+def test_rounding_of_a_symmetric_motion_is_shown_as_no_progression(
+    alpha: float, inside: Command
+) -> None:
+    """Without the second spring every motion is its own mirror image, and goes nowhere."""
+    line = ["--beta", "0", "--alpha", str(alpha), "--zeta", "0.3"]
+    assert "progression    0 per excitation period" in inside("run", *line).stdout
+    shown = inside("orbit", *line).stdout.split()
+    assert [shown[shown.index(name) + 1] for name in ("velocity", "progression")] == ["0", "0"]
+
+
+def test_a_progression_above_rounding_is_shown_as_it_is() -> None:
+    orbit = solve_orbit(Parameters())
+    assert shown_progression(orbit.motion) == float(orbit.progression) > 0.4
