@@ -3,7 +3,7 @@ import { themeOf } from "./draw/colours.ts";
 import type { Theme } from "./draw/colours.ts";
 import type { Core } from "./core.ts";
 import type { Pool } from "./pool.ts";
-import { conflict, format, parse } from "./state.ts";
+import { conflict, converted, format, parse } from "./state.ts";
 import type { State } from "./state.ts";
 
 type Listener = (state: State, before: State) => void;
@@ -17,12 +17,16 @@ export class App {
   failed = "";
   private readonly listeners: Listener[] = [];
   private writing = 0;
+  /** Counts gestures: all changes of one make one step of the browser's history. */
+  private gesture = 0;
+  private written = 0;
 
   constructor(private readonly makePool: (failed: (why: string) => void) => Pool) {
     const { state, refused } = parse(location.hash);
     this.state = state;
     this.refused = refused;
     this.theme = themeOf(matchMedia("(prefers-color-scheme: dark)").matches);
+    for (const begins of ["pointerdown", "focusin", "change"]) addEventListener(begins, () => this.gesture++, true);
   }
 
   private loaded: Core | undefined;
@@ -54,6 +58,8 @@ export class App {
   /** Changes the state if that is allowed; says what is wrong otherwise. */
   change(change: Partial<State>): string {
     const next = { ...this.state, ...change };
+    // The motion starts where it did, in the other units.
+    if (next.units !== this.state.units && !("x_r" in change)) Object.assign(next, converted(this.state, next));
     const why = conflict(next);
     if (why) return why;
     const before = this.state;
@@ -78,22 +84,29 @@ export class App {
     return location.href.replace(/#.*$/, "") + (fragment ? `#${fragment}` : "");
   }
 
-  /** Puts the state into the address, not more often than browsers like. */
+  /** Puts the state into the address once changes pause; the first time in a gesture as a step of the history. */
   private write(): void {
     clearTimeout(this.writing);
     this.writing = window.setTimeout(() => {
       const fragment = `#${format(this.state)}`;
       if (location.hash === fragment || (fragment === "#" && !location.hash)) return;
+      const same = this.written === this.gesture;
+      this.written = this.gesture;
       try {
-        history.replaceState(null, "", fragment);
+        if (same) history.replaceState(null, "", fragment);
+        else history.pushState(null, "", fragment);
       } catch {
-        location.replace(fragment); // a page from a file may not have its history written
+        // A page from a file may not have its history written.
+        if (same) location.replace(fragment);
+        else location.assign(fragment);
       }
     }, 200);
   }
 
-  /** Takes a state from an address that was changed by hand. */
+  /** Takes a state from an address: one that was changed by hand, or from the history. */
   read(fragment: string): void {
+    clearTimeout(this.writing);
+    this.gesture++;
     if (fragment.replace(/^#/, "") === format(this.state) && !this.refused) return;
     const { state, refused } = parse(fragment);
     const before = this.state;

@@ -5,7 +5,7 @@ import { extent } from "./draw/axes.ts";
 import type { Axis } from "./fields.ts";
 import { digits } from "./itinerary.ts";
 import type { Pool } from "./pool.ts";
-import { ofStarts, parameters } from "./state.ts";
+import { ofStarts, parameters, startOf } from "./state.ts";
 import type { State } from "./state.ts";
 
 const COARSE = 16;
@@ -31,6 +31,8 @@ export class Chart {
   /** By cell: the region's number, -1 unknown, -2 not periodic, -3 left open. */
   of = new Int32Array(0);
   progressions = new Float64Array(0);
+  /** What is said beside its axes: of a device, too, they have no units. */
+  plainly = "";
   x: Axis = "alpha";
   y: Axis = "gamma";
   xs: readonly [number, number] = [0, 1];
@@ -67,6 +69,7 @@ export class Chart {
     this.cancel();
     const n = (this.size = state.c_size);
     this.state = state;
+    this.plainly = state.units === "device" ? ", dimensionless" : "";
     this.x = state.c_x as Axis;
     this.y = state.c_y as Axis;
     this.xs = [state.c_x0, state.c_x1];
@@ -205,7 +208,8 @@ export class Chart {
     for (let from = 0; from < wanted.length; from += CHUNK) {
       const part = wanted.slice(from, from + CHUNK);
       const places = part.map(([i, j]) => this.place(i, j));
-      const start = { state: [state.x_r, state.v_r, state.v_c] as const, phase: state.phase };
+      const { x_r, v_r, v_c, phase } = startOf(state);
+      const start = { state: [x_r, v_r, v_c] as const, phase };
       const job = this.pool.give({ kind: "cells", base, start, x: this.x, y: this.y, places, periods: state.c_periods }, (answer) => {
         if ("cells" in answer) {
           answer.cells.forEach((cell, k) => this.take(part[k] ?? [0, 0], cell));

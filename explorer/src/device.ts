@@ -15,6 +15,30 @@ export function scales(d: Device): Scales {
   return { force, time: 1 / Math.sqrt(d.k1 / d.M_m), length: force / d.k1 };
 }
 
+/** A unit in which something is shown: what the number without units is multiplied by, and its name. */
+export interface Unit {
+  factor: number;
+  name: string;
+}
+export type Units = Record<"length" | "velocity" | "time" | "energy", Unit>;
+
+const NONE: Unit = { factor: 1, name: "" };
+export const PLAIN_UNITS: Units = { length: NONE, velocity: NONE, time: NONE, energy: NONE };
+
+/** The units in which a device's motion is shown. */
+export function unitsOf(d: Device): Units {
+  const { force, time, length } = scales(d);
+  return {
+    length: { factor: 1e3 * length, name: "mm" },
+    velocity: { factor: (1e3 * length) / time, name: "mm/s" },
+    time: { factor: time, name: "s" },
+    energy: { factor: 1e3 * force * length, name: "mJ" },
+  };
+}
+
+/** A name with its unit, if it has one. */
+export const withUnit = (name: string, unit: Unit): string => (unit.name ? `${name} (${unit.name})` : name);
+
 export function dimensionless(d: Device): Record<Parameter, number> {
   const friction = d.mu * (d.M_m + d.M_c) * d.g;
   const natural = Math.sqrt(d.k1 / d.M_m);

@@ -5,7 +5,7 @@ import type { Mark } from "./jobs.ts";
 import { digits } from "./itinerary.ts";
 import { modulus, multipliers } from "./multipliers.ts";
 import type { Giver } from "./chart.ts";
-import { parameters } from "./state.ts";
+import { parameters, startOf } from "./state.ts";
 import type { State } from "./state.ts";
 
 export interface Pass {
@@ -32,6 +32,8 @@ export class Diagram {
   x: Parameter = "alpha";
   range: readonly [number, number] = [0, 1];
   omega = 1;
+  /** What is said beside its axes: of a device, too, they have no units. */
+  plainly = "";
   started = 0;
   /** Milliseconds from the start to the last column; 0 while it is under way. */
   took = 0;
@@ -65,6 +67,8 @@ export class Diagram {
     this.cancel();
     const [low, high, n] = [state.d_from, state.d_to, state.d_count];
     const base = parameters(state);
+    const { x_r, v_r, v_c, phase } = startOf(state);
+    this.plainly = state.units === "device" ? ", dimensionless" : "";
     this.x = state.d_x as Parameter;
     this.range = [low, high];
     this.omega = base.omega;
@@ -82,7 +86,7 @@ export class Diagram {
     this.passes.forEach((pass, k) => {
       const onward = pass.way !== "start";
       const start = onward
-        ? { state: [state.x_r, state.v_r, state.v_c] as const, phase: state.phase }
+        ? { state: [x_r, v_r, v_c] as const, phase }
         : { state: further(k - ways.length), phase: 0 };
       this.left++;
       this.ask({ kind: "sweep", base, x: this.x, values: pass.values, periods: state.d_periods, start, onward }, (answer) => {

@@ -10,6 +10,8 @@ export interface NumberField {
   name: string;
   about: string;
   unit?: string;
+  /** Unit of a device's value, where the field has none without a device. */
+  si?: string;
   /** Ends of the slider, if it has one: a part of the range. */
   slider?: readonly [number, number, number];
 }
@@ -44,8 +46,8 @@ export type Parameter = (typeof PARAMETERS)[number];
 export type DeviceName = (typeof DEVICE)[number];
 
 const SIZE = 1e20;
-const start = (symbol: string, name: string, about: string) =>
-  number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-2, 2, 0.01] });
+const start = (symbol: string, name: string, about: string, si: string) =>
+  number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-2, 2, 0.01], si });
 
 export const NUMBERS = {
   alpha: number("α", "excitation amplitude", [0, 1e10], 0.7,
@@ -78,11 +80,11 @@ export const NUMBERS = {
   Omega: number("Ω", "frequency of the excitation", [1e-9, 1e9], 8, "Angular frequency of the driving force.", { unit: "rad/s", slider: [0.1, 50, 0.01] }),
   mu: number("μ", "friction coefficient", [1e-9, 1e6], 0.2, "Coulomb friction between the capsule and what it lies on.", { slider: [0.01, 2, 0.001] }),
   g: number("g", "gravity", [1e-9, 1e6], 9.81, "Gravitational acceleration.", { unit: "m/s²", slider: [0.1, 30, 0.01] }),
-  x_r: start("x_r", "relative displacement at the start", "Displacement of the mass from the capsule, x_m − x_c."),
-  v_r: start("v_r", "relative velocity at the start", "Velocity of the mass relative to the capsule, v_m − v_c."),
-  v_c: start("v_c", "capsule's velocity at the start", "Exactly 0 where the capsule is at rest."),
+  x_r: start("x_r", "relative displacement at the start", "Displacement of the mass from the capsule, x_m − x_c.", "m"),
+  v_r: start("v_r", "relative velocity at the start", "Velocity of the mass relative to the capsule, v_m − v_c.", "m/s"),
+  v_c: start("v_c", "capsule's velocity at the start", "Exactly 0 where the capsule is at rest.", "m/s"),
   phase: number("τ₀", "phase at the start", [0, 2 * Math.PI * 1e6], 0,
-    "Time at the start within the excitation period, in [0, 2π/ω). Where a diagram or a chart varies ω, whole periods are taken off.", { slider: [0, 1, 0.001] }),
+    "Time at the start within the excitation period, in [0, 2π/ω). Where a diagram or a chart varies ω, whole periods are taken off.", { slider: [0, 1, 0.001], si: "s" }),
   periods: number("N", "periods settled", [1, 100000], 100,
     "Excitation periods that pass before the motion is drawn.", { whole: true, slider: [1, 1000, 1] }),
   d_from: number("from", "from", [0, 1e10], 0.005, "Least value of the diagram's parameter."),
@@ -116,6 +118,7 @@ export const QUANTITIES = {
 export type Quantity = keyof typeof QUANTITIES;
 
 export const ORIGIN = [...STARTS, "phase"] as const;
+export type Origin = (typeof ORIGIN)[number];
 export const AXES = [...PARAMETERS, ...ORIGIN] as const;
 export type Axis = (typeof AXES)[number];
 

@@ -88,7 +88,7 @@ async function begin(): Promise<void> {
     press();
   });
   press();
-  byId("take-tour").addEventListener("click", () => tour((at) => at.startsWith("view-motion") && app.change({ view: "motion" })));
+  byId("take-tour").addEventListener("click", () => tour(() => app.change({ view: "motion" })));
   addEventListener("hashchange", ({ newURL }) => app.read(newURL.replace(/^[^#]*/, "")));
   addEventListener("resize", measureType);
   performance.mark("ready");

@@ -4,12 +4,16 @@ import { POINT } from "./core.ts";
 import { cyclicStart, globalMap, rotated } from "./itinerary.ts";
 import { multipliers } from "./multipliers.ts";
 import type { Complex } from "./multipliers.ts";
-import { parameters } from "./state.ts";
+import { PLAIN_UNITS, unitsOf } from "./device.ts";
+import type { Units } from "./device.ts";
+import { parameters, startOf } from "./state.ts";
 import type { State } from "./state.ts";
 import type { Parameters, Triple } from "./core.ts";
 
 export interface Motion {
   parameters: Parameters;
+  /** In which it is shown; all numbers here are without units. */
+  units: Units;
   period: number; // of the excitation
   stop: Stop;
   /** What stayed open, where the run ended early. */
@@ -44,18 +48,20 @@ export function motionAt(core: Core, state: State): Motion {
   const p = parameters(state);
   core.limit(PATIENCE);
   core.prepare(p);
-  core.start([state.x_r, state.v_r, state.v_c], state.phase);
+  const { x_r, v_r, v_c, phase } = startOf(state);
+  core.start([x_r, v_r, v_c], phase);
   const ended = core.settle(state.periods);
   const steady = ended === "done" ? core.steady() : { multiple: 0, advance: 0, switches: 0, never: 0, hastened: false };
   const resting = !steady.multiple && steady.never ? 1 : steady.multiple;
   const begin = core.where();
   const turns = ended === "done" ? resting || UNSETTLED : 0;
-  return taken(core, p, ended, steady.never && !steady.switches ? 1 : resting, turns, begin.state, begin.periods, steady.hastened);
+  const units = state.units === "device" ? unitsOf(state) : PLAIN_UNITS;
+  return taken(core, p, units, ended, steady.never && !steady.switches ? 1 : resting, turns, begin.state, begin.periods, steady.hastened);
 }
 
-function taken(core: Core, p: Parameters, ended: Stop, multiple: number, turns: number, begin: Triple, passed: number, hastened: boolean): Motion {
+function taken(core: Core, p: Parameters, units: Units, ended: Stop, multiple: number, turns: number, begin: Triple, passed: number, hastened: boolean): Motion {
   const period = (2 * Math.PI) / p.omega;
-  const base = { parameters: p, period, multiple, turns, end: begin, passed, hastened };
+  const base = { parameters: p, units, period, multiple, turns, end: begin, passed, hastened };
   const again = turns ? core.record(multiple ? 2 * turns + 1 : turns) : "done";
   const stop = ended !== "done" ? ended : again === "full" ? "done" : again;
   const closed = multiple && stop === "done" ? core.closed() : null;

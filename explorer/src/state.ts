@@ -1,7 +1,7 @@
 // The state of the page: a flat record, read from a URL as strictly as from a file, and written to one.
 import { CHOICES, DEVICE, NUMBERS, ORIGIN, PARAMETERS, field } from "./fields.ts";
-import type { ChoiceName, NumberName, Parameter } from "./fields.ts";
-import { dimensionless, problem } from "./device.ts";
+import type { ChoiceName, NumberName, Origin, Parameter } from "./fields.ts";
+import { dimensionless, problem, scales } from "./device.ts";
 
 export type State = { [K in NumberName]: number } & { [K in ChoiceName]: string };
 
@@ -40,6 +40,24 @@ export function parameters(state: State): Record<Parameter, number> {
   return Object.fromEntries(PARAMETERS.map((name) => [name, state[name]])) as Record<Parameter, number>;
 }
 
+/** The units of the start: the device's scales in m, m/s and s where the state has one, else 1. */
+export function startScales(state: State): Record<Origin, number> {
+  const { length, time } = state.units === "device" ? scales(state) : { length: 1, time: 1 };
+  return { x_r: length, v_r: length / time, v_c: length / time, phase: time };
+}
+
+/** The start without units. */
+export function startOf(state: State): Record<Origin, number> {
+  const scale = startScales(state);
+  return Object.fromEntries(ORIGIN.map((name) => [name, state[name] / scale[name]])) as Record<Origin, number>;
+}
+
+/** The same start in the units of another state. */
+export function converted(state: State, other: State): Record<Origin, number> {
+  const [start, scale] = [startOf(state), startScales(other)];
+  return Object.fromEntries(ORIGIN.map((name) => [name, start[name] * scale[name]])) as Record<Origin, number>;
+}
+
 /** What is wrong between the fields, or "". */
 export function conflict(state: State): string {
   if (state.units === "device") {
@@ -51,8 +69,8 @@ export function conflict(state: State): string {
     const wrong = refusal(name, p[name]);
     if (wrong) return state.units === "device" ? `of this device ${wrong}` : wrong;
   }
-  const period = (2 * Math.PI) / p.omega;
-  if (!(state.phase < period)) return `τ₀ must be a time in [0, 2π/ω) = [0, ${period.toPrecision(6)})`;
+  const period = ((2 * Math.PI) / p.omega) * startScales(state).phase;
+  if (!(state.phase < period)) return `τ₀ must be a time in [0, ${state.units === "device" ? "2π/Ω" : "2π/ω"}) = [0, ${period.toPrecision(6)})`;
   if (!(state.d_from < state.d_to)) return "the diagram's first value must be below its last";
   if (state.units === "dimensionless" || state.view !== "motion")
     for (const end of [state.d_from, state.d_to]) {

@@ -6,6 +6,7 @@ import re
 import tomllib
 from time import monotonic
 
+import numpy as np
 import pytest
 
 from capsule_sym import (
@@ -87,8 +88,61 @@ def test_a_device_is_that_of_the_package(open_page):
                                 Omega=8, mu=0.2)  # fmt: skip
     motion = simulate(device.dimensionless(), periods=400).steady()
     assert _itinerary(tab) == motion.itinerary
-    speed = device.velocity(motion.progression / device.dimensionless().period)
-    assert _quantity(tab, "speed") == pytest.approx([1000 * speed], rel=1e-5)
+    friction = 0.2 * (0.5 + 1.65) * 9.81  # N
+    length, time = friction / 50, (0.5 / 50) ** 0.5  # m, s
+    assert _quantity(tab, "progression") == pytest.approx([1e3 * motion.progression * length])
+    speed = motion.progression * length * 8 / (2 * np.pi)
+    assert _quantity(tab, "velocity") == pytest.approx([1e3 * speed])
+    work = performance(solve_orbit(device.dimensionless())).work.value
+    assert _quantity(tab, "work") == pytest.approx([1e3 * work * friction * length])
+    assert sum(_quantity(tab, "losses")) == pytest.approx(1e3 * work * friction * length, rel=1e-4)
+    first = motion.segments[0]
+    for name, value in (
+        ("duration (s)", first.duration * time),
+        ("start in mm, mm/s", 1e3 * first.start_state[0] * length),
+    ):
+        cell = tab.locator(f"#segments tr >> nth=0 >> [data-name='{name}']").inner_text()
+        assert float(cell.split(",")[0]) == pytest.approx(value, rel=1e-5)
+
+
+def test_a_device_starts_and_is_drawn_in_si(open_page, tmp_path):
+    friction = 0.2 * (0.5 + 1.65) * 9.81
+    length, time = friction / 50, (0.5 / 50) ** 0.5
+    tab = open_page("#units=device&P_d=4.5&x_r=0.03&v_r=0.1&phase=0.2")
+    assert tab.locator(".control:has(#field-v_r) .unit").inner_text() == "m/s"
+    tab.click("#share-open")
+    found = re.search(r"state=\((.*)\), phase=([\d.]+)", tab.inner_text("#share-python"))
+    given = [*map(float, found[1].split(",")), float(found[2])]
+    assert given == pytest.approx([0.03 / length, 0.1 * time / length, 0.0, 0.2 / time])
+    saved = {}
+    for name in ("history-svg", "phase-svg", "points-csv"):
+        with tab.expect_download() as got:
+            tab.click(f"#save-{name}")
+        got.value.save_as(tmp_path / name)
+        saved[name] = re.sub(r"<[^>]*>", " ", (tmp_path / name).read_text())
+    assert all(word in saved["history-svg"] for word in ("t (s)", "(mm)", "(mm/s)"))
+    assert all(word in saved["phase-svg"] for word in ("(mm)", "(mm/s)"))
+    assert saved["points-csv"].startswith("segment,field,time (s),x_r (mm),v_r (mm/s),")
+    tab.get_by_role("button", name="Close").click()
+    # The same motion from the same start, without units and back.
+    _settled(tab, lambda: tab.select_option("#units-choice", "dimensionless"))
+    assert float(tab.input_value("#field-x_r")) == pytest.approx(0.03 / length)
+    assert not tab.locator(".control:has(#field-v_r) .unit").is_visible()
+    _settled(tab, lambda: tab.select_option("#units-choice", "device"))
+    assert float(tab.input_value("#field-phase")) == pytest.approx(0.2)
+    # Diagrams and charts are of the dimensionless model, and say so.
+    for view in ("diagram", "chart"):
+        again = open_page(f"#view={view}&units=device&d_count=5&c_size=16")
+        _until(
+            again,
+            f"/Points in|finished/.test(document.getElementById('{view}-status').textContent)",
+        )
+        again.click("#share-open")
+        with again.expect_download() as got:
+            again.click("#save-picture-svg")
+        got.value.save_as(tmp_path / view)
+        words = re.sub(r"<[^>]*>", "", (tmp_path / view).read_text())
+        assert words.count(", dimensionless") == 2
 
 
 def test_a_value_outside_its_range_is_refused_at_the_field(open_page):
@@ -157,13 +211,31 @@ def test_all_is_in_the_address(open_page):
     assert again.input_value("#d-y") == "progression"
 
 
-def test_what_is_copied_runs(open_page):
+@pytest.mark.parametrize(
+    "address",
+    [
+        "#alpha=1.2&x_r=0.5&periods=200",
+        "#alpha=1.31&omega=0.91&zeta=0.03&periods=300&x_r=0.4",  # slow
+        "#alpha=1.31&omega=0.91&zeta=0.03&periods=2&x_r=0.4",  # not yet periodic
+        "#alpha=0.001",  # at rest
+        "#units=device&P_d=4.5&v_r=0.1&phase=0.2",
+    ],
+)
+def test_what_is_copied_runs(open_page, address):
+    tab = open_page(address)
+    tab.click("#share-open")
+    names: dict[str, object] = {}
+    exec(tab.inner_text("#share-python"), names)
+    if "orbit" in names:
+        assert names["orbit"].motion.itinerary == _itinerary(tab)
+    else:
+        assert "Not periodic" in tab.inner_text("#verdict")
+        assert names["trajectory"].success
+
+
+def test_commands_and_files_are_copied(open_page):
     tab = open_page("#alpha=1.2&x_r=0.5&periods=200")
     tab.click("#share-open")
-    python = tab.inner_text("#share-python")
-    names: dict[str, object] = {}
-    exec(python, names)
-    assert names["motion"].itinerary == _itinerary(tab)
     assert tomllib.loads(tab.inner_text("#share-file"))["alpha"] == 1.2
     command = tab.inner_text("#share-command").strip()
     assert command == "capsule-sym run --alpha 1.2 --state 0.5 0 0 --periods 200"
@@ -186,12 +258,60 @@ def test_motions_and_pictures_are_saved(open_page, tmp_path):
     assert saved["space-png"].read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_tour_ends_by_keys(open_page):
-    tab = open_page()
+BOXES = """() => ['#tour', '.toured'].map((name) => {
+    const { left, right, top, bottom } = document.querySelector(name).getBoundingClientRect();
+    return [left, right, top, bottom];
+})"""
+
+
+@pytest.mark.parametrize("size", [(1280, 600), (390, 664)])
+def test_the_tour_covers_nothing_that_it_tells_of_and_ends_by_keys(open_page, size):
+    tab = open_page(viewport=dict(zip(("width", "height"), size, strict=True)))
     tab.get_by_role("button", name="Tour").press("Enter")
+    stops = 0
     while tab.locator("#tour[open]").count():
+        card, told = tab.evaluate(BOXES)
+        assert told[2] >= 0
+        assert told[3] <= size[1]
+        beside = card[0] >= told[1] or card[1] <= told[0]
+        assert beside or card[2] >= told[3] or card[3] <= told[2]
         tab.locator("#tour .primary").press("Enter")
+        stops += 1
+    assert stops == 8
     assert tab.locator(".toured").count() == 0
+    tab.get_by_role("button", name="Tour").press("Enter")
+    tab.locator("#tab-chart").focus()
+    tab.keyboard.press("Escape")
+    _until(tab, "!document.querySelector('#tour[open], .toured')")
+
+
+def test_back_undoes_the_last_change(open_page):
+    tab = open_page()
+    steps = tab.evaluate("history.length")
+    tab.fill("#field-alpha", "0.9")
+    _until(tab, "location.hash === '#alpha=0.9'")
+    # However long it takes, a slider that moves makes one step.
+    slider = tab.get_by_label("excitation amplitude, slider")
+    box = slider.bounding_box()
+    tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    tab.mouse.down()
+    for share in (0.6, 0.7, 0.8):
+        before = tab.evaluate("location.hash")
+        tab.mouse.move(box["x"] + box["width"] * share, box["y"] + box["height"] / 2)
+        _until(tab, f"location.hash !== '{before}'")
+    tab.mouse.up()
+    tab.get_by_role("tab", name="Diagram").click()
+    _until(tab, "location.hash.includes('view=diagram')")
+    assert tab.evaluate("history.length") == steps + 3
+    tab.go_back()
+    _until(tab, "!location.hash.includes('view')")
+    assert tab.locator("#view-motion").is_visible()
+    assert float(tab.input_value("#field-alpha")) > 1.4
+    for expected in ("0.9", "0.7"):
+        tab.go_back()
+        _until(tab, f"document.getElementById('field-alpha').value === '{expected}'")
+    tab.go_forward()
+    _until(tab, "document.getElementById('field-alpha').value === '0.9'")
 
 
 WORDS = ["alpha", "omega", "view", "units", "P_d", "d_from", "c_size", "x", "__proto__", "", "d_x",

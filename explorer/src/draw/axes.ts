@@ -90,6 +90,29 @@ export function maths(pen: Pen, text: string, x: number, y: number): void {
   [pen.font, pen.textAlign] = [font, align];
 }
 
+export const BESIDE = 64; // what a second upright axis takes at the right
+
+/** A second upright axis at the right of a frame, of other units. */
+export function besides(pen: Pen, area: Frame, range: Range, name: string, theme: Theme): void {
+  const right = area.left + area.width;
+  const at = (value: number): number => area.top + area.height * (1 - (value - range[0]) / (range[1] - range[0]));
+  const values = ticks(range, area.height / (46 * UNIT));
+  pen.fillStyle = theme.soft;
+  pen.font = FONT;
+  pen.textAlign = "left";
+  pen.textBaseline = "middle";
+  for (const value of values) pen.fillText(label(value, Math.abs((values[1] ?? 1) - (values[0] ?? 0)) || 1), right + 7, at(value));
+  pen.fillStyle = theme.ink;
+  pen.font = MATHS;
+  pen.textAlign = "center";
+  pen.textBaseline = "alphabetic";
+  pen.save();
+  pen.translate(right + 60 * UNIT, area.top + area.height / 2);
+  pen.rotate(-Math.PI / 2);
+  maths(pen, name, 0, 0);
+  pen.restore();
+}
+
 /** Axes with their names; `beside` is kept free at the right. */
 export function frame(pen: Pen, width: number, height: number, xs: Range, ys: Range, names: readonly [string, string], theme: Theme, beside = 0): Frame {
   const [left, right, top, bottom] = MARGINS.map((margin) => margin * UNIT) as [number, number, number, number];

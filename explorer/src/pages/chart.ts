@@ -12,7 +12,7 @@ import { choiceControl, numberControl } from "../ui/controls.ts";
 import { showKnown } from "../ui/presets.ts";
 import { LEFT_OPEN, drawChart, periodColour, progressionRange, striped, wordColour } from "../views/chart.ts";
 import { PARTS } from "../ui/sidebar.ts";
-import { ofStarts, parameters } from "../state.ts";
+import { ofStarts, parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
 
 const OWN = ["c_x", "c_y", "c_x0", "c_x1", "c_y0", "c_y1", "c_size", "c_periods", "c_by"] as const;
@@ -126,7 +126,7 @@ export class ChartPage {
     const found = [...counts].filter(([region]) => region >= 0);
     if (c_by === "progression") {
       const [low, high] = progressionRange(chart);
-      return [make("li", {}, `Progression per excitation period, from ${pretty(low, 5)} to ${pretty(high, 5)}: the bar beside the chart has the values.`), ...others];
+      return [make("li", {}, `Progression per excitation period${chart.plainly}, from ${pretty(low, 5)} to ${pretty(high, 5)}: the bar beside the chart has the values.`), ...others];
     }
     if (c_by === "period") {
       const periods = new Map<number, number>();
@@ -139,7 +139,7 @@ export class ChartPage {
     const listed = found.sort((a, b) => b[1] - a[1]);
     const items = listed.slice(0, LISTED).map(([region, count]) => {
       const one = chart.regions[region];
-      const text = `${spelled(one?.word ?? "")}${one && one.multiple > 1 ? ` (period ${one.multiple})` : ""}${one?.alone ? `, progression ${pretty(one.cell.progression, 5)}` : ""}`;
+      const text = `${spelled(one?.word ?? "")}${one && one.multiple > 1 ? ` (period ${one.multiple})` : ""}${one?.alone ? `, progression ${pretty(one.cell.progression, 5)}${chart.plainly}` : ""}`;
       const rank = chart.rank(region);
       return item(wordColour(rank, app.theme), `${text}, ${shareOf(count)}`, striped(rank, app.theme));
     });
@@ -154,9 +154,8 @@ export class ChartPage {
 
   private open([i, j]: readonly [number, number]): void {
     const { chart, app } = this;
-    const whole = app.state.units === "device" ? parameters(app.state) : {};
     const [x, y] = chart.place(i, j);
-    const next = { ...app.state, ...whole, [chart.x]: x, [chart.y]: y };
+    const next = { ...app.state, ...parameters(app.state), ...startOf(app.state), [chart.x]: x, [chart.y]: y };
     const phase = next.phase % ((2 * Math.PI) / next.omega);
     app.change({ ...next, view: "motion", units: "dimensionless", phase, periods: Math.max(app.state.periods, app.state.c_periods) });
     byId("main").focus();

@@ -15,7 +15,7 @@ import { printedBifurcation } from "../ui/presets.ts";
 import { eventTerm } from "../ui/terms.ts";
 import { drawDiagram } from "../views/diagram.ts";
 import { PARTS } from "../ui/sidebar.ts";
-import { parameters } from "../state.ts";
+import { parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
 
 const OWN = ["d_x", "d_from", "d_to", "d_count", "d_periods", "d_starts", "d_way"] as const;
@@ -147,9 +147,8 @@ export class DiagramPage {
   private open(value: number, from: Triple | null): void {
     // The parameters of a device become those of its dimensionless model.
     const { state } = this.app;
-    const whole = state.units === "device" ? parameters(state) : {};
-    const next = { ...state, ...whole, [this.diagram.x]: value };
-    const start = from ? { x_r: from[0], v_r: from[1], v_c: from[2], phase: 0 } : { phase: state.phase % ((2 * Math.PI) / next.omega) };
+    const next = { ...state, ...parameters(state), ...startOf(state), [this.diagram.x]: value };
+    const start = from ? { x_r: from[0], v_r: from[1], v_c: from[2], phase: 0 } : { phase: next.phase % ((2 * Math.PI) / next.omega) };
     this.app.change({ ...next, ...start, view: "motion", units: "dimensionless" });
     byId("main").focus();
   }

@@ -88,7 +88,7 @@ export class MotionPage {
     for (const panel of Object.values(this.panels)) panel.draw();
     showItinerary(byId("itinerary"), motion);
     showMap(byId("map"), motion);
-    showQuantities(byId("quantities"), motion, state);
+    showQuantities(byId("quantities"), motion);
     showSegments(byId("segments"), motion);
     const printed = byId("printed");
     const text = printedAt(state, motion);

@@ -1,8 +1,8 @@
 // A number's control: name, explanation, field and slider; what is refused is said at the field.
 import { field } from "../fields.ts";
-import type { NumberName } from "../fields.ts";
+import type { NumberName, Origin } from "../fields.ts";
 import { make, symbol } from "../dom.ts";
-import { read, refusal } from "../state.ts";
+import { parameters, read, refusal, startScales } from "../state.ts";
 import type { State } from "../state.ts";
 
 export type Change = (change: Partial<State>) => string;
@@ -16,7 +16,7 @@ const plain = (value: number): string => String(value);
 
 /** `change` takes a new value and says what is wrong with it between the fields, or "". */
 export function numberControl(name: NumberName, change: Change): Control {
-  const { symbol: sign, name: label, about, unit, slider, whole } = field(name);
+  const { symbol: sign, name: label, about, unit, si, slider, whole } = field(name);
   const id = `field-${name}`;
   const error = make("p", { class: "error", id: `${id}-error`, role: "alert", hidden: true });
   const help = make("p", { class: "about", id: `${id}-about`, hidden: true }, about);
@@ -26,6 +26,7 @@ export function numberControl(name: NumberName, change: Change): Control {
     help.hidden = !help.hidden;
     query.setAttribute("aria-expanded", String(!help.hidden));
   });
+  const shownUnit = make("span", { class: "unit" }, unit ?? "");
   let held = NaN;
   const refuse = (why: string): void => {
     error.hidden = why === "";
@@ -48,7 +49,7 @@ export function numberControl(name: NumberName, change: Change): Control {
   const row = make("div", { class: "control" },
     make("label", { for: id }, symbol(sign), make("span", { class: "name" }, label)),
     query,
-    make("span", { class: "entry" }, entry, ...(unit ? [make("span", { class: "unit" }, unit)] : [])),
+    make("span", { class: "entry" }, entry, ...(unit || si ? [shownUnit] : [])),
   );
   let bar: HTMLInputElement | null = null;
   if (slider) {
@@ -70,14 +71,17 @@ export function numberControl(name: NumberName, change: Change): Control {
         entry.value = plain(state[name]);
         refuse("");
       }
-      if (!bar) return;
-      if (name === "phase") {
-        const period = (2 * Math.PI) / state.omega;
-        bar.max = String(period * 0.999);
-        bar.step = String(period / 1000);
+      if (si) shownUnit.textContent = state.units === "device" ? si : "";
+      if (!bar || !slider) return;
+      if (si) {
+        // A start's slider ends where the motion's scale puts it.
+        const scale = startScales(state)[name as Origin];
+        const whole = name === "phase" ? (2 * Math.PI * scale) / parameters(state).omega : 10 ** Math.ceil(Math.log10(scale) - 1e-9);
+        const [low, high, step] = name === "phase" ? [0, 0.999, 0.001] : slider;
+        [bar.min, bar.max, bar.step] = [low, high, step].map((end) => String(end * whole)) as [string, string, string];
       }
       if (document.activeElement !== bar || Number(bar.value) !== state[name]) bar.value = plain(state[name]);
-      bar.setAttribute("aria-valuetext", `${plain(state[name])}${unit ? ` ${unit}` : ""}`);
+      bar.setAttribute("aria-valuetext", `${plain(state[name])} ${shownUnit.textContent ?? ""}`.trim());
     },
   };
 }

@@ -1,10 +1,9 @@
 // The motion in words and numbers: itinerary, global map, quantities, table of segments, for all readers.
-import { make, mapText, pretty } from "../dom.ts";
-import { scales } from "../device.ts";
+import { withUnit } from "../device.ts";
+import { byId, make, mapText, pretty } from "../dom.ts";
 import { MEANINGS, MODES } from "../itinerary.ts";
 import type { Motion } from "../motion.ts";
 import { modulus } from "../multipliers.ts";
-import type { State } from "../state.ts";
 import { TERMS, explained } from "./terms.ts";
 import type { Term } from "./terms.ts";
 
@@ -50,24 +49,23 @@ export function showMap(box: HTMLElement, motion: Motion): void {
 
 type Row = readonly [term: Term, name: string, value: string, unit: string];
 
-function rows(motion: Motion, state: State): Row[] {
-  const device = state.units === "device";
-  const { length, time } = device ? scales(state) : { length: NaN, time: NaN };
+function rows(motion: Motion): Row[] {
+  const { length, velocity, energy } = motion.units;
+  const work = (value: number, digits: number): string => pretty(value * energy.factor, digits);
   return [
     ["period", "period number", motion.multiple ? String(motion.multiple) : "—", ""],
-    ["progression", "progression", pretty(motion.progression, 10), "per period"],
-    ["velocity", "average velocity", pretty(motion.velocity, 7), ""],
-    ...(device ? [["speed", "speed", pretty(((motion.velocity * length) / time) * 1000, 6), "mm/s"] as const] : []),
+    ["progression", "progression", pretty(motion.progression * length.factor, 10), `${length.name} per period`],
+    ["velocity", "average velocity", pretty(motion.velocity * velocity.factor, 7), velocity.name],
     ["multipliers", "multipliers |μ|", motion.multipliers ? motion.multipliers.map((z) => pretty(modulus(z), 4)).join(", ") : "—", ""],
-    ["work", "work", pretty(motion.work, 9), "per period"],
-    ["losses", "losses", Number.isFinite(motion.work) ? `${pretty(motion.damperLoss, 5)} + ${pretty(motion.frictionLoss, 5)}` : "—", "damper + friction"],
+    ["work", "work", work(motion.work, 9), `${energy.name} per period`],
+    ["losses", "losses", Number.isFinite(motion.work) ? `${work(motion.damperLoss, 5)} + ${work(motion.frictionLoss, 5)}` : "—", `${energy.name} damper + friction`],
     ["switches", "switches", motion.multiple ? String(motion.cycle.length) : "—", motion.wide ? `${motion.wide} decided in 106 bits` : "all decided in double"],
   ];
 }
 
 /** Written into the elements that are there, whose explanations stay open. */
-export function showQuantities(box: HTMLElement, motion: Motion, state: State): void {
-  const wanted = rows(motion, state);
+export function showQuantities(box: HTMLElement, motion: Motion): void {
+  const wanted = rows(motion);
   const terms = wanted.map(([term]) => term).join();
   if (box.dataset["terms"] !== terms) {
     box.dataset["terms"] = terms;
@@ -86,6 +84,10 @@ function quantity(term: Term, name: string): HTMLElement {
 }
 
 export function showSegments(body: HTMLElement, motion: Motion): void {
+  const { time, length, velocity } = motion.units;
+  const units = length.name && ` in ${length.name}, ${velocity.name}`;
+  byId("duration-unit").textContent = time.name && ` in ${time.name}`;
+  byId("start-unit").textContent = units;
   const shown = motion.cycle.slice(0, LISTED);
   const more = motion.cycle.length - shown.length;
   body.replaceChildren(
@@ -93,8 +95,8 @@ export function showSegments(body: HTMLElement, motion: Motion): void {
       make("tr", { role: "row" },
         make("th", { scope: "row", role: "rowheader" }, make("span", { class: `dot f${s.field}` }), `F${s.field} ${MODES[s.field - 1] ?? ""}`),
         cell("local map", s.source && s.target ? mapText(`P_{Σ${s.target},F${s.field},Σ${s.source}}`) : "—"),
-        cell("duration", pretty(s.duration, 7)),
-        cell("start", s.start.map((value) => pretty(value, 6)).join(", ")),
+        cell(withUnit("duration", time), pretty(s.duration * time.factor, 7)),
+        cell(`start${units}`, s.start.map((value, k) => pretty(value * (k ? velocity : length).factor, 6)).join(", ")),
         cell("ends by", s.wide ? `${s.outcome}, 106 bits` : s.outcome),
       ),
     ),

@@ -1,18 +1,26 @@
 // What can be taken along: the state as Python, as a command line, as a device's file; a motion as CSV.
+import { withUnit } from "../device.ts";
+import type { Unit } from "../device.ts";
 import { DEVICE, ORIGIN, PARAMETERS } from "../fields.ts";
 import { POINT } from "../core.ts";
 import type { Motion } from "../motion.ts";
-import { defaults, parameters } from "../state.ts";
+import { defaults, parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
 
 const plain = defaults();
-const started = (state: State): boolean => state.x_r !== 0 || state.v_r !== 0 || state.v_c !== 0;
+const SETTLED = 1024; // periods in which solve_orbit looks by default
+/** The start without units: the state, empty where it is 0, and the phase. */
+function started(state: State): { from: number[]; phase: number } {
+  const { x_r, v_r, v_c, phase } = startOf(state);
+  return { from: x_r || v_r || v_c ? [x_r, v_r, v_c] : [], phase };
+}
 const float = (value: number): string => {
   const text = String(value);
   return /[.e]/.test(text) ? text : `${text}.0`;
 };
 
-export function asPython(state: State): string {
+/** Code that gives what is shown: the periodic motion, or the end of a run that came to none. */
+export function asPython(state: State, periodic: boolean): string {
   if (state.view !== "motion")
     return `import tomllib\n\nfrom capsule_sym import open_results, read_plan, run_sweep\n\nplan = tomllib.loads('''\n${asFile(state)}''')\nrun_sweep(read_plan(plan), "sweep")\nresults = open_results("sweep")\nprint(results)\n`;
   const p = parameters(state);
@@ -20,14 +28,14 @@ export function asPython(state: State): string {
   const given = device
     ? DEVICE.map((name) => `${name}=${float(state[name])}`)
     : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `${name}=${float(p[name])}`);
-  const more = [
-    ...(started(state) ? [`state=(${float(state.x_r)}, ${float(state.v_r)}, ${float(state.v_c)})`] : []),
-    ...(state.phase ? [`phase=${float(state.phase)}`] : []),
-    `periods=${state.periods}`,
-  ].join(", ");
+  const { from, phase } = started(state);
+  const periods = periodic && state.periods <= SETTLED ? [] : [`periods=${state.periods}`];
   const made = device ? `PhysicalParameters(${given.join(", ")}).dimensionless()` : `Parameters(${given.join(", ")})`;
-  const name = device ? "PhysicalParameters, simulate" : "Parameters, simulate";
-  return `from capsule_sym import ${name}\n\ntrajectory = simulate(${made}, ${more})\nmotion = trajectory.steady()\nprint(motion.global_map, motion.progression)\n`;
+  const all = [made, ...(from.length ? [`state=(${from.map(float).join(", ")})`] : []), ...(phase ? [`phase=${float(phase)}`] : []), ...periods].join(", ");
+  const name = device ? "PhysicalParameters" : "Parameters";
+  return periodic
+    ? `from capsule_sym import ${name}, solve_orbit\n\norbit = solve_orbit(${all})\nprint(orbit.motion.global_map, orbit.progression)\n`
+    : `from capsule_sym import ${name}, simulate\n\ntrajectory = simulate(${all})\nprint(trajectory.final)\n`;
 }
 
 export function asCommand(state: State): string {
@@ -36,8 +44,9 @@ export function asCommand(state: State): string {
   const flags = state.units === "device"
     ? ["--params device.toml"]
     : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name === "f_b" ? "f-b" : name} ${p[name]}`);
-  if (started(state)) flags.push(`--state ${state.x_r} ${state.v_r} ${state.v_c}`);
-  if (state.phase) flags.push(`--phase ${state.phase}`);
+  const { from, phase } = started(state);
+  if (from.length) flags.push(`--state ${from.join(" ")}`);
+  if (phase) flags.push(`--phase ${phase}`);
   flags.push(`--periods ${state.periods}`);
   return `capsule-sym run ${flags.join(" ")}\n`;
 }
@@ -68,21 +77,30 @@ function sweepFile(state: State): string {
   const lines = (names: readonly string[], of: Record<string, number>): string =>
     names.filter((name) => !varied.includes(name)).map((name) => `${name} = ${float(of[name] ?? 0)}\n`).join("");
   const compute = 'compute = ["itinerary", "progression"]\n';
-  return `periods = ${periods}\n${compute}\n[parameters]\n${lines(PARAMETERS, p)}\n[start]\n${lines(ORIGIN, state as unknown as Record<string, number>)}\n[axes]\n${axes}`;
+  return `periods = ${periods}\n${compute}\n[parameters]\n${lines(PARAMETERS, p)}\n[start]\n${lines(ORIGIN, startOf(state))}\n[axes]\n${axes}`;
 }
 
+type Columns = readonly (readonly [name: string, unit: Unit])[];
+const headed = (columns: Columns): string[] => columns.map(([name, unit]) => withUnit(name, unit));
+const scaled = (values: readonly number[], columns: Columns): number[] => columns.map(([, unit], k) => (values[k] ?? NaN) * unit.factor);
+
 export function pointsCsv(motion: Motion): string {
-  const rows = ["segment,field,time,x_r,v_r,v_c,x_c"];
+  const { time, length, velocity } = motion.units;
+  const columns: Columns = [["time", time], ["x_r", length], ["v_r", velocity], ["v_c", velocity], ["x_c", length]];
+  const rows = [["segment", "field", ...headed(columns)].join(",")];
   for (let i = 0; i < motion.points.length; i += POINT) {
-    const [segment = 0, time, x, v, w, place] = motion.points.subarray(i, i + POINT);
-    rows.push([segment, motion.segments[segment]?.field, time, x, v, w, place].join(","));
+    const [segment = 0, ...values] = motion.points.subarray(i, i + POINT - 1);
+    rows.push([segment, motion.segments[segment]?.field, ...scaled(values, columns)].join(","));
   }
   return `${rows.join("\n")}\n`;
 }
 
 export function segmentsCsv(motion: Motion): string {
-  const rows = ["field,source,target,outcome,duration,start_x_r,start_v_r,start_v_c,end_x_r,end_v_r,end_v_c,decided_in_106_bits"];
+  const { time, length, velocity } = motion.units;
+  const state = (at: string): Columns => [[`${at}_x_r`, length], [`${at}_v_r`, velocity], [`${at}_v_c`, velocity]];
+  const columns: Columns = [["duration", time], ...state("start"), ...state("end")];
+  const rows = [["field", "source", "target", "outcome", ...headed(columns), "decided_in_106_bits"].join(",")];
   for (const s of motion.cycle)
-    rows.push([`F${s.field}`, `Σ${s.source}`, `Σ${s.target}`, s.outcome, s.duration, ...s.start, ...s.end, s.wide].join(","));
+    rows.push([`F${s.field}`, `Σ${s.source}`, `Σ${s.target}`, s.outcome, ...scaled([s.duration, ...s.start, ...s.end], columns), s.wide].join(","));
   return `${rows.join("\n")}\n`;
 }

@@ -15,7 +15,7 @@ export function sharing(app: App, motion: MotionPage, views: Views, diagram: () 
   byId("share-open").addEventListener("click", () => {
     byId("share-body").replaceChildren(
       copied("Address", "share-address", app.address),
-      copied("Python", "share-python", asPython(app.state)),
+      copied("Python", "share-python", asPython(app.state, Boolean(motion.motion?.globalMap))),
       copied("Command line", "share-command", asCommand(app.state)),
       copied(fileTitle(app.state), "share-file", asFile(app.state)),
       make("div", { class: "item" }, make("h3", {}, "Save"), make("div", { class: "row" }, ...saves())),

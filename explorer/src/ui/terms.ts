@@ -12,7 +12,6 @@ export const TERMS = {
   period: "After how many excitation periods the motion repeats.",
   progression: "How far the capsule advances in one excitation period.",
   velocity: "Progression over the excitation period 2π/ω.",
-  speed: "Average speed of the device.",
   multipliers: "Floquet multipliers: by how much a small deviation grows in one period of the motion. All below 1: stable. One is 0 where the capsule sticks.",
   work: "Work of the driving force in one excitation period; damper and friction take it up.",
   losses: "What the damper and the friction take up in one excitation period.",

@@ -8,17 +8,27 @@ interface Stop {
 }
 
 const STOPS: readonly Stop[] = [
-  { at: "view-motion", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a second spring. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
+  { at: "capsule-box", title: "A capsule that moves itself", text: "Inside the capsule a mass swings on a spring, driven by a periodic force. After a gap it meets a second spring. Below, dry friction holds the capsule or lets it slide: so it creeps forward, or backward." },
   { at: "parameters", title: "Seven numbers", text: "The motion depends on seven numbers without units, or on a device in SI units. Move a slider: the motion is computed anew at once. The ? beside a name explains it." },
   { at: "itinerary-box", title: "Exact, segment by segment", text: "Between switches the equations are linear, and their solutions are known in closed form. Six fields F1 to F6 follow each other; the list is the itinerary, and each switch is proved to be the first." },
   { at: "map-box", title: "The global map", text: "The same in the paper's notation: local maps from one switching plane to the next, composed from right to left." },
-  { at: "phase-box", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The portrait on the right turns by dragging, or by the arrow keys." },
+  { at: "phase", title: "Portraits", text: "One period of the motion in its phase plane and in its state space, each segment in its field's colour. The state space turns by dragging, or by the arrow keys." },
   { at: "tab-diagram", title: "Diagram", text: "One parameter varies, up and down. Where the itinerary changes, the event's own equation is solved: the vertical lines are bifurcations, exact to rounding. Choose a place to see the motion there." },
   { at: "tab-chart", title: "Chart and basin", text: "Two parameters, or two starts: each colour is an itinerary, or, over starts, an attractor. The picture comes coarse and is refined where neighbours differ." },
   { at: "share-open", title: "Take it along", text: "The address holds all you see. It can also be copied as Python, as a command line or as a file, and what is drawn saved as CSV, PNG or SVG." },
 ];
 
-export function tour(before: (at: string) => void): void {
+const CORNERS = ["", "left", "above", "above left"];
+
+/** What two boxes have in common, in square pixels. */
+function overlap(one: DOMRect, other: DOMRect): number {
+  const wide = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+  const high = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
+  return Math.max(0, wide) * Math.max(0, high);
+}
+
+/** `before` brings up the view that is told of. */
+export function tour(before: () => void): void {
   const dialog = byId<HTMLDialogElement>("tour");
   let at = 0;
   const title = make("h2", { id: "tour-title" });
@@ -32,10 +42,14 @@ export function tour(before: (at: string) => void): void {
     const target = document.getElementById(STOPS[at]?.at ?? "");
     target?.classList.toggle("toured", on);
     if (!on || !target) return;
-    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    target.scrollIntoView({ block: target.clientHeight > innerHeight / 2 ? "start" : "center", behavior: calm ? "auto" : "smooth" });
-    // What stays at the lower edge would be hidden by the card.
-    dialog.classList.toggle("above", getComputedStyle(target).position === "sticky" && innerWidth < 60 * 16);
+    target.scrollIntoView({ block: "nearest", behavior: "instant" });
+    // The card stands in the corner where it covers least of what it tells of.
+    const covered = (corner: string): number => {
+      dialog.className = corner;
+      return overlap(dialog.getBoundingClientRect(), target.getBoundingClientRect());
+    };
+    const least = CORNERS.map(covered);
+    dialog.className = CORNERS[least.indexOf(Math.min(...least))] ?? "";
   };
   function go(to: number): void {
     mark(false);
@@ -45,7 +59,7 @@ export function tour(before: (at: string) => void): void {
       return;
     }
     at = to;
-    before(stop.at);
+    before();
     title.textContent = stop.title;
     text.textContent = stop.text;
     count.textContent = `${at + 1} of ${STOPS.length}`;
@@ -53,7 +67,14 @@ export function tour(before: (at: string) => void): void {
     next.textContent = at === STOPS.length - 1 ? "Done" : "Next";
     mark(true);
   }
-  dialog.addEventListener("close", () => mark(false), { once: true });
+  const keys = (event: KeyboardEvent): void => {
+    if (event.key === "Escape") dialog.close();
+  };
+  document.addEventListener("keydown", keys);
+  dialog.addEventListener("close", () => {
+    mark(false);
+    document.removeEventListener("keydown", keys);
+  }, { once: true });
   dialog.show();
   go(0);
   next.focus();

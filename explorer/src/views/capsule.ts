@@ -92,9 +92,10 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
   pen.textBaseline = "top";
   pen.textAlign = "left";
   pen.fillStyle = theme.ink;
+  const unit = motion.units.length;
   pen.fillText(`F${now.field}  ${MODES[now.field - 1] ?? ""}`, 12, 8);
   pen.textAlign = "right";
-  maths(pen, `x_c = ${now.x_c.toFixed(3).replace("-", "−")}`, width - 12, 8);
+  maths(pen, `x_c = ${(now.x_c * unit.factor).toFixed(3).replace("-", "−")} ${unit.name}`.trim(), width - 12, 8);
 }
 
 function columnOf(motion: Motion, k: number): number[] {

@@ -12,7 +12,7 @@ const LARGEST = 16; // period number of the brightest colour: the library looks 
 const BAR = 82; // what the colour bar takes at the right
 
 export function drawChart(chart: Chart, by: string, cursor: readonly [number, number] | null, pen: Pen, width: number, height: number, theme: Theme): Frame {
-  const name = (axis: Chart["x"]): string => `${NUMBERS[axis].name.replace(" at the start", "")} ${NUMBERS[axis].symbol}`;
+  const name = (axis: Chart["x"]): string => `${NUMBERS[axis].name.replace(" at the start", "")} ${NUMBERS[axis].symbol}${chart.plainly}`;
   const area = frame(pen, width, height, chart.xs, chart.ys, [name(chart.x), name(chart.y)], theme, by === "progression" ? BAR : 0);
   if (chart.size) {
     cells(chart, area, painter(chart, by, theme), pen);
@@ -149,6 +149,6 @@ function scale(chart: Chart, area: Frame, pen: Pen, theme: Theme): void {
   pen.textBaseline = "alphabetic";
   pen.translate(area.left + area.width + (BAR - 2) * UNIT, area.top + area.height / 2);
   pen.rotate(-Math.PI / 2);
-  pen.fillText("progression per period", 0, 0);
+  pen.fillText(`progression per period${chart.plainly}`, 0, 0);
   pen.restore();
 }

@@ -18,7 +18,7 @@ export function drawDiagram(diagram: Diagram, quantity: Quantity, chosen: Place 
   }));
   const all = passes.flatMap((pass) => pass.points.map(([, y]) => y)).filter(Number.isFinite);
   const ys = padded(all.length ? extent(all) : [0, 1]);
-  const area = frame(pen, width, height, diagram.range, ys, [`${NUMBERS[diagram.x].name} ${NUMBERS[diagram.x].symbol}`, QUANTITIES[quantity]], theme);
+  const area = frame(pen, width, height, diagram.range, ys, [`${NUMBERS[diagram.x].name} ${NUMBERS[diagram.x].symbol}${diagram.plainly}`, `${QUANTITIES[quantity]}${diagram.plainly}`], theme);
   drawMarks(diagram, area, pen, theme);
   // Down as wide, light dots below those up, so that both are seen where they agree.
   const dense = Math.max(0.6, Math.min(1, (400 * (area.width / 900)) / (diagram.passes[0]?.values.length ?? 1)));

@@ -1,6 +1,7 @@
 // Time histories by uPlot: relative displacement, both velocities, the fields as bands behind them.
 import uPlot from "uplot";
-import { FONT, MATHS, UNIT, extent, frame, padded } from "../draw/axes.ts";
+import { withUnit } from "../device.ts";
+import { BESIDE, FONT, MATHS, UNIT, besides, extent, frame, padded } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
 import type { Pen } from "../draw/svg.ts";
 import type { Motion } from "../motion.ts";
@@ -12,12 +13,24 @@ const CURVES = [
   { name: "v_c", column: 4, dash: [2, 3] },
 ] as const;
 
+/** The axes: time, in periods or in a unit, and displacement; where they have units, velocities on an axis beside. */
+const axesOf = ({ units: { time, length, velocity }, period }: Motion) => ({
+  si: length.name !== "",
+  time: time.name ? time.factor : 1 / period,
+  clock: time.name ? `t (${time.name})` : CLOCK,
+  y: length.factor,
+  beside: velocity.factor / length.factor,
+  names: [withUnit("displacement", length), withUnit("velocities", velocity)] as const,
+});
+const CLOCK = "ωτ/2π (periods)";
+
 const strokes = (theme: Theme): string[] => [theme.ink, theme.accent, theme.mark];
 
 export class History {
   private plot: uPlot | null = null;
   private motion: Motion | null = null;
   private look: Theme | null = null;
+  private si = false;
 
   constructor(
     private readonly box: HTMLElement,
@@ -30,34 +43,46 @@ export class History {
     }).observe(box);
   }
 
-  /** Makes the plot before there is a motion. */
+  /** Makes the plot before there is a motion, and anew where its look or its units are others. */
   prepare(): void {
-    if (this.box.clientWidth && this.look !== this.theme()) this.make();
+    const si = this.motion !== null && axesOf(this.motion).si;
+    if (this.box.clientWidth && (this.look !== this.theme() || si !== this.si)) this.make();
+    this.si = si;
   }
 
   show(motion: Motion | null): void {
     this.motion = motion;
     if (!motion || !this.box.clientWidth) return;
     this.prepare();
-    const times = column(motion.points, 1).map((time) => time / motion.period);
-    this.plot?.setData([times, ...CURVES.map((one) => column(motion.points, one.column))]);
+    const { time, y } = axesOf(motion);
+    const scaled = (k: number, factor: number): number[] => column(motion.points, k).map((value) => value * factor);
+    this.plot?.setData([scaled(1, time), ...CURVES.map((one) => scaled(one.column, y))]);
   }
 
   private make(): void {
     this.plot?.destroy();
     const theme = (this.look = this.theme());
+    const axes = this.motion && axesOf(this.motion);
+    const si = axes?.si && axes;
+    const beside = (_: uPlot, low: number, high: number): uPlot.Range.MinMax => {
+      const factor = this.motion ? axesOf(this.motion).beside : 1;
+      return [low * factor, high * factor];
+    };
+    const named = (label: string): object => ({ label, labelFont: MATHS, labelSize: 22 * UNIT });
     const axis = { stroke: theme.soft, grid: { stroke: theme.line, width: 1 }, ticks: { show: false }, font: FONT };
+    const upright = { ...axis, size: 52 * UNIT, values: (_: uPlot, values: number[]) => values.map((value) => String(value).replace("-", "−")) };
     this.plot = new uPlot(
       {
         width: this.box.clientWidth,
         height: this.box.clientHeight,
         padding: [8, 12, 0, 0],
-        scales: { x: { time: false } },
+        scales: { x: { time: false }, ...(si && { beside: { from: "y", range: beside } }) },
         legend: { show: false },
         cursor: { points: { size: 7 }, drag: { x: true, y: false } },
         axes: [
-          { ...axis, label: "ωτ/2π (periods)", labelFont: MATHS, labelSize: 22 * UNIT, size: 30 * UNIT },
-          { ...axis, size: 52 * UNIT, values: (_, values) => values.map((value) => String(value).replace("-", "−")) },
+          { ...axis, ...named(axes?.clock ?? CLOCK), size: 30 * UNIT },
+          { ...upright, ...(si && named(si.names[0])) },
+          ...(si ? [{ ...upright, ...named(si.names[1]), side: 1 as const, scale: "beside", grid: { show: false } }] : []),
         ],
         series: [
           {},
@@ -74,6 +99,7 @@ export class History {
     const { motion, look } = this;
     if (!motion || !look) return;
     const { ctx, bbox } = plot;
+    const { time } = axesOf(motion);
     const times = column(motion.points, 1);
     ctx.save();
     ctx.beginPath();
@@ -81,7 +107,7 @@ export class History {
     ctx.clip();
     const ratio = (devicePixelRatio || 1) * UNIT;
     eachSegment(motion, (field, from, to) => {
-      const x = (i: number): number => plot.valToPos((times[i] ?? 0) / motion.period, "x", true);
+      const x = (i: number): number => plot.valToPos((times[i] ?? 0) * time, "x", true);
       const [a, b] = [x(from), x(to - 1)];
       ctx.fillStyle = look.tints[field - 1] ?? look.line;
       ctx.fillRect(a, bbox.top, b - a, bbox.height);
@@ -101,9 +127,12 @@ export class History {
 
 /** The same as a picture on any pen, for SVG. */
 export function drawHistory(motion: Motion, pen: Pen, width: number, height: number, theme: Theme): void {
-  const times = column(motion.points, 1).map((time) => time / motion.period);
-  const curves = CURVES.map((one) => column(motion.points, one.column));
-  const area = frame(pen, width, height, [0, motion.turns || 1], padded(extent(curves.flat())), ["ωτ/2π (periods)", "x_r, v_r, v_c"], theme);
+  const { si, time, clock, y, beside, names } = axesOf(motion);
+  const times = column(motion.points, 1).map((value) => value * time);
+  const curves = CURVES.map((one) => column(motion.points, one.column).map((value) => value * y));
+  const range = padded(extent(curves.flat()));
+  const area = frame(pen, width, height, [0, (motion.turns || 1) * motion.period * time], range, [clock, si ? names[0] : "x_r, v_r, v_c"], theme, si ? BESIDE : 0);
+  if (si) besides(pen, area, [range[0] * beside, range[1] * beside], names[1], theme);
   eachSegment(motion, (field, from, to) => {
     const [a, b] = [area.x(times[from] ?? 0), area.x(times[to - 1] ?? 0)];
     pen.fillStyle = theme.fields[field - 1] ?? theme.ink;

@@ -1,5 +1,7 @@
 // The phase portrait of one motion, each segment in its field's colour, the impact surface, the switches.
 import { POINT } from "../core.ts";
+import { withUnit } from "../device.ts";
+import type { Unit } from "../device.ts";
 import { FONT, UNIT, extent, frame, maths, padded } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
@@ -15,10 +17,11 @@ const NAMES = ["", "", "x_r", "v_r", "v_c"] as const;
 
 export function drawPhase(motion: Motion, plane: number, pen: Pen, width: number, height: number, theme: Theme): void {
   const { x, y } = PLANES[plane] ?? PLANES[0];
-  const at = (k: number): number[] => column(motion.points, k);
+  const unit = (k: number): Unit => (k === 2 ? motion.units.length : motion.units.velocity);
+  const at = (k: number): number[] => column(motion.points, k).map((value) => value * unit(k).factor);
   const [xs, ys] = [at(x), at(y)];
-  const delta = motion.parameters.delta;
-  const area = frame(pen, width, height, padded(extent(x === 2 ? [...xs, delta] : xs)), padded(extent(ys)), [NAMES[x], NAMES[y]], theme);
+  const delta = motion.parameters.delta * motion.units.length.factor;
+  const area = frame(pen, width, height, padded(extent(x === 2 ? [...xs, delta] : xs)), padded(extent(ys)), [withUnit(NAMES[x], unit(x)), withUnit(NAMES[y], unit(y))], theme);
   if (x === 2) {
     pen.strokeStyle = theme.soft;
     pen.lineWidth = 1;
