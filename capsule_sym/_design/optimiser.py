@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from heapq import heapify, heappop, heappush
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,6 +33,18 @@ class Survey(NamedTuple):
     samples: int
     seed: int
     follow: int
+
+
+class _Cell(NamedTuple):
+    """A cell of a survey, in the order in which cells are taken."""
+
+    beyond: float
+    """How far it is beyond the limits."""
+    worst: float
+    """The objective, of the worst scenario; where not all are run, of the first."""
+    number: int
+    whole: bool
+    """Whether all scenarios are run."""
 
 
 class Optimiser:
@@ -103,29 +116,43 @@ class Optimiser:
         """Where to begin: of a survey the feasible first, then the best, apart from each other."""
         points = _spread(len(self.program.names), survey.samples, survey.seed)
         self.samples = survey.samples
-        found = self.program.survey(points)
-        worst, slacks = found.worst, found.slacks
+        first, *others = self.program.scenarios
+        found = self.program.survey(points, [first])
+        if others and found.flat(self.name, self.program.system):
+            found, others = self.program.survey(points, [first, *others]), []
         if reason := found.flat(self.name, self.program.system):
             self.flat = reason
             return []
-        self.program = self.program.scaled(self.name, worst, slacks)
-        known = np.flatnonzero(np.isfinite(worst))
-        least = (slacks / self.program.sizes[: slacks.shape[1]]).min(axis=1, initial=np.inf)
-        order = known[np.lexsort((worst[known], np.maximum(0.0, -least)[known]))]
+        self.program = self.program.scaled(self.name, found.worst, found.slacks)
+        sizes = self.program.sizes[: found.slacks.shape[1]]
+
+        def ranked(worst: float, slacks: Vector, i: int, whole: bool) -> _Cell:
+            return _Cell(max(0.0, -float((slacks / sizes).min(initial=np.inf))), worst, i, whole)
+
+        known = np.flatnonzero(np.isfinite(found.worst)).tolist()
+        cells = [ranked(float(found.worst[i]), found.slacks[i], i, not others) for i in known]
+        heapify(cells)
         chosen: list[Vector] = []
-        for i in order.tolist():
-            if all(abs(points[i] - one).max() > _APART for one in chosen):
-                chosen.append(points[i])
-            if len(chosen) == survey.follow:
-                break
-        if chosen:
-            system, at = self.program.system_at(chosen[0]), int(order[0])
-            over = {name: float(getattr(system, name)) for name in self.program.names}
-            value = self.program.sign * float(worst[at])
-            self.surveyed = replace(self.surveyed, system=system, over=over, value=value)
-        if chosen and (first := Search(self.program).begin(chosen[0])) is not None:
+        # No further scenario makes a cell better: only the best have to be run in all of them.
+        while cells and len(chosen) < survey.follow and not self.program.watch.over:
+            _, worst, i, whole = heappop(cells)
+            if any(abs(points[i] - one).max() <= _APART for one in chosen):
+                continue
+            if not whole:
+                more = self.program.survey(points[i : i + 1], others)
+                if np.isfinite(more.worst[0]):
+                    slacks = np.minimum(found.slacks[i], more.slacks[0])
+                    heappush(cells, ranked(max(worst, float(more.worst[0])), slacks, i, True))
+                continue
+            if not chosen:
+                system = self.program.system_at(points[i])
+                over = {name: float(getattr(system, name)) for name in self.program.names}
+                value = self.program.sign * worst
+                self.surveyed = replace(self.surveyed, system=system, over=over, value=value)
+            chosen.append(points[i])
+        if chosen and (place := Search(self.program).begin(chosen[0])) is not None:
             # A few cells may vary less than the objective does.
-            slope = abs(Search(self.program).by_u(first.objective_by)).max()
+            slope = abs(Search(self.program).by_u(place.objective_by)).max()
             self.program = replace(self.program, unit=self.program.unit * max(1.0, float(slope)))
         return chosen
 

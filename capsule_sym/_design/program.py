@@ -302,13 +302,14 @@ class Program:
                     break
         return by * one.weights(system)
 
-    def survey(self, points: Matrix) -> Overview:
-        """The objective and the slacks at points (n, k), in no units."""
+    def survey(self, points: Matrix, scenarios: Sequence[Scenario]) -> Overview:
+        """The objective and the slacks of some scenarios at points (n, k), in no units."""
         worst = np.full(len(points), -np.inf)
         least = np.full((len(points), len(self.limits)), np.inf)
-        contact, stiff, total = 0.0, False, len(points) * len(self.scenarios)
-        for first, (k, one) in product(range(0, len(points), _CELLS), enumerate(self.scenarios)):
-            self.tell(f"survey, {first * len(self.scenarios) + k * _CELLS} of {total} runs")
+        contact, stiff, total = 0.0, False, len(points) * len(scenarios)
+        for first, (k, one) in product(range(0, len(points), _CELLS), enumerate(scenarios)):
+            cells = len(points[first : first + _CELLS])
+            self.tell(f"survey, {first * len(scenarios) + k * cells} of {total} runs")
             own = [one.system(self.system_at(u)) for u in points[first : first + _CELLS]]
             plain = [dimensionless(system) for system in own]
             about = evaluation.survey(plain, one.state, self.watch)
