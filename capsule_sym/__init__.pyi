@@ -98,6 +98,7 @@ from capsule_sym._orbits.shooting.itinerary import ItinerarySegment as Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit as Orbit
 from capsule_sym._orbits.shooting.orbit import OrbitStatus as OrbitStatus
 from capsule_sym._orbits.shooting.orbit import solve_itinerary as solve_itinerary
+from capsule_sym._orbits.shooting.search import FoundOrbits as FoundOrbits
 from capsule_sym._orbits.shooting.search import orbit_at as orbit_at
 from capsule_sym._orbits.shooting.search import search_orbits as search_orbits
 from capsule_sym._orbits.shooting.search import solve_admissible as solve_admissible

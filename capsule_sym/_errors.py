@@ -61,9 +61,9 @@ class NotInstalled(CapsuleError, ImportError):
 
 
 class Status(StrEnum):
-    """How a run ended: its periods are over, or what stopped it before."""
+    """How a run or a search ended: its work is done, or what stopped it before."""
 
-    #: Its periods are over.
+    #: Its periods are over, or all its starts are searched.
     FINISHED = "finished"
     #: It has as many segments as it may have.
     SEGMENT_LIMIT = "segment-limit"

@@ -15,6 +15,7 @@ from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._map.keep import checked, most_segments, reduced
 from capsule_sym._map.native import NativeRun
 from capsule_sym._map.trajectory import Trajectory
+from capsule_sym._native import check_time, present
 from capsule_sym._parameters import Parameters
 
 
@@ -57,16 +58,18 @@ def simulate(
     if max_segments is not None:
         check_count("max_segments", max_segments)
     most = most_segments(kept, max_segments)
-    deadline = perf_counter() + checked_seconds(max_seconds)
+    deadline = min(perf_counter() + checked_seconds(max_seconds), present().deadline)
     chosen = backend or default_backend()
     if chosen == "c":
         run = NativeRun(parameters, escalate, deadline, progress)
-        return run.go(values, phase, periods, most, kept)
-    from capsule_sym._map.reference import Run
+        found = run.go(values, phase, periods, most, kept)
+    else:
+        from capsule_sym._map.reference import Run
 
-    with backend_of(chosen) as numbers:
-        whole = Run(numbers, parameters, escalate, deadline, progress)
-        found = whole.go(values, phase, periods, most)
-    if isinstance(kept, str) and kept == "segments":
-        return found
-    return replace(found, kept=reduced(found, kept))
+        with backend_of(chosen) as numbers:
+            whole = Run(numbers, parameters, escalate, deadline, progress)
+            found = whole.go(values, phase, periods, most)
+        if not (isinstance(kept, str) and kept == "segments"):
+            found = replace(found, kept=reduced(found, kept))
+    check_time()  # of the work that this run is a part of
+    return found

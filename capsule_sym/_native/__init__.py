@@ -7,10 +7,10 @@ from importlib.util import find_spec
 from types import ModuleType
 
 from capsule_sym._errors import CapsuleError
-from capsule_sym._native.watch import Watch
+from capsule_sym._native.watch import TimeUp, Watch, check_time, present
 from capsule_sym.generated.py import DIGEST
 
-__all__ = ["StaleCore", "Watch", "core", "live"]
+__all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "live", "present"]
 
 
 class StaleCore(CapsuleError, ImportError):

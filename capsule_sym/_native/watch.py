@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 import math
+from contextvars import ContextVar, Token
 from time import perf_counter
+from types import TracebackType
 
 import numpy as np
+
+
+class TimeUp(Exception):
+    """Raised in work that a watch limits, where its time is over."""
+
+    def __init__(self, watch: Watch) -> None:
+        super().__init__("the time is over")
+        self.watch = watch
 
 
 class Watch:
@@ -14,10 +24,14 @@ class Watch:
     The core looks at it every few milliseconds, also in threads that Ctrl-C does not reach. What
     it stops can go on, from where its results say that it came to. One watch may serve many calls
     and threads. `seconds` are those of the clock, from now on.
+
+    In `with Watch(seconds):` all work that calls `check_time` has no more time than that, nor than
+    what is around it; where that is what ends it, the block is left, and what follows it is run.
     """
 
     def __init__(self, seconds: float = math.inf) -> None:
         self.deadline = perf_counter() + seconds
+        self._outer: Token[Watch] | None = None
         self.flag = np.zeros(1, np.intc)
 
     def stop(self) -> None:
@@ -33,3 +47,35 @@ class Watch:
     def left(self) -> float:
         """Seconds that are left, above 0, as the limit of a call that takes no watch."""
         return 5e-324 if self.over else max(self.deadline - perf_counter(), 5e-324)
+
+    def __enter__(self) -> Watch:
+        around = present()
+        tighter = self if self.deadline < around.deadline else around
+        self._outer = _PRESENT.set(tighter)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> bool:
+        if self._outer is not None:
+            _PRESENT.reset(self._outer)
+        return isinstance(error, TimeUp) and error.watch is self
+
+
+_ENDLESS = Watch()
+_PRESENT: ContextVar[Watch] = ContextVar("watch", default=_ENDLESS)
+
+
+def present() -> Watch:
+    """The watch of the work that is done here, of those around it the one that ends first."""
+    return _PRESENT.get()
+
+
+def check_time() -> None:
+    """Raises TimeUp where the present watch is over."""
+    watch = present()
+    if watch.over:
+        raise TimeUp(watch)

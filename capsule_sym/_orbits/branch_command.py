@@ -15,6 +15,7 @@ from capsule_sym._options import (
     json_option,
     make_console,
     make_table,
+    max_seconds_option,
     ranged_parameter_options,
     ranges,
 )
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from rich.table import Table
 
+    from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.bifurcations import Bifurcation
     from capsule_sym._orbits.continuation.continuation import Branch
     from capsule_sym._parameters import Parameters
@@ -64,6 +66,7 @@ if TYPE_CHECKING:
 )
 @settling_option
 @tables_option
+@max_seconds_option()
 @certify_option("the bifurcations")
 @json_option
 def branch(
@@ -77,6 +80,7 @@ def branch(
     ties: tuple[str, ...],
     state: tuple[float, float, float],
     out: Path | None,
+    max_seconds: float,
     certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -100,13 +104,15 @@ def branch(
 
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
+    from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.continuation import check_points
     from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
+    from capsule_sym._orbits.continuation.states import Ending
     from capsule_sym._records import dumps, in_si, table, write
 
     for name in (*dimensionless, *ranges(), "file", "begin", "state"):
         check_beside(name, never=("restart",))
-    device = None
+    device, limit = None, Watch(max_seconds)
     for name, (low, high, *_) in ranges().items():
         if parameter is not None or begin is not None or end is not None:
             raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
@@ -116,7 +122,7 @@ def branch(
         beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
         raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
     if restart is not None:
-        found = _restarted(*restart, parameter, end, points, _ties(ties) or None)
+        found = _restarted(*restart, parameter, end, points, _ties(ties) or None, limit)
     else:
         if parameter is None or begin is None:
             raise click.UsageError("--to needs --parameter and --from, or --restart in their place")
@@ -126,10 +132,10 @@ def branch(
             from capsule_sym._orbits.continuation.parameter_paths import device_path
 
             tied = device_path(device, parameter)
-        found = (followed(parameters, parameter, begin, end, points, state, tied),)
+        found = (followed(parameters, parameter, begin, end, points, state, limit, tied),)
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
-    found += _cascade(found, depth, points)
+    found += _cascade(found, depth, points, limit)
     first, *others = found
     record = branch_record(first, others)
     if device is not None:
@@ -155,7 +161,7 @@ def branch(
             _print_branch(one)
     if certify is not None:
         certify_found(certify, [one for branch in found for one in branch.bifurcations])
-    tell_early_end(first)
+    tell_early_end(next((one for one in found if one.status is Ending.TIME_LIMIT), first))
 
 
 def _restarted(
@@ -165,10 +171,13 @@ def _restarted(
     end: float,
     points: int,
     ties: dict[str, str] | None,
+    limit: Watch,
 ) -> tuple[Branch, ...]:
     from capsule_sym._orbits.continuation.switching import continue_from
 
-    return continue_from(file, label, end, parameter=parameter, points=points, ties=ties)
+    return continue_from(
+        file, label, end, parameter=parameter, points=points, ties=ties, max_seconds=limit.left
+    )
 
 
 def _ties(given: Sequence[str]) -> dict[str, str]:
@@ -182,10 +191,15 @@ def _ties(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _cascade(found: tuple[Branch, ...], depth: int, points: int) -> tuple[Branch, ...]:
+def _cascade(
+    found: tuple[Branch, ...], depth: int, points: int, limit: Watch
+) -> tuple[Branch, ...]:
     from capsule_sym._orbits.continuation.switching import period_doubling_cascade
 
-    return tuple(new for one in found for new in period_doubling_cascade(one, depth, points=points))
+    def doubled(one: Branch) -> tuple[Branch, ...]:
+        return period_doubling_cascade(one, depth, points=points, max_seconds=limit.left)
+
+    return tuple(new for one in found for new in doubled(one))
 
 
 def tell_early_end(found: Branch) -> None:
@@ -204,6 +218,7 @@ def followed(
     end: float,
     points: int,
     state: Sequence[float],
+    limit: Watch,
     ties: Mapping[str, str] | None = None,
 ) -> Branch:
     """The branch of the motion that settles from a state; exits with 3 where none does."""
@@ -214,8 +229,8 @@ def followed(
     path = parameter_path(parameter, ties)
     path.check(parameters, begin, end)
     placed = path.placed([*parameters.to_dict().values()], begin)
-    start = settled(Parameters(*placed), state)
-    return continue_orbit(start, parameter, end, points=points, ties=ties)
+    start = settled(Parameters(*placed), state, limit.left)
+    return continue_orbit(start, parameter, end, points=points, ties=ties, max_seconds=limit.left)
 
 
 def _print_branch(found: Branch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -14,6 +15,7 @@ from capsule_sym._options import (
     json_option,
     make_console,
     make_progress,
+    max_seconds_option,
     out_option,
     parameter_options,
     state_option,
@@ -23,7 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from capsule_sym._enclosures.certificates import Certified
+    from capsule_sym._orbits.continuation.boxes import BoxSearch
     from capsule_sym._orbits.shooting.orbit import Orbit
+    from capsule_sym._orbits.shooting.search import FoundOrbits
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
 settling_option = state_option("State at phase 0 from which the motion settles.")
@@ -55,6 +59,7 @@ tables_option = out_option("Write the JSON and its tables as CSV here.")
     metavar="NAME LOW HIGH",
     help="With --box: follow each orbit in a parameter too, to others and to isolas.",
 )
+@max_seconds_option()
 @certify_option("the orbit")
 @json_option
 def orbit(
@@ -64,6 +69,7 @@ def orbit(
     seed: int,
     box: tuple[float, float, float] | None,
     along: tuple[str, float, float] | None,
+    max_seconds: float,
     certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -72,13 +78,14 @@ def orbit(
 
     Shows its itinerary and section point, multipliers, velocities, energies per excitation period,
     and the tightest inequality of its itinerary. With --starts or --box, all orbits that are found.
-    The JSON of one orbit is that object, of several it is {"orbits": [...]}; "value" and "gradient"
-    of a figure are the figure and its derivative along the branch by each parameter. With --box the
-    JSON says what was "searched", how many starts have "settled" on each orbit, how many are
-    "open", settled on none, and has the closed branches as "isolas". Where --params is a device,
-    "si" has the figures in SI units, energies per excitation period.
+    The JSON of one orbit is that object, of a search {"orbits": [...], "status": ...}; "value" and
+    "gradient" of a figure are the figure and its derivative along the branch by each parameter.
+    With --box the JSON says what was "searched", how many starts have "settled" on each orbit, how
+    many are "open", settled on none, and has the closed branches as "isolas". Where --params is a
+    device, "si" has the figures in SI units, energies per excitation period.
 
     Exits with 3, and the reason, where there is no orbit; the JSON then has the reason as "status".
+    So it does where a search ends after --max-seconds, with the orbits that were found until then.
     Exits with 4 where --certify does not prove all.
     """
     from capsule_sym._orbits.continuation.records import failure_record
@@ -91,18 +98,21 @@ def orbit(
     check_beside("starts", never=("box",))
     check_beside("state", never=("starts", "box"))
     found: Sequence[Orbit]
+    search: BoxSearch | FoundOrbits | None = None
     if box is not None:
-        found = _search_box(parameters, device, box, along, as_json)
+        search = _search_box(parameters, device, box, along, max_seconds, as_json)
+        found = search.orbits
     elif starts:
-        found = _search(parameters, starts, seed)
+        found = search = _search(parameters, starts, seed, max_seconds)
         if as_json:
-            click.echo(dumps({"orbits": [_record(one, device) for one in found]}))
+            orbits = [_record(one, device) for one in found]
+            click.echo(dumps({"orbits": orbits, "status": str(search.status)}))
         else:
             for one in found:
                 _print_orbit(one, _record(one, device))
             click.echo(f"{len(found)} orbits from {starts} random states")
     else:
-        settled = solve_orbit(parameters, state)
+        settled = solve_orbit(parameters, state, max_seconds=max_seconds)
         if as_json:
             click.echo(
                 dumps(_record(settled, device) if settled.success else failure_record(settled))
@@ -114,6 +124,9 @@ def orbit(
         found = [settled]
     if certify is not None:
         certify_found(certify, found)
+    if search is not None and search.status == "time-limit":
+        click.echo(f"the search ends ({search.status}): {search.message}", err=True)
+        raise click.exceptions.Exit(3)
 
 
 def certify_found(path: Path, found: Sequence[Certified]) -> None:
@@ -157,19 +170,21 @@ def _search_box(
     device: PhysicalParameters | None,
     box: tuple[float, float, float],
     along: tuple[str, float, float] | None,
+    max_seconds: float,
     as_json: bool,
-) -> Sequence[Orbit]:
+) -> BoxSearch:
     from capsule_sym._orbits.continuation.boxes import search_box
     from capsule_sym._orbits.continuation.records import branch_record
     from capsule_sym._records import dumps
 
     name, ends = (None, None) if along is None else (along[0].replace("-", "_"), along[1:])
-    found = search_box(parameters, box, along=name, ends=ends)
+    found = search_box(parameters, box, along=name, ends=ends, max_seconds=max_seconds)
     if as_json:
         record = {
             "orbits": [_record(one, device) for one in found.orbits],
             "settled": list(found.settled),
             "open": found.open,
+            "status": str(found.status),
             "searched": found.message,
             "isolas": [branch_record(one) for one in found.isolas],
         }
@@ -182,10 +197,10 @@ def _search_box(
             values = [point.value for point in branch.points]
             click.echo(f"isola in {branch.parameter} from {min(values):.6g} to {max(values):.6g}")
         click.echo(found.message)
-    return found.orbits
+    return found
 
 
-def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
+def _search(parameters: Parameters, starts: int, seed: int, max_seconds: float) -> FoundOrbits:
     from capsule_sym._orbits.shooting.search import search_orbits
 
     with make_progress() as progress:
@@ -194,15 +209,16 @@ def _search(parameters: Parameters, starts: int, seed: int) -> Sequence[Orbit]:
             parameters,
             starts,
             seed=seed,
+            max_seconds=max_seconds,
             report=lambda done, _: progress.update(task, completed=done),
         )
 
 
-def settled(parameters: Parameters, state: Sequence[float]) -> Orbit:
+def settled(parameters: Parameters, state: Sequence[float], max_seconds: float = math.inf) -> Orbit:
     """The orbit on which the motion settles from a state; exits with 3 where there is none."""
     from capsule_sym._orbits.shooting.search import solve_orbit
 
-    found = solve_orbit(parameters, state)
+    found = solve_orbit(parameters, state, max_seconds=max_seconds)
     if found.success:
         return found
     _give_up(found)

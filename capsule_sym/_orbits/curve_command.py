@@ -13,6 +13,7 @@ from capsule_sym._options import (
     chosen_parameters,
     json_option,
     make_console,
+    max_seconds_option,
     ranged_parameter_options,
     ranges,
 )
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 )
 @settling_option
 @tables_option
+@max_seconds_option()
 @certify_option("the points")
 @json_option
 def curve(
@@ -56,6 +58,7 @@ def curve(
     leaving: bool,
     state: tuple[float, float, float],
     out: Path | None,
+    max_seconds: float,
     certify: Path | None,
     as_json: bool,
     **dimensionless: float | None,
@@ -74,8 +77,9 @@ def curve(
 
     With --certify alpha is solved for at every point, the other parameters being those of the
     point. Exits with 3, and the reason, where there is no orbit to begin with or a curve has no
-    points, and with 4 where --certify does not prove all.
+    points or ends after --max-seconds, and with 4 where --certify does not prove all.
     """
+    from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.continuation import check_points
     from capsule_sym._orbits.continuation.curves import check, continue_bifurcation, curves_from
     from capsule_sym._orbits.continuation.records import (
@@ -83,6 +87,7 @@ def curve(
         curve_record,
         curve_rows,
     )
+    from capsule_sym._orbits.continuation.states import Ending
     from capsule_sym._records import dumps, in_si, table, write
 
     over = ranges()
@@ -97,9 +102,10 @@ def curve(
     check_points(points)
     given = file is not None or at is not None
     inside = _within(parameters, names[1], second, given)
-    found = followed(inside, names[0], *first, points, state)
+    limit = Watch(max_seconds)
+    found = followed(inside, names[0], *first, points, state, limit)
     chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
-    if not found.bifurcations:
+    if not found.bifurcations or (not chosen and found.status is Ending.TIME_LIMIT):
         tell_early_end(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
@@ -110,10 +116,14 @@ def curve(
     if inside is not parameters:
         middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
-    curves = [continue_bifurcation(one, names[1], (first, second), points=points) for one in chosen]
+    both = first, second
+    curves = [
+        continue_bifurcation(one, names[1], both, points=points, max_seconds=limit.left)
+        for one in chosen
+    ]
     if leaving:
-        for first_curve in tuple(curves):
-            curves += curves_from(first_curve, (first, second), points=points, known=curves)
+        for whole in tuple(curves):
+            curves += curves_from(whole, both, points=points, known=curves, max_seconds=limit.left)
     kept = [curve_record(one) for one in curves]
     record = {"branch": found.status.value, "curves": kept}
     if device is not None:
@@ -136,9 +146,14 @@ def curve(
         ending, detail = curve.endings[0]
         event = f"{one.type} at {one.parameter} = {one.value:.12g}"
         click.echo(f"no curve of {event} ({ending.value}): {detail}", err=True)
+    late = [one for one in curves if one.status is Ending.TIME_LIMIT and one.points]
+    for ended in late:
+        click.echo(
+            f"a curve of {ended.type} ends ({ended.status.value}): {ended.message}", err=True
+        )
     if certify is not None:
         certify_found(certify, [point for one in curves for point in one.points])
-    if lost:
+    if lost or late:
         raise click.exceptions.Exit(3)
 
 

@@ -251,7 +251,7 @@ def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
     from capsule_sym._orbits.shooting.orbit import NoOrbit
 
     nothing = NoOrbit(OrbitStatus.NOT_PERIODIC, "it wanders", None, (), 0.0)
-    monkeypatch.setattr(search, "solve_orbit", lambda *arguments: nothing)
+    monkeypatch.setattr(search, "solve_orbit", lambda *arguments, **_: nothing)
     for arguments in (
         ("orbit",),
         ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "1"),

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.batch import final_states, parameter_rows
-from capsule_sym._orbits.continuation.continuation import Branch
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._native import Watch, check_time, present
+from capsule_sym._orbits.continuation.continuation import Branch, check_points
 from capsule_sym._orbits.continuation.isolas import follow_both_ways
 from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.admissibility import rerun
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
+from capsule_sym._orbits.shooting.search import (
+    checked_box,
+    checked_periods,
+    orbit_at,
+    solve_orbit,
+)
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
 
@@ -45,11 +53,12 @@ class BoxSearch:
     open: int
     branches: tuple[Branch, ...]
     message: str
+    status: Status = Status.FINISHED
 
     @property
     def success(self) -> bool:
-        """Whether every start settles on one of the orbits."""
-        return self.open == 0
+        """Whether the search was finished, and every start settles on one of the orbits."""
+        return self.status is Status.FINISHED and self.open == 0
 
     @property
     def isolas(self) -> tuple[Branch, ...]:
@@ -68,6 +77,7 @@ def search_box(
     ends: Sequence[float] | None = None,
     points: int = 50,
     report: Callable[[str], None] | None = None,
+    max_seconds: float = math.inf,
 ) -> BoxSearch:
     """All orbits that a grid of starts in a box leads to, stable or not, and the branches of each.
 
@@ -77,60 +87,60 @@ def search_box(
     from every start, and from where it is after 1, 2, 4, 8 and 16 periods: this finds unstable
     orbits too. With a parameter `along` the branch of each is followed both ways between `ends`,
     through folds, and orbits that it has at the same parameters are among those found; closed
-    branches are isolas. `report` is told what is done. Raises InvalidInput for a box, a size or
-    numbers of periods that are not allowed, where there is no C core, and as `continue_both_ways`
-    does.
+    branches are isolas. `report` is told what is done. The search ends after `max_seconds`. Raises
+    InvalidInput for a box, a size or numbers of periods that are not allowed, where there is no C
+    core, and as `continue_both_ways` does.
     """
     bounds, counts, numbers = _checked(box, size, period_numbers)
+    check_count("periods", periods)
+    check_points(points)
     if (along is None) != (ends is None):
         raise InvalidInput("ends", ends, "given with along, and only then")
     starts = _grid(bounds, counts)
     row = parameter_rows(parameters)
     say = report or (lambda text: None)
     say(f"running {len(starts)} starts")
-    found, settled, left = _attractors(parameters, row, starts, periods)
-    say(f"{len(found)} attractors; Newton's method from {len(_SEEDS) * len(starts)} states")
-    found += _closed(parameters, row, starts, numbers, found)
-    branches: list[Branch] = []
-    if along is not None and ends is not None:
-        on_branch: list[Orbit] = []
-        for orbit in found:  # grows on the way
-            if any(same(orbit, known) for known in on_branch):
-                continue
-            say(f"following {orbit.itinerary} in {along}; {len(found)} orbits")
-            new, passed = follow_both_ways(orbit, along, ends, points=points)
-            branches += new
-            on_branch += [orbit, *passed]
-            found += [
-                one for one in _each_once(passed) if not any(same(one, known) for known in found)
-            ]
+    found, settled, branches = list[Orbit](), list[int](), list[Branch]()
+    status = Status.TIME_LIMIT
+    with Watch(checked_seconds(max_seconds)):
+        _attractors(parameters, row, starts, periods, found, settled)
+        say(f"{len(found)} attractors; Newton's method from {len(_SEEDS) * len(starts)} states")
+        _closed(parameters, row, starts, numbers, found)
+        if along is not None and ends is not None:
+            on_branch: list[Orbit] = []
+            for orbit in found:  # grows on the way
+                if any(same(orbit, known) for known in on_branch):
+                    continue
+                say(f"following {orbit.itinerary} in {along}; {len(found)} orbits")
+                new, passed = follow_both_ways(orbit, along, ends, points=points)
+                branches += new
+                check_time()
+                on_branch += [orbit, *passed]
+                _add_new(passed, found)
+        status = Status.FINISHED
     order = sorted(range(len(found)), key=lambda k: found[k].itinerary.period_number)
-    orbits = tuple(found[k] for k in order)
-    numbers_settled = tuple(settled[k] if k < len(settled) else 0 for k in order)
-    result = BoxSearch(orbits, numbers_settled, len(starts), left, tuple(branches), "")
-    text = _searched(result, bounds, counts, numbers, periods, along, ends)
-    return BoxSearch(orbits, numbers_settled, len(starts), left, tuple(branches), text)
+    result = BoxSearch(
+        tuple(found[k] for k in order),
+        tuple(settled[k] if k < len(settled) else 0 for k in order),
+        len(starts),
+        len(starts) - sum(settled),
+        tuple(branches),
+        "",
+        status,
+    )
+    return replace(result, message=_searched(result, bounds, counts, numbers, periods, along, ends))
 
 
 def _checked(
     box: Sequence[float], size: Sequence[int], period_numbers: Sequence[int]
 ) -> tuple[NDArray[np.float64], tuple[int, ...], tuple[int, ...]]:
-    try:
-        bounds = np.array([float(one) for one in box])
-    except (TypeError, ValueError):
-        bounds = np.zeros(0)
-    if bounds.shape != (3,) or not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
-        raise InvalidInput("box", box, "three bounds of |x_r|, |v_r|, |v_c|, finite and >= 0")
+    bounds = checked_box(box)
     whole = all(isinstance(n, int) and not isinstance(n, bool) and n >= 1 for n in size)
     if not whole or len(size) != 3 or np.prod(size, dtype=float) > _MOST_STARTS:
         allowed = f"three whole numbers >= 1, of {_MOST_STARTS} states at most"
         raise InvalidInput("size", size, allowed)
-    whole = all(isinstance(n, int) and not isinstance(n, bool) for n in period_numbers)
-    if not whole or not all(1 <= n <= _MOST_PERIODS for n in period_numbers):
-        allowed = f"whole numbers from 1 to {_MOST_PERIODS}"
-        raise InvalidInput("period_numbers", period_numbers, allowed)
     counts = tuple(n if bound > 0 else 1 for n, bound in zip(size, bounds, strict=True))
-    return bounds, counts, tuple(sorted(set(period_numbers)))
+    return bounds, counts, checked_periods(period_numbers, _MOST_PERIODS)
 
 
 def _grid(bounds: NDArray[np.float64], counts: Sequence[int]) -> NDArray[np.float64]:
@@ -146,15 +156,14 @@ def _attractors(
     row: NDArray[np.float64],
     starts: NDArray[np.float64],
     periods: int,
-) -> tuple[list[Orbit], list[int], int]:
-    """The orbits on which starts settle, how many do on each, and how many on none."""
-    orbits: list[Orbit] = []
-    counts: list[int] = []
+    orbits: list[Orbit],
+    counts: list[int],
+) -> None:
+    """Adds the orbits on which starts settle, and how many do on each."""
     ends, length = starts, periods
     for _ in range(_ROUNDS):
         rows = np.repeat(row, len(ends), axis=0)
-        finals = final_states(rows, ends, 0.0, length)
-        ends = finals.states
+        ends = _states(rows, ends, length)
         left = np.ones(len(ends), dtype=bool)
         for k, orbit in enumerate(orbits):
             here = left & _near(orbit, ends)
@@ -177,7 +186,15 @@ def _attractors(
         ends, length = ends[left], 2 * length
         if not len(ends):
             break
-    return orbits, counts, len(ends)
+
+
+def _states(
+    rows: NDArray[np.float64], starts: NDArray[np.float64], periods: int
+) -> NDArray[np.float64]:
+    """States (n, 3) after so many periods."""
+    found = final_states(rows, starts, 0.0, periods, watch=present()).states
+    check_time()
+    return found
 
 
 def _near(orbit: Orbit, states: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -193,39 +210,39 @@ def _closed(
     row: NDArray[np.float64],
     starts: NDArray[np.float64],
     period_numbers: Sequence[int],
-    known: Sequence[Orbit],
-) -> list[Orbit]:
-    """The other orbits to which Newton's method on the map leads from starts and their runs."""
+    known: list[Orbit],
+) -> None:
+    """Adds other orbits to which Newton's method on the map leads from starts and their runs."""
     rows = np.repeat(row, len(starts), axis=0)
     seeds, before = [starts], 0
     for after in _SEEDS[1:]:
-        seeds.append(final_states(rows, seeds[-1], 0.0, after - before).states)
+        seeds.append(_states(rows, seeds[-1], after - before))
         before = after
     states = np.concatenate(seeds)
     many = np.repeat(row, len(states), axis=0)
-    found: list[Orbit] = []
     for number in period_numbers:
-        closed = performance_many(many, states, number, energies=False, forces=False)
+        closed = performance_many(
+            many, states, number, energies=False, forces=False, watch=present()
+        )
+        check_time()
         left = closed.states[closed.closed]
         for orbit in known:
             left = left[~_near(orbit, left)]
         while len(left):
             new = orbit_at(parameters, left[0].tolist(), number)
             others = abs(left - left[0]).max(axis=1) > _SAME * (1 + abs(left[0]).max())
-            if new is not None and not any(same(new, one) for one in (*known, *found)):
-                found.append(new)
+            if new is not None and _add_new([new], known):
                 others &= ~_near(new, left)
             left = left[others]
-        known = (*known, *found)
-    return _each_once(found)
 
 
-def _each_once(orbits: Sequence[Orbit]) -> list[Orbit]:
-    chosen: list[Orbit] = []
+def _add_new(orbits: Sequence[Orbit], known: list[Orbit]) -> bool:
+    """Adds orbits that are not known, and says whether there are any."""
+    before = len(known)
     for orbit in orbits:
-        if not any(same(orbit, one) for one in chosen):
-            chosen.append(orbit)
-    return chosen
+        if not any(same(orbit, one) for one in known):
+            known.append(orbit)
+    return len(known) > before
 
 
 def _searched(
@@ -256,4 +273,6 @@ def _searched(
             f"; {len(found.branches)} branches followed in {along} from {low:g} to {high:g}, "
             f"{len(found.isolas)} closed"
         )
+    if found.status is Status.TIME_LIMIT:
+        text += "; the time was over before all this was done"
     return f"{text}. Not searched: other starts and phases, and orbits of other period numbers."

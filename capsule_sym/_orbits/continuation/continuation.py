@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._native import TimeUp, Watch
 from capsule_sym._orbits.continuation.bifurcations import (
     INITIALS,
     Bifurcation,
@@ -31,7 +33,15 @@ from capsule_sym._orbits.continuation.following import (
     first_half,
 )
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
-from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Stop, where
+from capsule_sym._orbits.continuation.states import (
+    OUT_OF_TIME,
+    Axis,
+    Ending,
+    Event,
+    State,
+    Stop,
+    where,
+)
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
 from capsule_sym._orbits.shooting.identity import same, same_start
@@ -141,26 +151,31 @@ def continue_orbit(
     *,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
+    max_seconds: float = math.inf,
 ) -> Branch:
     """The branch through an orbit, from its value of a parameter to another one (dimensionless).
 
     At least `points` steps are taken, more where the branch bends or an itinerary begins. The
     branch is followed through folds, whether stable or not, and from itinerary to itinerary, until
-    the parameter leaves the range between the two values; an end before that says why. Other
-    parameters may vary with it: `ties` has for each its function, or a text such as "0.5*omega**2";
-    then `parameter` may also be something else of which one of them is an affine function. Raises
-    InvalidInput for what is no parameter and not tied to one, a value that a parameter cannot have,
-    equal values, and an orbit whose parameters are not on the path.
+    the parameter leaves the range between the two values; an end before that says why, and comes
+    after `max_seconds` at the latest. Other parameters may vary with it: `ties` has for each its
+    function, or a text such as "0.5*omega**2"; then `parameter` may also be something else of which
+    one of them is an affine function. Raises InvalidInput for what is no parameter and not tied to
+    one, a value that a parameter cannot have, equal values, and an orbit whose parameters are not
+    on the path.
     """
     axis = axis_from(orbit, parameter_path(parameter, ties), to)
     check_points(points)
+    limit = Watch(checked_seconds(max_seconds))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         start = first_half(orbit, (axis,)) or orbit
         follower = Follower(numbers, start, (axis,))
         u = follower.unknowns(start.z, start.values)
         along = np.zeros(len(u))
         along[-1] = 1.0
-        return Run(follower, u, along, points).go()
+        with limit:
+            found = Run(follower, u, along, points).go()  # says itself that the time was over
+    return found
 
 
 def check_points(points: int) -> None:
@@ -210,6 +225,8 @@ class Run:
                 state, step = self._step(state, step)
         except Stop as stop:
             ending, detail = stop.ending, stop.detail
+        except TimeUp:
+            ending, detail = OUT_OF_TIME
         points, found = tuple(self.points), labelled(self.bifurcations)
         return Branch(self.axis, points, found, ending, detail, self.origin)
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._native import TimeUp
 from capsule_sym._orbits.continuation.bifurcations import (
     SmoothEvent,
     evaluate_test_functions,
@@ -27,7 +28,7 @@ from capsule_sym._orbits.continuation.events import (
 )
 from capsule_sym._orbits.continuation.following import FIRST, Follower
 from capsule_sym._orbits.continuation.path import corrected
-from capsule_sym._orbits.continuation.states import Ending, Event, State, Stop, where
+from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Ending, Event, State, Stop, where
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -56,6 +57,12 @@ class CurveRun:
 
     def go(self, first: State) -> tuple[Ending, str]:
         """Follow the curve from a state to its end, and say why it ends."""
+        try:
+            return self._go(first)
+        except TimeUp:
+            return OUT_OF_TIME
+
+    def _go(self, first: State) -> tuple[Ending, str]:
         begin, step = first.orbit.itinerary, FIRST
         try:
             self._add(first)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -11,7 +12,9 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.bifurcations import SMOOTH, Bifurcation
 from capsule_sym._orbits.continuation.continuation import check_points
 from capsule_sym._orbits.continuation.curve_points import CodimensionTwoPoint, CurvePoint
@@ -29,7 +32,7 @@ from capsule_sym._orbits.continuation.following import Follower, vanishing
 from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.path import corrected
-from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
+from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
@@ -130,15 +133,17 @@ def continue_bifurcation(
     ranges: tuple[tuple[float, float], tuple[float, float]],
     *,
     points: int = 50,
+    max_seconds: float = math.inf,
 ) -> Curve:
     """The curve through a bifurcation in its parameter and a second one, within two ranges.
 
     The ranges, dimensionless, are those of the bifurcation's parameter and of the second, and hold
     the bifurcation; no step is longer than 1/`points` of either. Where another inequality of the
     itinerary fails, the point is located exactly and the curve goes on in the itinerary beyond.
-    Raises InvalidInput for a second parameter that is none or is the first, and for ranges that are
-    not ascending, leave the parameters' own, or do not hold the bifurcation, and where beta varies
-    from a bifurcation at beta = 0 of a motion that passes the spring.
+    After `max_seconds` it ends with that status. Raises InvalidInput for a second parameter that is
+    none or is the first, and for ranges that are not ascending, leave the parameters' own, or do
+    not hold the bifurcation, and where beta varies from a bifurcation at beta = 0 of a motion that
+    passes the spring.
     """
     first, orbit = bifurcation.parameter, bifurcation.orbit
     axes = _axes(orbit, (first, second), ranges)
@@ -151,13 +156,14 @@ def continue_bifurcation(
     segment = bifurcation.segment
     if bifurcation.symmetry == KEPT:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    ending, limit = OUT_OF_TIME, Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
         try:
             starts = _both_ways(numbers, orbit, axes, bifurcation.type, segment)
+            return _followed(bifurcation.type, starts, points)
         except Stop as stop:
             ending = stop.ending, stop.detail
-            return Curve(bifurcation.type, (first, second), (), (), (ending, ending))
-        return _followed(bifurcation.type, starts, points)
+    return Curve(bifurcation.type, (first, second), (), (), (ending, ending))
 
 
 def curves_from(
@@ -166,6 +172,7 @@ def curves_from(
     *,
     points: int = 50,
     known: Sequence[Curve] = (),
+    max_seconds: float = math.inf,
 ) -> tuple[Curve, ...]:
     """The other curves that pass a curve's points of codimension two, within two ranges.
 
@@ -174,12 +181,13 @@ def curves_from(
     resonance that of Neimark-Sacker bifurcations, or from these that of folds or period doublings.
     None leaves a cusp: the curve of folds itself passes. At a generalized period doubling a curve
     of folds of the doubled orbits begins. Each curve is given once, and none that is among those
-    `known`. The ranges are dimensionless. Raises InvalidInput as
-    `continue_bifurcation` does.
+    `known`. The ranges are dimensionless. After `max_seconds` the last curve ends with that
+    status. Raises InvalidInput as `continue_bifurcation` does.
     """
     check_points(points)
     found: list[Curve] = []
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    kind, limit = curve.type, Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
         for point in curve.codimension_two:
             kind = _other(curve.type, point.types[1])
             passed = (_passes(one, kind, point) for one in (curve, *known, *found))
@@ -197,7 +205,8 @@ def curves_from(
                 meetings = (meeting, *others)
                 origin = f"{point.types[0]} and {point.types[1]}"
                 found.append(replace(new, codimension_two=meetings, origin=origin))
-    return tuple(found)
+        return tuple(found)
+    return (*found, Curve(kind, curve.parameters, (), (), (OUT_OF_TIME, OUT_OF_TIME)))
 
 
 def _other(kind: str, meets: str) -> str:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
+from capsule_sym._map.checks import checked_seconds
+from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.continuation import Branch, Run, check_points
 from capsule_sym._orbits.continuation.following import Follower, first_half
 from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
@@ -27,6 +30,7 @@ def continue_both_ways(
     *,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
+    max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """The branch through an orbit in a range (low, high) around it: one if it is closed, else two.
 
@@ -34,7 +38,10 @@ def continue_both_ways(
     "returned". Else the first goes to larger values from the orbit on, the second to smaller ones.
     Arguments, units and errors are otherwise those of `continue_orbit`.
     """
-    return follow_both_ways(orbit, parameter, ends, points=points, ties=ties)[0]
+    found, _ = follow_both_ways(
+        orbit, parameter, ends, points=points, ties=ties, max_seconds=max_seconds
+    )
+    return found
 
 
 def follow_both_ways(
@@ -44,10 +51,12 @@ def follow_both_ways(
     *,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
+    max_seconds: float = math.inf,
 ) -> tuple[tuple[Branch, ...], tuple[Orbit, ...]]:
-    """What `continue_both_ways` gives, and other orbits of the branch at the value of the first."""
+    """The branches of `continue_both_ways`, and other orbits of them at the value of the first."""
     axis = _axis(orbit, parameter, ends, ties)
     check_points(points)
+    limit = Watch(checked_seconds(max_seconds))
     found: list[Branch] = []
     passed: list[Orbit] = []
     with backend("numpy") as numbers, np.errstate(all="ignore"):
@@ -58,7 +67,8 @@ def follow_both_ways(
             along = np.zeros(len(u))
             along[-1] = side
             run = _PassingRun(follower, u, along, points)
-            found.append(run.go())
+            with limit:
+                found.append(run.go())  # says itself that the time was over
             passed += run.passed
             if found[-1].status is Ending.RETURNED:
                 return (found[-1],), tuple(run.passed)

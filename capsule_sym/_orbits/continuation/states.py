@@ -36,6 +36,11 @@ class Ending(StrEnum):
     CODIMENSION_TWO = "codimension-two"
     #: As many points as allowed.
     TOO_MANY_POINTS = "too-many-points"
+    #: The time is over.
+    TIME_LIMIT = "time-limit"
+
+
+OUT_OF_TIME = Ending.TIME_LIMIT, "the time was over"
 
 
 class Stop(Exception):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,8 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.continuation import (
     Branch,
@@ -31,13 +34,14 @@ from capsule_sym._orbits.continuation.following import (
 from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.path import corrected
-from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop
+from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Axis, Ending, State, Stop
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 
+_DEEPEST = 16  # doublings of doublings: of 65,536 periods
 _DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its doubled one is sought
 
 
@@ -57,16 +61,18 @@ def continue_from(
     parameter: str | None = None,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
+    max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
 
     `parameter` and `ties`, as of `continue_orbit`, are those of the branch unless given, and so
-    are its units: dimensionless, unless a parameter has its own. From a
-    period doubling they are the branch itself and that of the doubled orbits, from a fold the two
-    sides of it, from a border collision what lies on the side of the value: two branches, or none,
-    at a non-smooth fold. The `origin` of each is the label, of several "PD1.1" and "PD1.2". Raises
-    InvalidInput for a label that does not exist, a file that is not one of this version, a value
-    that the parameter cannot have, and where no branch leaves that way.
+    are its units: dimensionless, unless a parameter has its own. From a period doubling they are
+    the branch itself and that of the doubled orbits, from a fold the two sides of it, from a border
+    collision what lies on the side of the value: two branches, or none, at a non-smooth fold. The
+    `origin` of each is the label, of several "PD1.1" and "PD1.2". After `max_seconds` the branches
+    end with that status, some without points. Raises InvalidInput for a label that does not exist,
+    a file that is not one of this version, a value that the parameter cannot have, and where no
+    branch leaves that way.
     """
     if isinstance(source, Branch):
         own, point = source.axis.path, source.at(label)
@@ -77,9 +83,10 @@ def continue_from(
         path, point = labelled_point(source, label, parameter, ties)
     check_points(points)
     axis = axis_from(point.orbit, path, to)
-    if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
-        point = _with_contact(point, label)
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    limit = Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+        if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
+            point = _with_contact(point, label)
         starts = list(_leaving(numbers, point, axis))
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
@@ -87,13 +94,14 @@ def continue_from(
             Run(start.follower, start.state.u, start.state.tangent, points, name).go(start.beside)
             for start, name in zip(ahead, names, strict=True)
         ]
-    if not starts:
-        allowed = f"one that branches leave in {path.name}: none leaves this one, to either side"
-        raise InvalidInput("label", label, allowed)
-    if not found:
-        side = "below" if to > axis.begin else "above"
-        raise InvalidInput("to", to, f"{side} {axis.begin}: no branch leaves {label} the other way")
-    return tuple(found)
+        if not starts:
+            allowed = f"one that branches leave in {path.name}"
+            raise InvalidInput("label", label, f"{allowed}: none leaves this one, to either side")
+        if not found:
+            side = f"{'below' if to > axis.begin else 'above'} {axis.begin}"
+            raise InvalidInput("to", to, f"{side}: no branch leaves {label} the other way")
+        return tuple(found)
+    return (Branch(axis, (), (), *OUT_OF_TIME, label),)
 
 
 def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
@@ -111,23 +119,29 @@ def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
     return BranchPoint(point.value, orbit, tightest(orbit))
 
 
-def period_doubling_cascade(branch: Branch, depth: int, *, points: int = 100) -> tuple[Branch, ...]:
+def period_doubling_cascade(
+    branch: Branch, depth: int, *, points: int = 100, max_seconds: float = math.inf
+) -> tuple[Branch, ...]:
     """The branches of doubled orbits that leave a branch, and those that leave them, to a depth.
 
-    Each is followed to the ends of the range of the first. One that arrives at a period doubling
-    of a branch that is known says so, and is not followed from there again.
-    Raises InvalidInput for a depth that is no whole number >= 0.
+    Each is followed to the ends of the range of the first, in its units. One that arrives at a
+    period doubling of a branch that is known says so, and is not followed from there again. After
+    `max_seconds` the last branch ends with that status. Raises InvalidInput for a depth that is not
+    allowed.
     """
-    if isinstance(depth, bool) or not isinstance(depth, int) or depth < 0:
-        raise InvalidInput("depth", depth, "a whole number >= 0")
+    check_count("depth", depth, 0, _DEEPEST)
     check_points(points)
     found: list[Branch] = []
-    level = [branch]
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    limit = Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+        level = [branch]
         for _ in range(depth):
-            level = [new for one in level for new in _doubled_of(numbers, one, branch.axis, points)]
-            found += level
-    return tuple(found)
+            before = len(found)
+            for one in level:
+                found.extend(_doubled_of(numbers, one, branch.axis, points))
+            level = found[before:]
+        return tuple(found)
+    return (*found, Branch(branch.axis, (), (), *OUT_OF_TIME))
 
 
 def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> Iterator[Branch]:

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
+from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
 from capsule_sym._parameters import Parameters
@@ -105,6 +106,7 @@ def shooting(
 
     In 50 digits the segments' derivatives may be those `kept` from unknowns nearby.
     """
+    check_time()
     n, zero = len(itinerary), numbers.number(0)
     forms, omega = ClosedForms(numbers, values), values[_OMEGA]
     chain = _chained(forms, itinerary, z) or _run_all(forms, itinerary, z, kept)
@@ -184,6 +186,7 @@ def _run_all(forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: Shooting
     angle_by[3] = zero + 1
     advance_by, elapsed, spans = _zeros(numbers, size), zero, []
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
+        check_time()
         matrix = None if kept is None else kept.spans[i].matrix
         span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
         advance_by = advance_by + span.total(span.matrix[3:])[0]

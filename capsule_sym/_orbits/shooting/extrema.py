@@ -13,6 +13,7 @@ from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.isolation import polish, positive_at, search
 from capsule_sym._map.location import Flow, SegmentStart, Start
+from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_map
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Parameters
@@ -114,6 +115,7 @@ def _searched(
         return _signed(_rate_of_forced(numbers, c, at, quantity, with_slow), sign)
 
     while now < duration:
+        check_time()
         here = rate(now)
         if now == 0:
             if numbers.name != "mpmath" and max(map(abs, here.values)) < _TINY:

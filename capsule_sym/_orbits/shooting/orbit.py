@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -14,8 +15,10 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._map import Instant, Segment, SteadyMotion, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.equations import (
     PARAMETERS,
     ROUNDINGS,
@@ -51,6 +54,8 @@ class OrbitStatus(StrEnum):
     NOT_ADMISSIBLE = "not-admissible"
     #: The simulated motion did not settle on a periodic one.
     NOT_PERIODIC = "not-periodic"
+    #: The time is over.
+    TIME_LIMIT = "time-limit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +133,7 @@ class Orbit(Labelled):
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
-        """The three Floquet multipliers, as `floquet_multipliers` gives them."""
+        """The three Floquet multipliers, complex, shape (3,), the largest modulus first."""
         from capsule_sym._orbits.shooting.stability import floquet_multipliers
 
         return floquet_multipliers(self)
@@ -242,6 +247,7 @@ def solve_itinerary(
     guess: Sequence[Number] | None = None,
     *,
     backend: str = "numpy",
+    max_seconds: float = math.inf,
 ) -> Orbit:
     """The orbit of this itinerary near a guess z, by damped Newton steps with the exact Jacobian.
 
@@ -249,7 +255,8 @@ def solve_itinerary(
     The residual of an orbit is at most 1e-13 in double precision and 1e-50 in 50 digits, times
     the largest entry of z if that is above 1, or at most the roundings of its equations' terms
     where those are larger, as of long itineraries. Without a guess only an itinerary without
-    switches is closed. Raises InvalidInput for a guess of the wrong size.
+    switches is closed. The search ends after `max_seconds`. Raises InvalidInput for a guess of the
+    wrong size.
     """
     given = parameters.to_dict().values() if isinstance(parameters, Parameters) else parameters
     with _backend(backend) as numbers:
@@ -260,8 +267,9 @@ def solve_itinerary(
             raise InvalidInput(
                 "guess", guess, f"{len(itinerary) + 4} numbers for the itinerary {itinerary}"
             )
+        z = np.array([numbers.number(value) for value in guess])
         with np.errstate(all="ignore"):
-            return _newton(numbers, values, itinerary, np.array([numbers.number(v) for v in guess]))
+            return _newton(numbers, values, itinerary, z, Watch(checked_seconds(max_seconds)))
 
 
 def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerary) -> list[Number]:
@@ -272,39 +280,43 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
     return [numbers.number(0)] * 4 + [period]
 
 
-def _newton(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector) -> Orbit:
-    steps = 0
+def _newton(
+    numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector, watch: Watch
+) -> Orbit:
+    steps, norm = 0, float("inf")
 
     def none(status: OrbitStatus, message: str) -> NoOrbit:
         return NoOrbit(status, message, itinerary, values, norm, steps)
 
-    shot = shooting(numbers, values, itinerary, z)
-    norm = _norm(shot)
-    if not norm < float("inf"):
-        return none(OrbitStatus.NOT_FINITE, "the residual of the guess is not finite")
-    for steps in range(1, _MOST_STEPS + 1):
-        try:
-            step = solve(numbers, shot.by_z, shot.residual)
-        except np.linalg.LinAlgError:
-            return none(OrbitStatus.SINGULAR, "the Jacobian of the equations is singular")
-        solved = norm <= _tolerance(numbers, z)
-        # A solution is polished until a step's square is rounding, as far as rounding lets it.
-        better = _step(numbers, values, itinerary, z, step, shot, 1.0 if solved else _LEAST_SCALE)
-        if better is not None:
-            z, shot = better
-            norm = _norm(shot)
-        elif solved_to_rounding(numbers, shot, z):
-            solved = True
-        small = max(abs(step)) <= numbers.sqrt(numbers.unit) * max(1, *abs(z))
-        if solved and (better is None or small or steps == _MOST_STEPS):
-            if numbers.name != "mpmath" and _condition(shot, z) * numbers.unit > _LOST:
-                return none(OrbitStatus.SINGULAR, "rounding leaves no digit of the solution")
-            return Orbit(values, itinerary, z, shot, numbers.name, steps)
-        if better is None:
-            break
-    return none(
-        OrbitStatus.NOT_CONVERGED, "Newton's method came to rest where the residual is not small"
-    )
+    with watch:
+        shot = shooting(numbers, values, itinerary, z)
+        norm = _norm(shot)
+        if not norm < float("inf"):
+            return none(OrbitStatus.NOT_FINITE, "the residual of the guess is not finite")
+        for steps in range(1, _MOST_STEPS + 1):
+            try:
+                step = solve(numbers, shot.by_z, shot.residual)
+            except np.linalg.LinAlgError:
+                return none(OrbitStatus.SINGULAR, "the Jacobian of the equations is singular")
+            solved = norm <= _tolerance(numbers, z)
+            least = 1.0 if solved else _LEAST_SCALE
+            # A solution is polished until a step's square is rounding, as far as rounding lets it.
+            better = _step(numbers, values, itinerary, z, step, shot, least)
+            if better is not None:
+                z, shot = better
+                norm = _norm(shot)
+            elif solved_to_rounding(numbers, shot, z):
+                solved = True
+            small = max(abs(step)) <= numbers.sqrt(numbers.unit) * max(1, *abs(z))
+            if solved and (better is None or small or steps == _MOST_STEPS):
+                if numbers.name != "mpmath" and _condition(shot, z) * numbers.unit > _LOST:
+                    return none(OrbitStatus.SINGULAR, "rounding leaves no digit of the solution")
+                return Orbit(values, itinerary, z, shot, numbers.name, steps)
+            if better is None:
+                break
+        detail = "Newton's method came to rest where the residual is not small"
+        return none(OrbitStatus.NOT_CONVERGED, detail)
+    return none(OrbitStatus.TIME_LIMIT, "the time was over before Newton's method came to rest")
 
 
 def _condition(shot: Shooting, z: Vector) -> float:

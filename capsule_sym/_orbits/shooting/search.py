@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory, simulate
+from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.steady import LONGEST
+from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.admissibility import is_admissible, rerun, tightest
 from capsule_sym._orbits.shooting.identity import primitive, same
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
@@ -26,6 +29,7 @@ _CLOSED = 1e-6  # change over the orbit's periods below which an itinerary is re
 _REPEATED = 1e-7  # change over a turn below which a run has settled
 _ARRIVED = 1e-6  # distance, in units of the motion's size, below which a run is on its orbit
 _SLACK = 10  # how far a run may be from an orbit over what the multipliers say
+_MOST_STARTS, _LONGEST_SOUGHT = 10**6, 1024
 _BLOCKS = 64  # how long a run that creeps towards its orbit is looked at, in blocks
 _MOST_NAMED = 3  # itineraries that a message names
 
@@ -35,6 +39,8 @@ def solve_orbit(
     state: Sequence[float] = (0.0, 0.0, 0.0),
     phase: float = 0.0,
     periods: int = 1024,
+    *,
+    max_seconds: float = math.inf,
 ) -> Orbit:
     """The stable orbit on which the simulated motion settles within so many excitation periods.
 
@@ -43,42 +49,43 @@ def solve_orbit(
     The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
     motion repeats, is taken if it is stable, the map realises it, and the motion goes on towards
     it. Itineraries over 1 to 16 excitation periods are tried. Where there is no orbit the detail
-    names those that the end of the run suggested, and what is wrong with each. Raises InvalidInput
-    as `simulate` does.
+    names those that the end of the run suggested, and what is wrong with each. The search ends
+    after `max_seconds`. Raises InvalidInput as `simulate` does.
     """
-    length, refused = _BLOCK, list[_Refused]()
-    while True:
-        length = min(length, periods)
-        # Always from the start: a chaotic transient would go elsewhere from a rounded state.
-        trajectory = simulate(parameters, state, phase, length)
-        if not trajectory.success:
-            return NoOrbit(
+    length, refused = 0, list[_Refused]()
+
+    def none(status: OrbitStatus, message: str) -> NoOrbit:
+        return NoOrbit(status, message, None, _values(parameters), float("inf"))
+
+    check_count("periods", periods)
+    with Watch(checked_seconds(max_seconds)):
+        while length < periods:
+            length = min(2 * length or _BLOCK, periods)
+            # Always from the start: a chaotic transient would go elsewhere from a rounded state.
+            trajectory = simulate(parameters, state, phase, length)
+            if not trajectory.success:
+                return none(OrbitStatus.NOT_PERIODIC, trajectory.message)
+            refused = []
+            for ending in endings(trajectory):
+                found = _accepted(trajectory, ending)
+                if found.success:
+                    return found
+                refused.append(_Refused(ending, found))
+        repeated = [one.why for one in refused if one.ending.change < _REPEATED]
+        # The run may have settled, and yet its equations have no such solution.
+        return (
+            repeated[0]
+            if repeated
+            else none(
                 OrbitStatus.NOT_PERIODIC,
-                trajectory.message,
-                None,
-                _values(parameters),
-                float("inf"),
+                f"the run from {tuple(state)} at phase {phase} has not settled within {periods} "
+                f"excitation periods on a motion of at most {LONGEST}; {_tried(refused)}",
             )
-        refused = []
-        for ending in endings(trajectory):
-            found = _accepted(trajectory, ending)
-            if found.success:
-                return found
-            refused.append(_Refused(ending, found))
-        if length == periods:
-            break
-        length *= 2
-    repeated = [one.why for one in refused if one.ending.change < _REPEATED]
-    if repeated:
-        # The run did settle, and yet its equations have no such solution.
-        return repeated[0]
-    return NoOrbit(
-        OrbitStatus.NOT_PERIODIC,
-        f"the run from {tuple(state)} at phase {phase} has not settled within {periods} excitation "
-        f"periods on a motion of at most {LONGEST}; {_tried(refused)}",
-        None,
-        _values(parameters),
-        float("inf"),
+        )
+    return none(
+        OrbitStatus.TIME_LIMIT,
+        f"the time was over in {length} excitation periods from {tuple(state)} at phase {phase}; "
+        f"{_tried(refused)}",
     )
 
 
@@ -153,22 +160,32 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
 
 
 def solve_admissible(
-    parameters: Parameters, itinerary: Itinerary, guess: Sequence[float] | None = None
+    parameters: Parameters,
+    itinerary: Itinerary,
+    guess: Sequence[float] | None = None,
+    *,
+    max_seconds: float = math.inf,
 ) -> Orbit:
     """The orbit of a given itinerary near a guess z that the map follows as well.
 
     Where it does not, the reason is NOT_ADMISSIBLE, and the detail names the inequality of the
-    itinerary that fails most. The guess is dimensionless, as in `solve_itinerary`.
+    itinerary that fails most. The guess, dimensionless, and `max_seconds` are as
+    in `solve_itinerary`.
     """
-    orbit = solve_itinerary(parameters, itinerary, guess)
-    if not orbit.success or (min(orbit.durations) > 0 and is_admissible(orbit)):
-        return orbit
-    worst = tightest(orbit)
-    detail = "the map goes another way, though every inequality of the itinerary holds"
-    if worst.value <= 0:
-        value = f"{float(worst.value):.3g}"
-        detail = f"{worst.named(itinerary)} is {value}, where the itinerary needs it above 0"
-    return NoOrbit(OrbitStatus.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
+    orbit: Orbit | None = None
+    with Watch(checked_seconds(max_seconds)):
+        orbit = solve_itinerary(parameters, itinerary, guess)
+        if not orbit.success or (min(orbit.durations) > 0 and is_admissible(orbit)):
+            return orbit
+        worst = tightest(orbit)
+        detail = "the map goes another way, though every inequality of the itinerary holds"
+        if worst.value <= 0:
+            value = f"{float(worst.value):.3g}"
+            detail = f"{worst.named(itinerary)} is {value}, where the itinerary needs it above 0"
+        return NoOrbit(OrbitStatus.NOT_ADMISSIBLE, detail, itinerary, orbit.values, orbit.residual)
+    detail = "the time was over before an orbit was found that the map follows"
+    residual = float("inf") if orbit is None else orbit.residual
+    return NoOrbit(OrbitStatus.TIME_LIMIT, detail, itinerary, _values(parameters), residual)
 
 
 def endings(trajectory: Trajectory) -> Iterator[Ending]:
@@ -244,30 +261,86 @@ def search_orbits(
     transient: int = 50,
     seed: int = 0,
     report: Callable[[int, int], None] | None = None,
-) -> tuple[Orbit, ...]:
+    max_seconds: float = math.inf,
+) -> FoundOrbits:
     """Periodic orbits found from random initial states, stable or not, each once.
 
     From every start, and from where it has come to after `transient` excitation periods, Newton's
     method is applied to the map over each number of periods in `period_numbers`, and what it finds
     is polished by its itinerary. Starts are uniform in (-b, b) for the bounds b in `box`, by
     default twice what the motion from rest reaches, and at least the gap. `report` is told after
-    each start how many starts are done and how many orbits are known. Orbits are in order of their
-    period_number. States and bounds are dimensionless.
+    each start how many starts are done and how many orbits are known. The search ends after
+    `max_seconds`. States and bounds are dimensionless. Raises InvalidInput for a value that is not
+    allowed.
     """
-    bounds = _reach(parameters) if box is None else np.asarray(box, dtype=float)
-    random = np.random.default_rng(seed)
-    found: list[Orbit] = []
-    for start in range(starts):
-        state = random.uniform(-1.0, 1.0, 3) * bounds
-        settled = simulate(parameters, state.tolist(), periods=transient).final[1]
-        for begin in (state, np.array(settled, dtype=float)):
-            for period_number in period_numbers:
-                orbit = _newton(parameters, begin, period_number)
-                if orbit is not None and not any(same(orbit, known) for known in found):
-                    found.append(orbit)
-        if report is not None:
-            report(start + 1, len(found))
-    return tuple(sorted(found, key=lambda orbit: orbit.itinerary.period_number))
+    check_count("starts", starts, most=_MOST_STARTS)
+    check_count("transient", transient)
+    check_count("seed", seed, 0, 2**64 - 1)
+    periods = checked_periods(period_numbers, _LONGEST_SOUGHT)
+    given = None if box is None else checked_box(box)
+    found, done = list[Orbit](), 0
+    with Watch(checked_seconds(max_seconds)):
+        bounds = _reach(parameters) if given is None else given
+        random = np.random.default_rng(seed)
+        for done in range(starts):
+            state = random.uniform(-1.0, 1.0, 3) * bounds
+            settled = simulate(parameters, state.tolist(), periods=transient).final[1]
+            for begin in (state, np.array(settled, dtype=float)):
+                for period_number in periods:
+                    orbit = _newton(parameters, begin, period_number)
+                    if orbit is not None and not any(same(orbit, known) for known in found):
+                        found.append(orbit)
+            if report is not None:
+                report(done + 1, len(found))
+        done = starts
+    return FoundOrbits(found, done, starts)
+
+
+class FoundOrbits(tuple[Orbit, ...]):
+    """Orbits in the order of their period numbers, and how many of the starts were searched."""
+
+    searched: int
+    starts: int
+
+    def __new__(cls, found: Sequence[Orbit], searched: int, starts: int) -> FoundOrbits:
+        """The orbits found, each once, from so many of the starts."""
+        self = super().__new__(cls, sorted(found, key=lambda one: one.itinerary.period_number))
+        self.searched, self.starts = searched, starts
+        return self
+
+    @property
+    def status(self) -> Status:
+        """Whether all starts were searched, or the time was over before."""
+        return Status.FINISHED if self.success else Status.TIME_LIMIT
+
+    @property
+    def success(self) -> bool:
+        """Whether all starts were searched."""
+        return self.searched == self.starts
+
+    @property
+    def message(self) -> str:
+        """The status in words."""
+        over = "" if self.success else ", when the time was over"
+        return f"{len(self)} orbits from {self.searched} of {self.starts} starts{over}"
+
+
+def checked_box(box: Sequence[float]) -> NDArray[np.float64]:
+    """Bounds of states; raises InvalidInput unless they are three finite numbers >= 0."""
+    try:
+        bounds = np.array([float(one) for one in box])
+    except (TypeError, ValueError):
+        bounds = np.zeros(0)
+    if bounds.shape != (3,) or not np.all(np.isfinite(bounds)) or np.any(bounds < 0):
+        raise InvalidInput("box", box, "three bounds of |x_r|, |v_r|, |v_c|, finite and >= 0")
+    return bounds
+
+
+def checked_periods(period_numbers: Sequence[int], most: int) -> tuple[int, ...]:
+    """Numbers of periods, each once; raises InvalidInput unless all are whole, from 1 to `most`."""
+    for number in period_numbers:
+        check_count("period_numbers", number, most=most)
+    return tuple(sorted(set(period_numbers)))
 
 
 def _reach(parameters: Parameters) -> NDArray[np.float64]:

@@ -1,0 +1,196 @@
+"""Limits of time and of counts: what was found until then, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from time import perf_counter
+from typing import Any
+
+import pytest
+
+from capsule_sym import (
+    Branch,
+    Curve,
+    Ending,
+    InvalidInput,
+    Orbit,
+    Parameters,
+    continue_bifurcation,
+    continue_both_ways,
+    continue_from,
+    continue_orbit,
+    curves_from,
+    period_doubling_cascade,
+    search_box,
+    search_orbits,
+    solve_admissible,
+    solve_itinerary,
+    solve_orbit,
+)
+from capsule_sym._cli import main
+from capsule_sym._native import Watch, check_time, present, watch
+
+DOUBLED = Parameters(alpha=0.04, zeta=0.005)
+PLANE = (0.1, 2.0), (3.0, 3.4)
+
+
+@pytest.fixture
+def ticks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A clock that goes on by a second whenever it is looked at, and only then."""
+    clock = itertools.count(perf_counter())
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
+
+
+@lru_cache
+def orbit() -> Orbit:
+    return solve_orbit(Parameters())
+
+
+@lru_cache
+def branch() -> Branch:
+    return continue_orbit(orbit(), "alpha", 0.3, points=10)
+
+
+@lru_cache
+def doubling() -> Branch:
+    return continue_orbit(solve_orbit(DOUBLED), "alpha", 0.046, points=6)
+
+
+@lru_cache
+def curve() -> Curve:
+    high = continue_orbit(solve_orbit(Parameters(alpha=1.5)), "alpha", 1.55, points=5)
+    return continue_bifurcation(high.bifurcations[0], "gamma", PLANE, points=5)
+
+
+Call = Callable[..., Any]
+CALLS: dict[str, Call] = {
+    "solve_itinerary": lambda **k: solve_itinerary(
+        Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
+    ),
+    "solve_itinerary in 50 digits": lambda **k: solve_itinerary(
+        Parameters(), orbit().itinerary, list(orbit().z), backend="mpmath", **k
+    ),
+    "solve_admissible": lambda **k: solve_admissible(
+        Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
+    ),
+    "solve_orbit": lambda **k: solve_orbit(Parameters(), **k),
+    "search_orbits": lambda **k: search_orbits(Parameters(), 3, **k),
+    "search_box": lambda **k: search_box(Parameters(), (1, 1, 0), size=(2, 2, 1), **k),
+    "continue_orbit": lambda **k: continue_orbit(orbit(), "alpha", 0.3, points=10, **k),
+    "continue_both_ways": lambda **k: continue_both_ways(orbit(), "alpha", (0.6, 0.8), **k),
+    "continue_from": lambda **k: continue_from(branch(), "EP2", 0.2, **k),
+    "period_doubling_cascade": lambda **k: period_doubling_cascade(doubling(), 1, points=6, **k),
+    "continue_bifurcation": lambda **k: continue_bifurcation(
+        branch().bifurcations[0], "gamma", PLANE, points=5, **k
+    ),
+    "curves_from": lambda **k: curves_from(curve(), PLANE, points=5, **k),
+}
+
+
+def results(found: Any) -> list[Any]:
+    """What has a status, of a result or several."""
+    return [found] if hasattr(found, "status") else list(found)
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("seconds", [2, 4])
+def test_work_ends_at_its_limit_with_what_was_found(name: str, seconds: int, ticks: None) -> None:
+    _ = branch(), doubling(), curve()
+    found = results(CALLS[name](max_seconds=seconds))
+    assert found[-1].status == "time-limit"
+    assert not found[-1].success
+    assert "time was over" in found[-1].message
+    assert present().deadline == math.inf
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_limit_that_is_no_time_is_refused(name: str) -> None:
+    for seconds in (0, -1.0, math.nan, "1", None):
+        with pytest.raises(InvalidInput, match=r"max_seconds = .* a number > 0"):
+            CALLS[name](max_seconds=seconds)
+
+
+def test_a_branch_keeps_the_points_before_its_limit(ticks: None) -> None:
+    whole = continue_orbit(orbit(), "alpha", 0.3, points=10)
+    part = continue_orbit(orbit(), "alpha", 0.3, points=10, max_seconds=60)
+    assert whole.status is Ending.REACHED
+    assert part.status is Ending.TIME_LIMIT
+    count = len(part.points)
+    assert 1 < count < len(whole.points)
+    assert [one.value for one in part.points] == [one.value for one in whole.points[:count]]
+
+
+def test_a_search_keeps_the_orbits_before_its_limit(ticks: None) -> None:
+    whole = search_orbits(Parameters(), 3)
+    assert (whole.status, whole.searched, whole.starts) == ("finished", 3, 3)
+    part = search_orbits(Parameters(), 3, max_seconds=100)
+    assert part.status == "time-limit"
+    assert 0 < part.searched < 3
+    assert {str(one.itinerary) for one in part} <= {str(one.itinerary) for one in whole}
+
+
+def test_the_tighter_of_two_limits_ends_what_is_within_both() -> None:
+    with Watch(5.0) as wide:
+        with Watch(1e3):
+            assert present() is wide
+        wide.stop()
+        with Watch(1e3):
+            check_time()
+            pytest.fail("the work goes on")
+        pytest.fail("what is around it goes on")
+    assert wide.over
+
+
+BAD: list[tuple[Call, dict[str, Any], str]] = [
+    (search_orbits, {"starts": -1}, "starts"),
+    (search_orbits, {"starts": 10**12}, "starts"),
+    (search_orbits, {"starts": 2.5}, "starts"),
+    (search_orbits, {"starts": 1, "box": (-1, 1, 1)}, "box"),
+    (search_orbits, {"starts": 1, "box": (1, math.nan, 1)}, "box"),
+    (search_orbits, {"starts": 1, "box": (1, 1)}, "box"),
+    (search_orbits, {"starts": 1, "period_numbers": (0,)}, "period_numbers"),
+    (search_orbits, {"starts": 1, "period_numbers": (10**9,)}, "period_numbers"),
+    (search_orbits, {"starts": 1, "transient": 0}, "transient"),
+    (search_orbits, {"starts": 1, "seed": -1}, "seed"),
+    (search_box, {"box": (1, 1, 0), "periods": -1}, "periods"),
+    (search_box, {"box": (1, 1, 0), "points": 0}, "points"),
+    (solve_orbit, {"periods": 0}, "periods"),
+    (solve_orbit, {"periods": 1.5}, "periods"),
+]
+
+
+@pytest.mark.parametrize(("call", "given", "field"), BAD)
+def test_counts_and_boxes_without_sense_are_refused(
+    call: Call, given: dict[str, Any], field: str
+) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        call(Parameters(), **given)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("depth", [-1, 17, 1.0, True])
+def test_a_depth_without_sense_is_refused(depth: Any) -> None:
+    with pytest.raises(InvalidInput, match=r"depth = .* from 0 to 16"):
+        period_doubling_cascade(doubling(), depth)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "orbit",
+        "orbit --starts 3",
+        "orbit --box 1 1 0",
+        "branch --alpha 0.1:2",
+        "curve --alpha 0.1:2 --gamma 3:3.3 --bifurcation all",
+    ],
+)
+def test_commands_end_at_their_limit(
+    line: str, ticks: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main([*line.split(), "--max-seconds", "5"])
+    assert stopped.value.code == 3
+    assert "(time-limit)" in capsys.readouterr().err.splitlines()[-1]
