@@ -212,7 +212,7 @@ class Optimiser:
         """A result with how much it took, and whether time was short."""
         if self.program.watch.over and not (found.success or self.flat):
             found = found if found.over else self.surveyed
-            rest = ": this is the best place so far" if found.over else ", and no motion was found"
+            rest = ": this is the best place so far" if found.over else ", and no place was found"
             status, message = OptimumStatus.TIME_LIMIT, f"the time is over{rest}"
             found = replace(found, success=False, status=status, message=message)
         counts = {
