@@ -23,6 +23,7 @@ from capsule_sym._enclosures.cells import Cell, Outcome
 from capsule_sym._enclosures.digest import closure, digest
 from capsule_sym._enclosures.from_rest import AlphaInterval
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._files import growing
 from capsule_sym._orbits.shooting.itinerary import (
     Itinerary,
@@ -174,7 +175,11 @@ def prove(
     report: Callable[[Plane], object] = lambda p: None,
     task: Task = PLANE,
 ) -> Plane:
-    """Go on with a file for so many seconds, and tell what is proved."""
+    """Go on with a file for so many seconds, and tell what is proved.
+
+    Raises InvalidInput for seconds that are no number > 0, and for a file that is of other code.
+    """
+    checked_seconds(seconds, "seconds")
     plane = begun(path, task)
     start, before = perf_counter(), plane.seconds
     pending: dict[Future[Outcome], Part] = {}

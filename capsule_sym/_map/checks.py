@@ -49,10 +49,10 @@ def _checked_state(state: Sequence[float]) -> tuple[float, float, float]:
     raise InvalidInput("state", state, allowed)
 
 
-def checked_seconds(value: float) -> float:
+def checked_seconds(value: float, field: str = "max_seconds") -> float:
     """The limit of time; raises InvalidInput unless it is a number > 0."""
     if not is_real(value) or not value > 0:
-        raise InvalidInput("max_seconds", value, "a number > 0")
+        raise InvalidInput(field, value, "a number > 0")
     return value
 
 

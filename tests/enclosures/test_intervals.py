@@ -342,7 +342,7 @@ def test_halves_cover_their_interval() -> None:
 
 def test_work_resumes_and_other_code_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "from-rest.jsonl"
-    prove(path, 0, workers=1, task=FROM_REST)
+    prove(path, 1e-9, workers=1, task=FROM_REST)
     part = AlphaInterval(0, 11, 1330)  # about 0.7
     outcome = attempt(part)
     assert outcome.itinerary == "F1 F2 F5 F4, gamma = 3.3"

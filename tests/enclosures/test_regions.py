@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -215,7 +216,7 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     assert not {first, second, low} & open_cells
     total = again.share + sum(-area for area, *_ in again.open)
     assert total == pytest.approx(1.0)
-    assert prove(path, 0.0).share == again.share
+    assert prove(path, 1e-9).share == again.share
     assert [json.loads(line) for line in path.read_text().splitlines()[1:]] == [
         {**one, "cell": list(one["cell"])} for one in records
     ]
@@ -311,3 +312,10 @@ def test_sizes_of_a_large_residual_prove_nothing(monkeypatch: pytest.MonkeyPatch
     patch = patch_at(1.9, 2.0, radii)
     monkeypatch.setattr(Form, "__mul__", bare)
     assert np.isfinite(float(patch.enclose().durations[0].mid()))
+
+
+@pytest.mark.parametrize("seconds", [math.nan, 0, -1.0, None])
+def test_a_time_that_is_none_is_refused(seconds: float, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"seconds = .* a number > 0"):
+        prove(tmp_path / "region.jsonl", seconds)
+    assert not any(tmp_path.iterdir())
