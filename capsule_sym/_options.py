@@ -332,7 +332,7 @@ class WritablePath(click.Path):
             self.fail("'' is no path", param, ctx)
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         place = Path(os.path.realpath(path))
-        if place.exists() and not (place.is_dir() or place.is_file()):
+        if path.exists() and not (path.is_dir() or path.is_file()):
             return path  # a device or a pipe
         folder = place.parent if self.file_okay else place
         there = next(one for one in (folder, *folder.parents) if os.path.exists(one))

@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from capsule_sym import InvalidInput, Parameters, save_figure, simulate
 from capsule_sym._cli import _status, group
 from capsule_sym._enclosures import regions
+from capsule_sym._explorer import page
 from capsule_sym._figures import animation
 from capsule_sym._files import growing, read_json, whole, write_whole
 from capsule_sym._hardcases import adversarial
@@ -143,6 +144,20 @@ def test_what_is_written_leaves_the_good_file_on_a_full_disk(
 
 
 @posix
+def test_a_film_that_ffmpeg_cannot_write_leaves_the_good_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "bin" / "ffmpeg"
+    write_whole(program, '#!/bin/sh\nfor last; do :; done\necho fragment >"$last"\nexit 1\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{program.parent}{os.pathsep}{os.environ['PATH']}")
+    write_whole(tmp_path / "films" / "a.mp4", "good")
+    with pytest.raises(InvalidInput, match="must be writable by ffmpeg, which ended with status 1"):
+        animate(tmp_path / "films" / "a.mp4")
+    assert content(tmp_path / "films") == {"a.mp4": "good"}
+
+
+@posix
 def test_a_log_keeps_its_lines_on_a_full_disk_and_without_a_torn_one(tmp_path: Path) -> None:
     log = tmp_path / "new" / "log"
     with growing(log, "out", "begin\n") as add:
@@ -233,9 +248,9 @@ def test_a_pipe_is_written_as_it_is(tmp_path: Path) -> None:
 
 @posix
 def test_standard_output_is_written_as_it_is() -> None:
-    code = "from capsule_sym._files import write_whole; write_whole('/dev/stdout', 'told')"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "told"
+    line = [sys.executable, "-m", "capsule_sym", "explore", "--no-open", "--out", "/dev/stdout"]
+    done = subprocess.run(line, capture_output=True, text=True, check=True)
+    assert done.stdout == f"{page()}/dev/stdout\n"
 
 
 def test_a_folder_or_what_lies_below_a_file_is_refused(tmp_path: Path) -> None:

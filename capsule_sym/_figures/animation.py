@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,16 +63,20 @@ def animate(
         add_key(figure, field_handles(figure, colours))
         (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
         shown: list[Any] = []
-        with whole(path) as part, writer.saving(figure, str(part), dpi):
-            for instant in instants:
-                for artist in shown:
-                    artist.remove()
-                at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
-                field = int(fields[np.searchsorted(time, instant, side="right") - 1])
-                frame = Frame(at, scale * here, scale * result.parameters.delta)
-                shown = draw_capsule(left, frame, field_colour(field, colours))
-                dot.set_data([here], [float(np.interp(instant, time, v_r))])
-                writer.grab_frame()
+        try:
+            with whole(path) as part, writer.saving(figure, str(part), dpi):
+                for instant in instants:
+                    for artist in shown:
+                        artist.remove()
+                    at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
+                    field = int(fields[np.searchsorted(time, instant, side="right") - 1])
+                    frame = Frame(at, scale * here, scale * result.parameters.delta)
+                    shown = draw_capsule(left, frame, field_colour(field, colours))
+                    dot.set_data([here], [float(np.interp(instant, time, v_r))])
+                    writer.grab_frame()
+        except CalledProcessError as error:
+            allowed = f"writable by ffmpeg, which ended with status {error.returncode}"
+            raise InvalidInput("out", str(path), allowed) from error
 
 
 def _writer(path: Path) -> AbstractMovieWriter:

@@ -44,7 +44,13 @@ tables_option = out_option("Write the JSON and its tables as CSV here.")
     show_default=True,
     help="Search from so many random states too: finds unstable and coexisting orbits.",
 )
-@click.option("--seed", type=int, default=0, show_default=True, help="Decides the random states.")
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    help="Decides the random states of --starts.",
+)
 @click.option(
     "--box",
     nargs=3,

@@ -24,6 +24,7 @@ REFUSED = [
     ("enclose --region a --thresholds", "--region and --thresholds exclude each other"),
     ("enclose --everywhere --out a.json", "--everywhere and --out exclude each other"),
     ("orbit --seed 3", "--seed is for --starts, which is missing"),
+    ("orbit --starts 2 --seed -1", "-1 is not in the range x>=0"),
     ("orbit --along alpha 0 1", "--along is for --box, which is missing"),
     ("orbit --starts 3 --state 0 0 0", "--state and --starts exclude each other"),
     ("orbit --starts 3 --box 1 1 1", "--starts and --box exclude each other"),
