@@ -23,8 +23,8 @@ from capsule_sym._enclosures.cells import Cell, Outcome
 from capsule_sym._enclosures.digest import closure, digest
 from capsule_sym._enclosures.from_rest import AlphaInterval
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import checked_seconds
 from capsule_sym._files import growing
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._orbits.shooting.itinerary import (
     Itinerary,
     ItinerarySegment,
