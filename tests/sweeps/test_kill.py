@@ -9,7 +9,9 @@ import signal
 import subprocess
 import sys
 import time
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -67,9 +69,11 @@ def workers_of(process: int) -> list[int]:
     return [c.pid for c in children if "resource_tracker" not in " ".join(c.cmdline())]
 
 
-def uninterrupted(sweep: str, path: Path) -> dict[str, bytes]:
-    run_sweep(SWEEPS[sweep], path)
-    return contents(path)
+@cache
+def uninterrupted(sweep: str) -> dict[str, bytes]:
+    with TemporaryDirectory() as folder:
+        run_sweep(SWEEPS[sweep], Path(folder) / "whole")
+        return contents(Path(folder) / "whole")
 
 
 def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
@@ -98,7 +102,7 @@ def killed_at_random_moments(store: Path, executor: str, kills: int) -> int:
 def test_a_killed_run_ends_as_an_uninterrupted_one(tmp_path: Path) -> None:
     assert killed_at_random_moments(tmp_path / "store", "threads", 2) == 2
     run_sweep(SWEEPS["short"], tmp_path / "store", resume=True)
-    assert contents(tmp_path / "store") == uninterrupted("short", tmp_path / "whole")
+    assert contents(tmp_path / "store") == uninterrupted("short")
 
 
 @pytest.mark.long
@@ -108,7 +112,7 @@ def test_runs_killed_at_ten_moments_end_as_an_uninterrupted_one(
 ) -> None:
     assert killed_at_random_moments(tmp_path / "store", executor, 10) >= 5
     run_sweep(SWEEPS["short"], tmp_path / "store", resume=True)
-    assert contents(tmp_path / "store") == uninterrupted("short", tmp_path / "whole")
+    assert contents(tmp_path / "store") == uninterrupted("short")
 
 
 def worker_deaths(store: Path, executor: str, deaths: int) -> int:
@@ -137,7 +141,7 @@ def worker_deaths(store: Path, executor: str, deaths: int) -> int:
 @pytest.mark.parametrize("executor", ["processes", "dask"])
 def test_a_run_outlives_ten_of_its_workers(executor: str, tmp_path: Path) -> None:
     assert worker_deaths(tmp_path / "store", executor, 10) == 10
-    assert contents(tmp_path / "store") == uninterrupted("long", tmp_path / "whole")
+    assert contents(tmp_path / "store") == uninterrupted("long")
 
 
 def test_a_chunk_under_which_workers_always_die_is_named_and_all_others_are_finished(
