@@ -357,6 +357,14 @@ def _closed() -> int:
 
 def _status(arguments: list[str]) -> int:
     try:
+        return _ended(arguments)
+    except (KeyboardInterrupt, click.Abort) as interrupt:  # also while an error is told
+        # With what was kept, where a command says so.
+        return _complain(": ".join(["interrupted", *map(str, interrupt.args)]), _INTERRUPTED)
+
+
+def _ended(arguments: list[str]) -> int:
+    try:
         if asked := os.environ.get(_COMPLETE):
             return _complete(asked)
         with group.make_context("capsule-sym", arguments) as context:
@@ -374,9 +382,6 @@ def _status(arguments: list[str]) -> int:
         return _complain(str(error), 2)
     except CapsuleError as error:
         return _complain(str(error), 1)
-    except (KeyboardInterrupt, click.Abort) as interrupt:
-        # With what was kept, where a command says so.
-        return _complain(": ".join(["interrupted", *map(str, interrupt.args)]), _INTERRUPTED)
     except BrokenPipeError:
         _discard(sys.stdout)
         return 1

@@ -21,7 +21,7 @@ import pytest
 from hypothesis import strategies as st
 
 import capsule_sym
-from capsule_sym._cli import _status, group
+from capsule_sym._cli import _ended, _status, group
 from capsule_sym._design.command import NamedRange
 from capsule_sym._hardcases import adversarial, table
 from capsule_sym._options import Range
@@ -191,13 +191,18 @@ def run_in_copy(folder: Path, arguments: list[str], seconds: float) -> Ended:
 
 
 def _is_left_alone(frame: FrameType | None) -> bool:
-    """Whether Ctrl-C has to wait: an import cut in two leaves half a module for lines to come."""
+    """Whether Ctrl-C has to wait: the command has not begun or is over, or imports.
+
+    An import that is cut in two leaves half a module behind for all lines to come.
+    """
+    begun = False
     while frame:
         code = frame.f_code
         if code.co_name in _LOST_IN or code.co_filename.startswith("<frozen importlib"):
             return True
+        begun |= code is _ended.__code__
         frame = frame.f_back
-    return False
+    return not begun
 
 
 def run(arguments: list[str], seconds: float) -> Ended:

@@ -168,6 +168,18 @@ def test_an_interrupt_says_that_the_file_goes_on(
     assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
 
 
+def test_an_interrupt_while_an_error_is_told_is_one_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def cut(*_: object, **__: object) -> None:
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("click.echo", cut)
+    assert _status(["run", "--alpha", "x"]) == 130
+    assert capsys.readouterr() == ("", "error: interrupted\n")
+
+
 @pytest.mark.parametrize("alpha", [1.2, 1.5, 4.0])
 def test_rounding_of_a_symmetric_motion_is_shown_as_no_progression(
     alpha: float, inside: Command
