@@ -15,7 +15,6 @@
 #ifndef CAPSULE_ANY_WIDTH
 #define CAPSULE_ANY_WIDTH 0 /* tests of more lanes than the processor has instructions for */
 #endif
-#define MOST_SUMMED 4 /* expansions whose roundings may add up to a switch */
 
 /* What a guess belongs to, of each field: a segment's first expansion, off the impact surface or
    on it, or its second, third or a later one. A negative guess is that no switch comes. */
@@ -158,8 +157,6 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
             finish_run(w, slot, stop, &state);
             return;
         }
-        if (state.gap == 0.0 && state.v_r == 0.0)
-            continue;
         const capsule_constants *c = &workspace->map.field[field - 1];
         const double way = DRIFT_OF[field - 1], at_bound = state.bound;
         double cosine, sine;
@@ -171,6 +168,7 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
                                    : margin_at(c, state.x_r, state.gap, state.v_r),
             [ANGLE] = state.angle, [COSINE] = cosine, [SINE] = sine,
             [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
+            /* A touch, where v_r is 0 too, proves nothing: its first coefficient is 0. */
             [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
             [ALPHA] = c->alpha, [DELTA] = c->delta, [BOUND] = c->f_b};
         memcpy(workspace->run[slot].number, numbers, sizeof numbers);

@@ -203,15 +203,16 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
         (quantity != CAPSULE_GAP && quantity != CAPSULE_FORCE && quantity != CAPSULE_SPEED))
         return -1;
     const course f = course_of(c, start, quantity);
-    double now = 0.0, ahead = REACH_OF_RATE / c->rate, sign = 0.0;
+    double now = 0.0, ahead = REACH_OF_RATE / c->rate;
     int found = 0;
     for (int tried = 0; now < duration; tried++) {
         const expansion e = expand(&f, now);
         const int skipped = now == 0.0 ? zeros : 0;
         const double first = e.rate[skipped];
-        if (!(fabs(first) > FAINT * e.error[skipped]) || (sign != 0.0 && sign * first < 0.0))
+        if (!(fabs(first) > FAINT * e.error[skipped]))
             return -1;
-        sign = first > 0.0 ? 1.0 : -1.0;
+        /* Of a later stretch it is the one that was shown of the end before, as both are proved. */
+        const double sign = first > 0.0 ? 1.0 : -1.0;
         double h = fmin(fmin(ahead, REACH_OF_RATE / c->rate), duration - now);
         int how = shown(&e, sign, skipped, h);
         for (; !how; how = shown(&e, sign, skipped, h)) {
@@ -224,7 +225,6 @@ int capsule_find_extrema(const capsule_constants *c, const capsule_start *start,
                 return -1;
             extrema[found].kind = (int)-sign;
             extremum_in(&f, sign, now, now + h, &extrema[found++]);
-            sign = -sign;
         }
         if (tried == MOST_STRETCHES)
             return -1;

@@ -9,7 +9,6 @@
 
 /* A segment that takes more is left to the caller: another method looks further ahead there. */
 #define MOST_EXPANSIONS 8192
-#define MOST_SUMMED 4 /* expansions whose roundings may add up to a switch */
 
 /* A state with what is known exactly there, as in capsule_state. */
 typedef struct {
@@ -320,10 +319,11 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
                     p->outcome = CAPSULE_NEVER;
             }
             p->advance = near_to(o.end.position);
+            /* A switch may come within a rounding, so that the state is past it: it tells then. */
             *state = (capsule_state){.x_r = near_to(o.end.x_r), .gap = near_to(o.end.gap),
                                      .v_r = near_to(o.end.v_r), .v_c = near_to(o.end.v_c),
                                      .position = state->position + p->advance, .turn = turn,
-                                     .field = field};
+                                     .field = o.crossing ? 0 : field};
             context->exact.known = 0;
             return;
         }

@@ -329,6 +329,13 @@ def _false_root(
         yield f"a guard is negative just before the root {float(h)}"
     if value(after) >= 0:
         yield f"the guard is positive just after the root {float(h)}"
+    if sum(guard <= 0 for guard in truth.guards(began + after)) > 1:
+        low, high = before, after
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if value(middle) > 0 else (low, middle)
+        if min(truth.guards(began + low)) <= 0:
+            yield f"another guard is negative at the root {float(h)}"
     for t in [before * mpf(s) for s in GRID[1:]] + [mpf(t) for t in hints if t < before]:
         if min(truth.guards(began + t)) <= 0:
             yield f"a guard is negative {float(t)} after the start, before the root"

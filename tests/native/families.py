@@ -151,8 +151,8 @@ def twice(random: Random) -> Start:
     p, field, level = _parameters(random), random.choice((1, 4)), random.choice((1, 2))
     side, past = 1 if field > 3 else -1, 10.0 ** random.uniform(-4, -3)
     target, angle = (p.delta - side * past, 0.0, 5.0), random.uniform(0, 2 * math.pi)
-    t = random.uniform(0.6, 0.9) * 3.0 / 2**level / _growth(p, field)
-    start = _before(p, field, target, angle, t)
+    t = random.uniform(0.6, 0.9) * 3.0 / 2**level / growth(p, field)
+    start = before(p, field, target, angle, t)
     turns = side * Truth(Start(p, field, target, angle)).rate > 0
     if not turns or p.zeta > 0.5 or p.omega > 1 or min(Truth(start).guards(mpf(0))) <= 0:
         return twice(random)
@@ -171,7 +171,7 @@ def _turning(random: Random, reach: float, least: float, most: float) -> Start:
     size = random.choice((0.0, 10.0 ** random.uniform(least, most)))
     gap, angle = random.choice((-1, 1)) * size, random.uniform(0, 2 * math.pi)
     t = random.uniform(0.3, 0.9) * reach / _rate(p, field)
-    return _before(p, field, (p.delta + gap, 0.0, 5.0 * WAY[field]), angle, t)
+    return before(p, field, (p.delta + gap, 0.0, 5.0 * WAY[field]), angle, t)
 
 
 def ending(random: Random) -> Start:
@@ -189,19 +189,19 @@ def _passing(random: Random, reach: float, least: float, most: float) -> Start:
     p = p.replace(zeta=0.05, omega=random.uniform(0.3, 1.0), beta=random.uniform(0.1, 3.0))
     side, past = (1 if field > 3 else -1), 10.0 ** random.uniform(least, most)
     target = (p.delta - side * past, -side * random.uniform(0.2, 1.0), 5.0 * WAY[field])
-    return _before(p, field, target, random.uniform(0, 2 * math.pi), reach / _growth(p, field))
+    return before(p, field, target, random.uniform(0, 2 * math.pi), reach / growth(p, field))
 
 
 def late(random: Random) -> Start:
     """P passes f_b, or x_r delta, late on a long expansion, where remainders are largest."""
     p = _parameters(random).replace(zeta=0.02, omega=random.uniform(0.3, 1.0), alpha=1.0)
     x_r, v_r, angle = random.gauss(0, 1), random.uniform(0.5, 2), random.uniform(0, 2 * math.pi)
-    t = 0.97 * 4.5 / _growth(p, 2)
+    t = 0.97 * 4.5 / growth(p, 2)
     if random.random() < 0.5:
         p = p.replace(delta=x_r) if x_r > 0 else p.replace(delta=-x_r)
-        return _before(p.replace(f_b=50.0), 2, (p.delta, v_r, 0.0), angle, t)
+        return before(p.replace(f_b=50.0), 2, (p.delta, v_r, 0.0), angle, t)
     pull = abs(x_r + 2 * p.zeta * v_r)
-    return _before(p.replace(delta=50.0, f_b=pull), 2, (x_r, v_r, 0.0), angle, t)
+    return before(p.replace(delta=50.0, f_b=pull), 2, (x_r, v_r, 0.0), angle, t)
 
 
 def creeping(random: Random) -> Start:
@@ -209,7 +209,7 @@ def creeping(random: Random) -> Start:
     p = Parameters(1.0, 0.02, random.uniform(0.3, 0.8), 0.05, 1.5, 3.3, 10.0)
     angle = 2 * math.pi - math.acos(p.delta / p.alpha)
     v_r = -p.omega * p.alpha * math.sin(angle)
-    return _before(p, 2, (p.delta, v_r, 0.0), angle, random.uniform(0.2, 0.9))
+    return before(p, 2, (p.delta, v_r, 0.0), angle, random.uniform(0.2, 0.9))
 
 
 def corner(random: Random) -> Start:
@@ -217,7 +217,18 @@ def corner(random: Random) -> Start:
     p, field = _parameters(random), random.choice((1, 3))
     apart = random.choice((-1, 1)) * 10.0 ** random.uniform(-12, -8)
     target = (p.delta, random.uniform(0.3, 1.0), apart * WAY[field])
-    return _before(p, field, target, random.uniform(0, 2 * math.pi), 0.3 / _growth(p, field))
+    return before(p, field, target, random.uniform(0, 2 * math.pi), 0.3 / growth(p, field))
+
+
+def slow_corner(random: Random) -> Start:
+    """x_r passes delta so slowly that by its error v_c, falling fast, may vanish before."""
+    p, size = _parameters(random), 1e-6
+    p = p.replace(alpha=0.5, omega=1.0, delta=random.uniform(0.1, 0.5), zeta=0.05, gamma=0.1)
+    falling = (p.f_b - p.delta) / p.gamma
+    target = (p.delta, random.uniform(0.04, 0.08), falling * random.uniform(2e-6, 3e-6))
+    start = before(p, 1, target, random.uniform(0, 2 * math.pi), 0.01)
+    off = -size / math.sqrt(float(Truth(start).K)) * (1 - 1e-9)
+    return replace(start, errors=(size, 0.0, 0.0), off=(off, 0.0, 0.0, 0.0))
 
 
 def stopped(random: Random) -> Start:
@@ -227,7 +238,7 @@ def stopped(random: Random) -> Start:
     x_r = random.uniform(-0.5, 0.5)
     v_r = (-WAY[field] - x_r) / (2 * p.zeta)
     target = (x_r, v_r, 0.0)
-    return _before(p, field, target, random.uniform(0, 2 * math.pi), random.uniform(0.02, 0.1))
+    return before(p, field, target, random.uniform(0, 2 * math.pi), random.uniform(0.02, 0.1))
 
 
 def inflected(random: Random) -> Start:
@@ -238,7 +249,7 @@ def inflected(random: Random) -> Start:
     p, t = p.replace(alpha=alpha), random.uniform(0.2, 0.9)
     bend = -alpha * p.omega * math.sin(angle) - speed
     past = random.uniform(-1.0, 1.0) * 1e-15
-    start = _before(p, 2, (p.delta + past, speed, 0.0), angle, t)
+    start = before(p, 2, (p.delta + past, speed, 0.0), angle, t)
     return replace(start, hints=(t - math.sqrt(-2 * speed / bend), t))
 
 
@@ -253,7 +264,7 @@ def grazed(random: Random) -> Start:
     angle = random.choice((1, -1)) * math.acos((rate + pull - slowing) / p.alpha)
     later = math.sqrt(2 * depth / rate) * random.uniform(1.05, 3.0)
     target = (p.delta - depth, 0.0, slowing * later)
-    return _before(p, 4, target, angle % (2 * math.pi), random.uniform(0.2, 0.9) / _rate(p, 4))
+    return before(p, 4, target, angle % (2 * math.pi), random.uniform(0.2, 0.9) / _rate(p, 4))
 
 
 def level(random: Random) -> Start:
@@ -298,7 +309,7 @@ def _scaled(random: Random, scale: float) -> Start:
     return replace(start, parameters=p, state=(x_r, v_r, v_c))
 
 
-def _growth(p: Parameters, field: int) -> float:
+def growth(p: Parameters, field: int) -> float:
     """What the length of an expansion is measured by, of an underdamped flow."""
     truth = Truth(Start(p, field, (0.0, 0.0, 0.0), 0.0))
     return float(mp.sqrt(truth.K) - sum(truth.rates).real)
@@ -309,7 +320,7 @@ def _rate(p: Parameters, field: int) -> float:
     return float(max(abs(truth.rates[0]), p.omega))
 
 
-def _before(
+def before(
     p: Parameters, field: int, state: tuple[float, float, float], angle: float, t: float
 ) -> Start:
     """The start a time t before a state."""
@@ -351,6 +362,7 @@ FAMILIES: dict[str, tuple[Callable[[Random], Start], float, tuple[str, ...]]] = 
     "tiny": (tiny, 0.0, DOUBLES),
     "tiny, 106 bits": (tiny_wide, 0.0, ("106 bits",)),
     "creeping": (creeping, 0.0, (*WIDTHS,)),
+    "slow corner": (slow_corner, 0.0, (*WIDTHS,)),
     "corner": (corner, 0.0, (*WIDTHS,)),
     "stopped": (stopped, 0.0, DOUBLES),
 }

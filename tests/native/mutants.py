@@ -9,7 +9,7 @@ from tests.native.families import DOUBLES
 
 ALL = (*WIDTHS,)
 WIDE = ("106 bits",)
-SCALAR = ("1", "106 bits")
+SCALAR, LANES = ("1", "106 bits"), ("4", "8")
 EDGES = "edges"  # not a family here: test_edges.py shows these
 
 
@@ -68,12 +68,17 @@ TERMS: tuple[Term, ...] = (
     _term("Newton's end by curvature", "UNIT * size_of(near_to(fall))", "1e-6 * size_of(near_to(fall))", {"moving": ALL}),
     _term("rounding over steepness", "(rounding + rounding) / steepness", "0.0*rounding", {"creeping": DOUBLES, "displaced": WIDE}),
     _term("a rival guard", "value > near_zero", "value > -1e300", {"corner": ALL}),
+    _term("a rival within the error of the time", "error * most", "0.0 * error", {"slow corner": ALL}),
     _term("which way after a switch", "size_of(within) <= 16.0 * UNIT * (terms + b->f_b)", "none", {"stopped": DOUBLES}),
     _term("what is lost below the normal range", "#define UNDERFLOW 1e-290", "0.0", {"tiny": DOUBLES, "tiny, 106 bits": WIDE}, "number.h"),
     _term("a simple root", "(0.5 * steepness * straight > apart + apart)", "(straight > -1.0)", {"inflected": ("1",)}),
     _term("the remainder in P or v_c", "t->limit[k][SECOND_ERROR] += left", "t->limit[k][SECOND_ERROR] += 0.0*left", {"late": WIDE}, "tables.h"),
     _term("a third guard", "near_to(at) + error <= found[i].to", "1", {"grazed": SCALAR}),
     _term("rounding where signs do not tell", "g->rounding + 2.0 * (DEEPEST * DEGREE + 8) * UNIT * largest", "0.0", {"level": ("1",)}, "isolate.h"),
+    _term("a switch past a run's end", "o.crossing ? 0 : field", "field", {"interrupted": SCALAR}, "scalar.h"),
+    _term("a batch: a switch past a run's end", "crossing ? 0 : field", "field", {"interrupted": LANES}, "batch.c"),
+    _term("a batch: a sum of many expansions", "expansions > MOST_SUMMED", "0", {"lasting": LANES}, "batch.c"),
+    _term("a batch: what follows a switch", "(out->undetermined >> l & 1)", "0", {"stopping side by side": LANES}, "batch.c"),
     _term("halves of a part of the reach", "whole->to = r", "whole->to = 1.0", {"twice": ("1",)}, "isolate.h"),
     _term("successor: rounding of P", "MARGIN_AT_UNITS * UNIT * margin_at_size(b, x, gap, v)", "0.0", {"bound": ("1",)}, "scalar.h"),
     _term("successor: rounding of P'", "(FORCE_CHANGE_UNITS + V_RATE_UNITS) * UNIT", "0.0", {"turning": ("1",)}, "scalar.h"),

@@ -125,9 +125,82 @@ int PROBE(const capsule_parameters *p, int field, int level, int steps, const pr
     return steps;
 }
 
-#if WIDTH == 1
+#ifndef NAMED
 #define JOINED(a, b) a##b
 #define NAMED(a, b) JOINED(a, b)
+#endif
+static capsule_stop probed_run(const capsule_parameters *p, int64_t periods, int alone,
+                               capsule_state *state, capsule_event *event)
+{
+    if (WIDTH > 1 && !alone) {
+        static capsule_workspace workspace;
+        capsule_parameters rows[WIDTH];
+        capsule_state states[WIDTH];
+        capsule_event events[WIDTH];
+        int8_t stops[WIDTH];
+        const capsule_batch batch = {.stride = 1, .parameters = rows, .states = states,
+                                     .stops = stops, .lanes = WIDTH, .first = event ? events : NULL};
+        for (int l = 0; l < WIDTH; l++)
+            rows[l] = *p, states[l] = *state;
+        capsule_run_many(&batch, WIDTH, periods, &workspace);
+        *state = states[0];
+        if (event)
+            *event = events[0];
+        return stops[0];
+    }
+    static capsule_map map;
+    size_t written;
+    capsule_outcome open;
+    const capsule_request request = {.events = event, .room = 1,
+                                     .precision = sizeof(real) / sizeof(bound) > 1
+                                                      ? CAPSULE_DOUBLE_DOUBLE
+                                                      : CAPSULE_AS_NEEDED};
+    capsule_map_make(p, &map);
+    return capsule_run(&map, state, periods, &request, &written, &open);
+}
+
+static capsule_state probed_state(const capsule_parameters *p, int field, const probe_start *a)
+{
+    return (capsule_state){.x_r = a->x_r, .gap = a->gap_zeros > 0.0 ? 0.0 : a->x_r - p->delta,
+                           .v_r = a->v_r, .v_c = a->v_c, .angle = a->angle, .field = field};
+}
+
+/* Whether a run of one period can go on for another. */
+int NAMED(PROBE, _goes_on)(const capsule_parameters *p, int field, const probe_start *a)
+{
+    capsule_state state = probed_state(p, field, a);
+    return probed_run(p, 1, 0, &state, NULL) == CAPSULE_DONE &&
+           probed_run(p, 2, 0, &state, NULL) == CAPSULE_DONE;
+}
+
+/* Whether the first switch is the one of a run alone: 2 to the last bit, 1 but for roundings. */
+static int NAMED(PROBE, _alike)(const capsule_parameters *p, int field, const probe_start *a)
+{
+    capsule_state state = probed_state(p, field, a), other = state;
+    capsule_event event = {0}, alone = {0};
+    const int stop = probed_run(p, 1, 0, &state, &event);
+    if (stop != (int)probed_run(p, 1, 1, &other, &alone))
+        return 0;
+    if (stop != CAPSULE_FULL) /* no switch comes */
+        return 2;
+    if (event.turn != alone.turn ||
+        event.field != alone.field || event.plane != alone.plane || state.field != other.field)
+        return 0;
+    return memcmp(&state, &other, offsetof(capsule_state, turn)) == 0 ? 2
+           : fabs(event.angle - alone.angle) < 1e-9;
+}
+
+int NAMED(PROBE, _as_alone)(const capsule_parameters *p, int field, const probe_start *a)
+{
+    return NAMED(PROBE, _alike)(p, field, a) > 0;
+}
+
+int NAMED(PROBE, _the_same_as_alone)(const capsule_parameters *p, int field, const probe_start *a)
+{
+    return NAMED(PROBE, _alike)(p, field, a) > 1;
+}
+
+#if WIDTH == 1
 static point probed_point(const segment *c, int field, const probe_start *a)
 {
     const real gap = a->gap_zeros > 0.0 ? num(0.0) : sub(num(a->x_r), c->delta);

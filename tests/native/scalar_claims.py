@@ -1,4 +1,5 @@
-"""What the scalar code says of a start alone: whether its field takes over or rests for ever.
+"""What is said of a start: whether its field takes over or rests for ever, whether a run goes on
+from its end, and whether one side by side with others switches as one alone.
 
 Starts where a rounding decides, and which of these answers are false.
 """
@@ -11,7 +12,8 @@ from dataclasses import replace
 from random import Random
 
 from capsule_sym import Parameters
-from tests.native.certificate import Core, Start, Truth
+from tests.native.certificate import WIDTHS, Core, Start, Truth, mpf
+from tests.native.families import before, growth, stopped
 
 _WAY = {1: 1, 2: 0, 3: -1, 4: 1, 5: 0, 6: -1}
 
@@ -99,25 +101,62 @@ def _meeting(random: Random, start: Start, within: float) -> Start:
     return replace(start, parameters=start.parameters.replace(delta=bounds[0], f_b=bounds[1]))
 
 
-CLAIMS: dict[str, tuple[str, Callable[[Random], Start]]] = {
-    "touching": ("successor", touching),
-    "bound": ("successor", bound),
-    "turning": ("successor", turning),
-    "resting": ("rests", resting),
-    "resonant": ("rests", resonant),
-    "resting displaced": ("rests", resting_displaced),
-    "resting out of phase": ("rests", resting_out_of_phase),
+def interrupted(random: Random) -> Start:
+    """A period ends as x_r meets delta, but for a rounding."""
+    field = random.choice((1, 2, 4, 5))
+    side, p = (1 if field > 3 else -1), _any(random).replace(zeta=0.05, f_b=9.0)
+    target = (p.delta, -side * random.uniform(0.2, 1), 5.0 * _WAY[field])
+    start = before(p, field, target, 0.0, random.uniform(0.05, 0.2) / growth(p, field))
+    inside = start.angle > 0 and min(Truth(start).guards(mpf(0))) > 0
+    return start if inside else interrupted(random)
+
+
+def lasting(random: Random) -> Start:
+    """A drift that takes 6 to 13 expansions, of a forcing that allows no rest."""
+    gamma = random.uniform(0.5, 4)
+    p = Parameters(1.1, random.uniform(0.05, 0.3), 9.0, 0.05, 1.5, gamma)
+    t = random.uniform(9, 18) * math.sqrt(gamma / (gamma + 1))
+    start = before(p, 1, (0.0, 0.0, 0.0), random.uniform(0, 2 * math.pi), t)
+    truth = Truth(start)
+    inside = all(min(truth.guards(mpf(t * i / 40))) > 0 for i in range(40))
+    return start if inside else lasting(random)
+
+
+def stopping(random: Random) -> Start:
+    """A drift that ends where P is -+f_b within rounding, of a forcing that allows no rest."""
+    start = stopped(random)
+    return start if start.parameters.alpha > 0.4 else stopping(random)
+
+
+SCALAR, LANES = ("1", "106 bits"), ("4", "8")
+CLAIMS: dict[str, tuple[str, Callable[[Random], Start], tuple[str, ...]]] = {
+    "touching": ("successor", touching, SCALAR),
+    "bound": ("successor", bound, SCALAR),
+    "turning": ("successor", turning, SCALAR),
+    "resting": ("rests", resting, SCALAR),
+    "resonant": ("rests", resonant, SCALAR),
+    "resting displaced": ("rests", resting_displaced, SCALAR),
+    "resting out of phase": ("rests", resting_out_of_phase, SCALAR),
+    "interrupted": ("goes_on", interrupted, (*WIDTHS,)),
+    "lasting": ("the_same_as_alone", lasting, LANES),
+    "stopping side by side": ("as_alone", stopping, LANES),
+    "touching side by side": ("as_alone", touching, LANES),
 }
-"""Families of starts, and what is asked of them."""
+"""Families of starts, what is asked of them, and the widths that it is asked of."""
 
 
 def first_false_answer(core: Core, family: str, width: str, starts: range) -> str:
     """A start of which the scalar code says what is false, empty if there is none."""
-    question, draw = CLAIMS[family]
+    question, draw, _ = CLAIMS[family]
     core.reach.value = 0.0
     for number in starts:
         start = draw(Random(f"{family} {number}"))
-        said, truth = core.asked(question, width, start), Truth(start)
+        said = core.asked(question, width, start)
+        if question in ("goes_on", "as_alone", "the_same_as_alone"):
+            if not said:
+                return f"{question}: {start}"
+            continue
+        truth = Truth(start)
         if question == "successor" and said >= 0 and bool(said) != truth.takes_over():
             return f"takes over: {said}, {start}"
         p = start.parameters
