@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Number
 from capsule_sym._map.expansion import Expansion, factorials
 
@@ -224,9 +225,13 @@ def brent(
     It is located within twice the sum of the absolute tolerance, and the relative one times itself.
     Inverse quadratic interpolation, the secant, or bisection where these gain too little (R. P.
     Brent, Algorithms for Minimization Without Derivatives, 1973, chapter 4), in any number system.
+    Raises InvalidInput where an end, or the value of f there, is not a number.
     """
     before, here = a, b
     f_before, f_here = f(before), f(here)
+    for name, value in (("a", a), ("b", b), ("f(a)", f_before), ("f(b)", f_here)):
+        if value != value:
+            raise InvalidInput(name, value, "a number")
     kept, f_kept = before, f_before
     step = last = here - before
     while f_here != 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from math import acos, factorial
+from math import acos, factorial, nan
 from typing import Any
 
 import pytest
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 from scipy.optimize import brentq
 
-from capsule_sym import Parameters, simulate
+from capsule_sym import InvalidInput, Parameters, simulate
 from capsule_sym._map import isolation, location
 from capsule_sym._map.expansion import Expansion
 from capsule_sym._map.isolation import Search, search
@@ -346,6 +346,24 @@ def test_brents_method_keeps_its_bracket_where_products_of_values_underflow() ->
 
     root = isolation.brent(f, 0.0, 1.0, 1e-290, isolation.LEAST)
     assert root == pytest.approx(0.2 ** (1 / 3), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("field", "a", "b", "value"),
+    [("a", nan, 1.0, 1.0), ("b", 0.0, nan, 1.0), ("f(a)", 0.0, 1.0, nan)],
+)
+def test_brents_method_refuses_ends_that_are_no_numbers(
+    field: str, a: float, b: float, value: float
+) -> None:
+    asked = iter(range(1000))
+
+    def f(x: float) -> float:
+        next(asked)  # or StopIteration: it goes on for ever
+        return value * (x - 0.5)
+
+    with pytest.raises(InvalidInput) as caught:
+        isolation.brent(f, a, b, 1e-290, isolation.LEAST)
+    assert caught.value.field == field
 
 
 def test_switches_of_the_smallest_motions_are_those_of_small_ones() -> None:
