@@ -69,6 +69,8 @@ class Status(StrEnum):
     SEGMENT_LIMIT = "segment-limit"
     #: Its time is up.
     TIME_LIMIT = "time-limit"
+    #: What it keeps takes as much memory as it may.
+    MEMORY_LIMIT = "memory-limit"
     #: Rounding lets no step advance in time.
     STALLED = "stalled"
     #: No switch is found or excluded, or no field leaves the last state with certainty.

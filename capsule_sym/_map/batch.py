@@ -129,7 +129,7 @@ def final_states(
                 raise
     for i in np.flatnonzero(stops == core().OPEN).tolist() if still_open else ():
         marks = None if strobe is None else strobe[i]
-        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch.deadline)
+        run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch)
         _finish(run, records[i : i + 1].reshape(()), periods, marks, positions, watch)
     reached = np.empty((count, 3))
     for k, name in enumerate(("x_r", "v_r", "v_c")):

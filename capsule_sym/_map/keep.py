@@ -17,8 +17,11 @@ from capsule_sym.generated.interface import SEGMENT
 CHOICES = ("segments", "final", "stroboscopic", "switches")
 MOST_KEPT = 1_000_000
 """Segments of a run that keeps something of each, unless another limit is given."""
+MOST_BYTES = 2**32
+"""Memory of what one call keeps: 4 GiB."""
 _PIECE = 512
 """Records written at a time, whatever is kept: where a run pauses, it goes on within a rounding."""
+STATE = STROBE = 32  # bytes of (x_r, v_r, v_c, x_c); of a state at a period's end, with its number
 _GROWTH = 65_536  # rows by which an array grows at most
 
 
@@ -32,6 +35,14 @@ def checked(keep: str | ArrayLike, first: float, last: float) -> str | NDArray[n
     times = evaluation.real("keep", keep, allowed).copy()
     evaluation.check(times, first, last, "keep")
     return times
+
+
+def check_memory(field: str, value: object, size: int) -> None:
+    """Raises InvalidInput for a value by which a call would keep so many bytes, if too many."""
+    if size > MOST_BYTES:
+        gib = 2**30
+        allowed = f"less: {size / gib:.3g} GiB would be kept, {MOST_BYTES / gib:.3g} GiB may be"
+        raise InvalidInput(field, value, allowed)
 
 
 class Growing:
@@ -64,9 +75,15 @@ class Growing:
 
 
 class Keeper:
-    """Takes the records of a run piece by piece, and keeps what was asked for."""
+    """Takes the records of a run piece by piece, and keeps what was asked for.
 
-    def __init__(self, parameters: Parameters, keep: str | NDArray[np.float64]) -> None:
+    It has one part in `share` of the memory that a call may keep: at `most` records, or where it is
+    `full` of other things, the run ends.
+    """
+
+    def __init__(
+        self, parameters: Parameters, keep: str | NDArray[np.float64], share: int = 1
+    ) -> None:
         self.parameters = parameters
         self.what = keep if isinstance(keep, str) else "times"
         strobed = self.what in ("segments", "stroboscopic")
@@ -75,6 +92,9 @@ class Keeper:
         self.count = self.evaluations = self.escalations = 0
         self._rows = Growing(SEGMENT) if self.what == "segments" else None
         self._events = Growing(SWITCH) if self.what == "switches" else None
+        records = {"segments": SEGMENT.itemsize + STROBE, "switches": SWITCH.itemsize}
+        self._room = MOST_BYTES // share
+        self.most = max(1, self._room // records[self.what]) if self.what in records else 10**12
         self._piece = np.empty(0 if self._rows else _PIECE, SEGMENT)
         self._tangencies: dict[int, Any] = {}
         self._last: Records | None = None
@@ -90,6 +110,12 @@ class Keeper:
         if self._strobes and self._strobe_periods:
             self._strobes.append(states)
             self._strobe_periods.append(periods)
+
+    @property
+    def full(self) -> bool:
+        """Whether there is no memory left for more."""
+        strobed = self.what == "stroboscopic" and self._strobes.count * STROBE >= self._room  # type: ignore[union-attr]
+        return strobed or self.count >= self.most
 
     def room(self, most: int) -> Records:
         """Where the core may write records, at most so many."""
@@ -163,9 +189,12 @@ def reduced(run: Trajectory, keep: str | NDArray[np.float64]) -> Kept:
     return Kept(keep, switches=run.switches) if keep == "switches" else Kept(keep)
 
 
-def most_segments(keep: str | NDArray[np.float64], given: int | None) -> int:
-    """The limit of a run's segments: the given one, else one on what is kept of each."""
+def most_segments(keep: str | NDArray[np.float64], given: int | None, backend: str) -> int:
+    """The limit of a run's segments: the given one, else one on what is kept of each.
+
+    The core keeps what was asked for, the other backends all segments on the way.
+    """
     if given is not None:
         return given
-    bounded = isinstance(keep, str) and keep in ("segments", "switches")
+    bounded = backend != "c" or (isinstance(keep, str) and keep in ("segments", "switches"))
     return MOST_KEPT if bounded else 10**12

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from time import perf_counter
 from typing import Any, NamedTuple
 
 from capsule_sym._errors import Outcome
@@ -14,6 +13,7 @@ from capsule_sym._map import quasistatic
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Expansion, Guard, Point, expand, watched
 from capsule_sym._map.isolation import Search, polish, positive_at, search
+from capsule_sym._native import Watch
 from capsule_sym.generated import formulas
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
@@ -205,14 +205,14 @@ class Flow:
         return formulas.friction_guard(c, -1 if guard is Guard.UPPER else 1, point.margin)
 
 
-def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
+def locate(flow: Flow, limit: Number, watch: Watch | None = None) -> Switch:
     """The first switch of the segment within (0, limit].
 
     The outcome is REGULAR (one guard crosses zero), CORNER (two cross and are not told apart),
     GRAZE or SLIDING_TANGENCY (a guard crosses with a slope that vanishes within its error bound),
     NEVER (proved: no guard fires at any later time), END (proved: none fires up to the limit),
     STALLED (given up as steps do not advance), or UNDECIDED (given up after very many evaluations,
-    or at the deadline of the process's clock).
+    or where the watch stops it).
     """
     backend, c = flow.backend, flow.c
     unit = backend.unit
@@ -224,7 +224,7 @@ def locate(flow: Flow, limit: Number, deadline: float = math.inf) -> Switch:
     # A guard that vanishes with all its derivatives stays zero: rest on the impact surface.
     guards = [g for g in watched(c) if zeros.get(g, 0) < backend.kernels.JET_ORDER]
     while True:
-        if flow.evaluations > _MOST_EVALUATIONS or perf_counter() > deadline:
+        if flow.evaluations > _MOST_EVALUATIONS or (watch and watch.over):
             return Switch(Outcome.UNDECIDED, (), now, at, flow.evaluations, tuple(tangencies))
         if short > most_short:
             return Switch(Outcome.STALLED, (), now, at, flow.evaluations, tuple(tangencies))

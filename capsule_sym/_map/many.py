@@ -6,19 +6,19 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput, Status
+from capsule_sym._map.backend import default_backend
 from capsule_sym._map.batch import checked_rows, final_states, spread
-from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._map.keep import checked
+from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
 from capsule_sym._map.labelled import lock
 from capsule_sym._map.segments import SWITCH, Segments, Tangencies, records_of
-from capsule_sym._map.simulate import simulate
+from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.trajectory import Trajectory
 from capsule_sym._native import Watch, core
 from capsule_sym._parameters import Parameters
@@ -97,7 +97,9 @@ def simulate_many(
     `parameters` are n `Parameters` or their rows (n, 7), states (n, 3) or (3,), phases (n,) or one;
     `keep` is as in `simulate`, times are the same for all runs. Final and stroboscopic states are
     computed side by side in vector lanes, and agree with those of single runs but for roundings.
-    `max_segments` limits the others, `max_seconds` all together. All quantities are dimensionless.
+    `max_segments` limits the others, `max_seconds` all together. All that is kept takes at most
+    4 GiB, of which each run has the same part: it ends with the status memory-limit where that is
+    used up, and counts that are sure to take more are refused. All quantities are dimensionless.
 
     Raises InvalidInput for a value that is not allowed.
     """
@@ -106,41 +108,50 @@ def simulate_many(
         checked_rows(rows)
     check_count("periods", periods)
     check_count("threads", threads)
-    deadline = perf_counter() + checked_seconds(max_seconds)
+    if max_segments is not None:
+        check_count("max_segments", max_segments)
+    watch = Watch(checked_seconds(max_seconds))
     starts, times = spread("states", states, (len(rows), 3)), spread("phases", phases, (len(rows),))
     shortest = 2 * np.pi / rows[:, 1].max() if len(rows) else math.inf
     kept = checked(keep, times.max() if len(rows) else 0.0, periods * shortest)
     what = kept if isinstance(kept, str) else "times"
+    if not isinstance(kept, str):
+        check_memory("keep", kept, STATE * kept.size * len(rows))
+    elif what == "stroboscopic":
+        check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * len(rows))
     side_by_side = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
     if side_by_side and core is not None and max_segments is None:
-        return _side_by_side(rows, starts, times, periods, what, deadline, threads)
+        return _side_by_side(rows, starts, times, periods, what, watch, threads)
+
+    chosen = default_backend()
 
     def one(i: int) -> Trajectory | None:
-        left = deadline - perf_counter()
-        if left <= 0:
+        if watch.over:
             return None
-        return simulate(
-            Parameters(*rows[i].tolist()),
-            tuple(starts[i].tolist()),
-            float(times[i]),
-            periods,
-            keep=kept,
-            max_segments=max_segments,
-            max_seconds=left,
-        )
+        p, phase = Parameters(*rows[i].tolist()), float(times[i])
+        start = check_start(p, starts[i].tolist(), phase, periods), phase, int(periods)
+        return run_one(p, start, kept, max_segments, watch, chosen, share=len(rows))
 
+    runs: list[Trajectory | None]
     if threads == 1:
         runs = [one(i) for i in range(len(rows))]
     else:
         with ThreadPoolExecutor(threads) as pool:
-            runs = list(pool.map(one, range(len(rows))))
+            try:
+                runs = list(pool.map(one, range(len(rows))))
+            except BaseException:
+                watch.stop()  # Ctrl-C comes here, where nothing runs
+                raise
     empty = _empty(kept)
     parts = [empty if run is None else _part(run, what) for run in runs]
     ends = np.cumsum([0, *map(len, parts)])
     finals, advances = starts.copy(), np.zeros(len(rows))
     passed, status = np.zeros(len(rows), np.int64), [Status.TIME_LIMIT.value] * len(rows)
     tangencies: dict[int, Any] = {}
+    all_kept = np.empty((ends[-1], *empty.shape[1:]), empty.dtype)
     for i, run in enumerate(runs):
+        all_kept[ends[i] : ends[i + 1]] = parts[i]
+        runs[i], parts[i] = None, empty  # what is copied takes no room twice
         if run is not None:
             finals[i], advances[i] = run.final[1], run.advance
             passed[i], status[i] = run.final[0].period, run.status.value
@@ -155,7 +166,7 @@ def simulate_many(
         np.array(status, dtype=np.str_),
         what,
         ends,
-        np.concatenate([empty, *parts]) if what != "times" else np.concatenate([empty[:0], *parts]),
+        all_kept,
         tangencies,
     )
 
@@ -201,23 +212,22 @@ def _side_by_side(
     phases: NDArray[np.float64],
     periods: int,
     what: str,
-    deadline: float,
+    watch: Watch,
     threads: int,
 ) -> Trajectories:
     """Final or stroboscopic states by the lanes of the core."""
     count = len(rows)
     strobe = np.empty((count, periods + 1, 3)) if what == "stroboscopic" else None
-    watch = Watch()
-    watch.deadline = deadline
     found = final_states(
         rows, starts, phases, periods, strobe=strobe, positions=True, threads=threads, watch=watch
     )
     status = np.full(count, Status.FINISHED.value, dtype="<U16")
     for i in np.flatnonzero(found.stopped).tolist():
         status[i] = Status.TIME_LIMIT.value
-        if (left := deadline - perf_counter()) > 0:
-            p, state = Parameters(*rows[i].tolist()), tuple(starts[i].tolist())
-            again = simulate(p, state, float(phases[i]), periods, keep="final", max_seconds=left)
+        if not watch.over:
+            x_r, v_r, v_c = starts[i].tolist()
+            start = (x_r, v_r, v_c), float(phases[i]), periods
+            again = run_one(Parameters(*rows[i].tolist()), start, "final", None, watch, "c")
             status[i] = again.status.value
     lengths = np.zeros(count, np.int64)
     kept = np.empty(0)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,13 @@ from capsule_sym._map import evaluation
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.keep import Keeper
 from capsule_sym._map.segments import Instant, instant, records_of
-from capsule_sym._map.trajectory import FINISHED, TIME_IS_UP, Trajectory, after
+from capsule_sym._map.trajectory import (
+    FINISHED,
+    MEMORY_IS_FULL,
+    TIME_IS_UP,
+    Trajectory,
+    after,
+)
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
 from capsule_sym._parameters import Parameters
@@ -36,10 +40,10 @@ class NativeRun:
         self,
         parameters: Parameters,
         escalate: bool,
-        deadline: float = math.inf,
+        watch: Watch | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> None:
-        self.parameters, self.escalate, self.deadline = parameters, escalate, deadline
+        self.parameters, self.escalate, self.watch = parameters, escalate, watch or Watch()
         self.progress = progress
         self.precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
         core()
@@ -51,10 +55,14 @@ class NativeRun:
         periods: int,
         most: int,
         keep: str | NDArray[np.float64] = "segments",
+        share: int = 1,
     ) -> Trajectory:
-        """The trajectory, as the reference map gives it, and what `keep` names of it."""
+        """The trajectory, as the reference map gives it, and what `keep` names of it.
+
+        It has one part in `share` of the memory that a call may keep.
+        """
         omega = self.parameters.omega
-        keeper = Keeper(self.parameters, keep)
+        keeper = Keeper(self.parameters, keep, share)
         native = evaluation.borrowed(self.parameters.to_dict().values())
         record = native.state_at(*values, phase)
         if phase == 0.0:
@@ -80,19 +88,18 @@ class NativeRun:
         self, native: Any, record: NDArray[np.void], periods: int, most: int, keeper: Keeper
     ) -> tuple[Status, str]:
         """Goes on to the end of the periods, or as far as it comes; and how it ended."""
-        watch = Watch()
-        watch.deadline = self.deadline
         # Whatever is kept, a run pauses at the same places, and so comes to the same state.
         strobe = np.empty((min(periods + 1, core().ROWS), 3))
         while record["turn"] < periods:
-            stop = self._piece(native, record, periods, most - keeper.count, strobe, watch, keeper)
+            left = min(most, keeper.most) - keeper.count
+            stop = self._piece(native, record, periods, left, strobe, keeper)
             found = None
-            if stop == core().OPEN and keeper.count < most:
+            if stop == core().OPEN and keeper.count < min(most, keeper.most):
                 # Imported where it is needed: that takes as long as all the rest.
                 from capsule_sym._map.handover import Run, step, write
 
-                run = Run(NumpyBackend(), self.parameters, self.escalate, self.deadline)
-                run_state = step(run, record, periods, most - keeper.count)
+                run = Run(NumpyBackend(), self.parameters, self.escalate, self.watch)
+                run_state = step(run, record, periods, min(most, keeper.most) - keeper.count)
                 tangencies = {i: s.tangencies for i, s in enumerate(run.segments)}
                 keeper.append(native, records_of(run.segments, self.parameters.omega), tangencies)
                 keeper.escalations += run.escalations
@@ -106,7 +113,9 @@ class NativeRun:
             if record["turn"] < periods:
                 if found is None and keeper.count == most:
                     found = Status.SEGMENT_LIMIT, after(most)
-                if found is None and perf_counter() > self.deadline:
+                if found is None and keeper.full:
+                    found = Status.MEMORY_LIMIT, MEMORY_IS_FULL
+                if found is None and self.watch.over:
                     found = Status.TIME_LIMIT, TIME_IS_UP
                 if found is not None:
                     return found
@@ -119,19 +128,18 @@ class NativeRun:
         periods: int,
         most: int,
         strobe: NDArray[np.float64],
-        watch: Watch,
         keeper: Keeper,
     ) -> int:
         """As many segments as there is room for, and why there are no more."""
         room, before = keeper.room(most), record.copy()
         stop, count, _ = native.run(
-            record, periods, room, strobe=strobe, watch=watch, precision=self.precision
+            record, periods, room, strobe=strobe, watch=self.watch, precision=self.precision
         )
         first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
         if last - first >= rows and count > 1:
             # The last segment rests for ever, and its states took the places of those before it.
             record[...] = before
-            return self._piece(native, record, periods, count - 1, strobe, watch, keeper)
+            return self._piece(native, record, periods, count - 1, strobe, keeper)
         passed = np.arange(max(first, last + 1 - rows), last + 1)
         keeper.strobe(strobe[passed % rows], passed)
         keeper.wrote(native, count)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
-from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +25,7 @@ from capsule_sym._map.trajectory import (
     after,
 )
 from capsule_sym._map.transitions import State, Undetermined, select_field, start_at
+from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
 
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
@@ -53,11 +52,11 @@ class Run:
         numbers: Backend,
         parameters: Parameters,
         escalate: bool,
-        deadline: float = math.inf,
+        watch: Watch | None = None,
         progress: Callable[[int], object] | None = None,
     ) -> None:
         self.numbers, self.parameters = numbers, parameters
-        self.deadline, self.progress = deadline, progress
+        self.watch, self.progress = watch or Watch(), progress
         self.escalate = escalate and numbers.name != "mpmath"
         self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
@@ -114,7 +113,7 @@ class Run:
         """How the run ended, and why."""
         if run_state.turns >= periods:
             return Status.FINISHED, FINISHED
-        if perf_counter() > self.deadline:
+        if self.watch.over:
             return Status.TIME_LIMIT, TIME_IS_UP
         if run_state.begin is not None:
             return Status.SEGMENT_LIMIT, after(most)
@@ -136,7 +135,7 @@ class Run:
         """Goes on until the periods are over, for at most so many segments in all."""
         state, begin, source, turns, position = run_state
         while begin and turns < periods and len(self.segments) < most:
-            if perf_counter() > self.deadline:
+            if self.watch.over:
                 break
             limit = self._remaining(periods - turns, state.angle + state.angle_rest)
             flow, switch = self.first_switch(state, begin, limit)
@@ -208,7 +207,7 @@ class Run:
     def first_switch(self, state: State, begin: SegmentStart, limit: Number) -> tuple[Flow, Switch]:
         """The closed form of the segment from a state, and its first switch up to a duration."""
         flow = Flow(self.numbers, self.constants[begin.field - 1], begin)
-        switch = locate(flow, limit, self.deadline)
+        switch = locate(flow, limit, self.watch)
         decided = switch.outcome is Outcome.UNDECIDED or (switch.certain and tells(flow, switch))
         if self.escalate and not decided:
             switch = self._escalate_switch(state, begin, limit)
@@ -241,7 +240,7 @@ class Run:
             given = self.exactly(numbers, state)
             start = start_at(c, given)._replace(zeros=begin.start.zeros)
             flow = Flow(numbers, c, replace(begin, start=start))
-            switch = locate(flow, numbers.number(limit), self.deadline)
+            switch = locate(flow, numbers.number(limit), self.watch)
             _, angle = numbers.turns(given.angle + c.omega * switch.duration)
             self.exact = reached(flow, switch, angle)
             return replace(

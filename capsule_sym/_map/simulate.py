@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from time import perf_counter
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._map.backend import backend as backend_of
 from capsule_sym._map.backend import default_backend
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
-from capsule_sym._map.keep import checked, most_segments, reduced
+from capsule_sym._map.keep import STATE, check_memory, checked, most_segments, reduced
 from capsule_sym._map.native import NativeRun
 from capsule_sym._map.trajectory import Trajectory
-from capsule_sym._native import check_time, present
+from capsule_sym._native import Watch, check_time, present
 from capsule_sym._parameters import Parameters
 
 
@@ -47,29 +47,48 @@ def simulate(
     not grow with what is not kept.
 
     The run stops early after `max_segments` segments (10^6 if nothing else is given and something
-    of each is kept), after `max_seconds` of the clock, or at a point that no field leaves with
-    certainty; the trajectory has what was found until then, its `status` and `message` say how it
-    ended. `progress` is called now and then with the whole periods passed. Raises InvalidInput for
-    a value that is not allowed.
+    of each is kept), after `max_seconds` of the clock, where what is kept takes 4 GiB, or at a
+    point that no field leaves with certainty; the trajectory has what was found until then, its
+    `status` and `message` say how it ended. `progress` is called now and then with the whole
+    periods passed. Raises InvalidInput for a value that is not allowed.
     """
     values = check_start(parameters, state, phase, periods)
-    periods = int(periods)
-    kept = checked(keep, phase, periods * parameters.period)
+    kept = checked(keep, phase, int(periods) * parameters.period)
+    if not isinstance(kept, str):
+        check_memory("keep", kept, STATE * kept.size)
     if max_segments is not None:
         check_count("max_segments", max_segments)
-    most = most_segments(kept, max_segments)
-    deadline = min(perf_counter() + checked_seconds(max_seconds), present().deadline)
+    watch = Watch(checked_seconds(max_seconds))
+    watch.deadline = min(watch.deadline, present().deadline)
     chosen = backend or default_backend()
-    if chosen == "c":
-        run = NativeRun(parameters, escalate, deadline, progress)
-        found = run.go(values, phase, periods, most, kept)
-    else:
-        from capsule_sym._map.reference import Run
-
-        with backend_of(chosen) as numbers:
-            whole = Run(numbers, parameters, escalate, deadline, progress)
-            found = whole.go(values, phase, periods, most)
-        if not (isinstance(kept, str) and kept == "segments"):
-            found = replace(found, kept=reduced(found, kept))
+    start = values, phase, int(periods)
+    found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
     check_time()  # of the work that this run is a part of
     return found
+
+
+def run(
+    parameters: Parameters,
+    start: tuple[tuple[float, float, float], float, int],
+    kept: str | NDArray[np.float64],
+    max_segments: int | None,
+    watch: Watch,
+    chosen: str,
+    escalate: bool = True,
+    progress: Callable[[int], object] | None = None,
+    share: int = 1,
+) -> Trajectory:
+    """The trajectory from a state, phase and number of periods, all of it checked.
+
+    The run may keep one part in `share` of what a call may.
+    """
+    most = most_segments(kept, max_segments, chosen)
+    if chosen == "c":
+        return NativeRun(parameters, escalate, watch, progress).go(*start, most, kept, share)
+    from capsule_sym._map.reference import Run
+
+    with backend_of(chosen) as numbers:
+        found = Run(numbers, parameters, escalate, watch, progress).go(*start, most)
+    if isinstance(kept, str) and kept == "segments":
+        return found
+    return replace(found, kept=reduced(found, kept))

@@ -35,6 +35,7 @@ Kind = TypeVar("Kind")
 
 FINISHED = "the run came to its end"
 TIME_IS_UP = "at its time limit"
+MEMORY_IS_FULL = "as what it keeps takes all the memory that it may"
 
 
 def after(most: int) -> str:

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, Status, Trajectories, simulate, simulate_many
-from capsule_sym._map import many
+from capsule_sym._map import keep as keeping
 from capsule_sym._map.segments import Segments
+from capsule_sym._native import watch
 
 SETS = [Parameters(alpha=a, omega=w) for a, w in ((0.7, 0.8), (1.2, 0.9), (0.005, 0.8), (1.5, 0.7))]
 STARTS = np.array([[0.0, 0.0, 0.0], [0.1, -0.2, 0.3], [0.01, 0.0, 0.0], [-0.4, 0.2, -0.1]])
@@ -106,7 +107,7 @@ def test_tangencies_are_kept() -> None:
 
 def test_rows_that_were_not_begun_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter([0.0, *[1e9] * 1000])
-    monkeypatch.setattr(many, "perf_counter", lambda: next(clock))
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
     for keep in ("segments", "switches", TIMES):
         clock = iter([0.0, *[1e9] * 1000])
         found = simulate_many(SETS, STARTS, keep=keep, max_seconds=1.0)
@@ -135,3 +136,32 @@ def test_kinds_and_shapes_that_do_not_fit_are_refused() -> None:
             simulate_many(**{"parameters": SETS, "periods": 2, **bad})
     with pytest.raises(InvalidInput, match="index"):
         simulate_many(SETS, periods=1)[0:2]  # type: ignore[index]
+
+
+def test_what_is_kept_takes_no_more_memory_than_it_may(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Counts that are sure to take more are refused; other runs end where it is full."""
+    rows = np.tile([*SETS[0].to_dict().values()], (10**5, 1))
+    refused: list[tuple[str, dict[str, Any]]] = [
+        ("periods", {"periods": 8000, "keep": "stroboscopic"}),
+        ("periods", {"periods": 10**12, "keep": "stroboscopic"}),
+        ("keep", {"keep": np.linspace(0, 9, 10**4)}),
+    ]
+    for field, bad in refused:
+        with pytest.raises(InvalidInput, match="GiB would be kept, 4 GiB may be") as caught:
+            simulate_many(rows, **bad)
+        assert caught.value.field == field
+    room = 2**20
+    monkeypatch.setattr(keeping, "MOST_BYTES", room)
+    with pytest.raises(InvalidInput, match="keep = "):
+        simulate(SETS[0], periods=10**5, keep=np.linspace(0, 9, 2**15 + 1))
+    for keep in ("segments", "switches", "stroboscopic"):
+        run = simulate(SETS[0], periods=10**6, keep=keep)
+        assert (run.status, run.success) == (Status.MEMORY_LIMIT, False)
+        kept = run.records if keep == "segments" else getattr(run, keep)
+        assert room / 2 < kept.nbytes < 1.3 * room
+    moving = [SETS[i] for i in (0, 1, 3)] * 4
+    many = simulate_many(moving, periods=10**5, keep="segments")
+    assert set(many.status.tolist()) == {Status.MEMORY_LIMIT}
+    assert room / 2 < many.kept.nbytes < room
+    alone = simulate(moving[0], periods=int(many.periods[0]) + 1)
+    assert many[0] == alone.segments[: len(many[0])]

@@ -23,9 +23,10 @@ ROWS = parameter_rows(Parameters(), alpha=np.linspace(0.5, 0.9, 21))
 INTERRUPTED = """
 import os, signal, threading
 import numpy as np
-from capsule_sym import Parameters, simulate
+from capsule_sym import Parameters, simulate, simulate_many
 from capsule_sym._map.batch import final_state, final_states, parameter_rows
 
+slow = [Parameters(omega=1e-6, beta=1e8)] * 4  # whose switches the reference map decides
 rows = parameter_rows(Parameters(), alpha=np.linspace(0.5, 0.9, 21))
 apart = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 21))
 many = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 300_000))
@@ -39,6 +40,8 @@ for call in (
     lambda: final_states(apart, periods=10**12),
     lambda: final_states(rows, periods=10**12, threads=2),
     lambda: final_states(many, periods=1),
+    lambda: simulate_many(rows, periods=10**12, keep="switches", max_segments=10**12, threads=2),
+    lambda: simulate_many(slow, periods=10**12, keep="segments", threads=2),
 ):
     threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     try:
@@ -57,7 +60,7 @@ def test_ctrl_c_interrupts_every_call_whose_work_is_in_c() -> None:
         check=False,
         timeout=10 * GENEROUS,
     )
-    assert done.stdout.splitlines() == ["interrupted"] * 7, done.stderr
+    assert done.stdout.splitlines() == ["interrupted"] * 9, done.stderr
 
 
 def test_a_watch_stops_runs_in_threads_and_they_go_on_from_where_they_were() -> None:
