@@ -103,6 +103,7 @@ from capsule_sym._orbits.shooting.search import orbit_at as orbit_at
 from capsule_sym._orbits.shooting.search import search_orbits as search_orbits
 from capsule_sym._orbits.shooting.search import solve_admissible as solve_admissible
 from capsule_sym._orbits.shooting.search import solve_orbit as solve_orbit
+from capsule_sym._orbits.shooting.stability import LyapunovExponents as LyapunovExponents
 from capsule_sym._orbits.shooting.stability import floquet_multipliers as floquet_multipliers
 from capsule_sym._orbits.shooting.stability import jacobian as jacobian
 from capsule_sym._orbits.shooting.stability import lyapunov_exponents as lyapunov_exponents

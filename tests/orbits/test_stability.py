@@ -16,12 +16,14 @@ from capsule_sym import (
     InvalidInput,
     Orbit,
     Parameters,
+    Status,
     floquet_multipliers,
     jacobian,
     lyapunov_exponents,
     monodromy_matrix,
     simulate,
 )
+from capsule_sym._native import watch
 from capsule_sym._orbits.shooting import stability
 from capsule_sym._orbits.shooting.stability import field
 from tests.orbits.branches import settled
@@ -141,8 +143,8 @@ def test_exponents_along_an_orbit_are_those_of_its_multipliers(alpha: float) -> 
     with np.errstate(divide="ignore"):
         expected = np.log(abs(floquet_multipliers(orbit))) / orbit.parameters.period
     # What the first periods add is forgotten as one over the run's length.
-    assert lyapunov_exponents(run) == pytest.approx(expected, abs=2e-3)
-    assert lyapunov_exponents(run, transient=100) == pytest.approx(expected, abs=2e-3)
+    assert lyapunov_exponents(run).values == pytest.approx(expected, abs=2e-3)
+    assert lyapunov_exponents(run, transient=100).values == pytest.approx(expected, abs=2e-3)
 
 
 def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> None:
@@ -159,15 +161,32 @@ def test_largest_exponent_of_chaos_is_the_rate_at_which_neighbours_part() -> Non
         apart = ends[0] - ends[1]
         parted += math.log(np.linalg.norm(apart) / distance)
         state, along = np.array(mark), apart / np.linalg.norm(apart)
-    largest = lyapunov_exponents(run)[0] * periods * parameters.period
+    largest = lyapunov_exponents(run).values[0] * periods * parameters.period
     assert largest > 10
     # The first vector of a frame that starts with the same direction grows alike.
     assert largest == pytest.approx(parted, abs=0.01)
 
 
+def test_exponents_at_a_time_limit_are_those_of_what_was_passed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """By a clock that every look at it puts forward by a second, and one look a matrix or more."""
+    run = simulate(Parameters(alpha=0.005), periods=10**9)  # at rest for ever, but for its start
+    clock = iter(range(10**6))
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
+    found = lyapunov_exponents(run, max_seconds=2000)
+    assert (found.status, found.success) == (Status.TIME_LIMIT, False)
+    assert found.message == "the exponents are of what was passed in the time"
+    assert 500 < found.time / run.parameters.period < 2000
+    assert found.values[:2] == pytest.approx([-0.05, -0.05], abs=1e-4)
+    none = lyapunov_exponents(run, max_seconds=0.5)
+    assert (none.status, none.time) == (Status.TIME_LIMIT, 0.0)
+    assert np.isnan(none.values).all()
+
+
 def test_exponents_of_a_long_rest_do_not_underflow() -> None:
     run = simulate(Parameters(alpha=0.005), periods=3000)
-    assert lyapunov_exponents(run)[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
+    assert lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)
 
 
 def test_sum_of_exponents_without_stick_is_the_contraction() -> None:

@@ -10,16 +10,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from dataclasses import dataclass
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Segment, Trajectory
 from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
+from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.itinerary import drift
@@ -105,41 +108,75 @@ def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
     precision whatever the trajectory's backend.
     """
     product = np.eye(3)
-    for matrix in _matrices(trajectory, trajectory.segments):
+    for matrix, _ in _matrices(trajectory, trajectory.segments):
         product = matrix @ product
     return product
 
 
-def lyapunov_exponents(trajectory: Trajectory, transient: int = 0) -> NDArray[np.float64]:
-    """The three Lyapunov exponents per unit of time, shape (3,), descending, along a trajectory.
+@dataclass(frozen=True, eq=False)
+class LyapunovExponents:
+    """The three Lyapunov exponents along a trajectory, per unit of time, dimensionless."""
+
+    values: NDArray[np.float64]
+    """The exponents, shape (3,), descending; nan where no time was passed."""
+    time: float
+    """How long the part of the trajectory lasts that they are of."""
+    status: Status
+    """Finished, or time-limit."""
+
+    @property
+    def success(self) -> bool:
+        """Whether they are of the whole trajectory but its transient."""
+        return self.status is Status.FINISHED
+
+    @property
+    def message(self) -> str:
+        """The status as a sentence."""
+        whole = "of the whole trajectory" if self.success else "of what was passed in the time"
+        return f"the exponents are {whole}"
+
+
+def lyapunov_exponents(
+    trajectory: Trajectory, transient: int = 0, *, max_seconds: float = math.inf
+) -> LyapunovExponents:
+    """The three Lyapunov exponents per unit of time along a trajectory, its segments in order.
 
     Only segments that begin after `transient` excitation periods count. An exponent is -inf once
-    the capsule has stuck. In double precision whatever the trajectory's backend. Raises
-    InvalidInput where no segment is left.
+    the capsule has stuck. In double precision whatever the trajectory's backend. After
+    `max_seconds` of the clock they are those of the part that was passed. Raises InvalidInput where
+    no segment is left.
     """
-    segments = tuple(s for s in trajectory.segments if s.start.period >= transient)
+    first = int(np.searchsorted(trajectory.records["start_turn"], transient))
+    segments = trajectory.segments[first:]
     if not segments:
         raise InvalidInput("transient", transient, "less than the periods of the run")
-    frame, sums = np.eye(3), np.zeros(3)
-    for matrix in _matrices(trajectory, segments):
-        frame, grown = _orthonormal(matrix @ frame)
-        sums[: len(grown)] += grown
-        sums[len(grown) :] = -math.inf
-    return np.sort(sums / sum(float(s.duration) for s in segments))[::-1]
+    frame, sums, time, status = np.eye(3), np.zeros(3), 0.0, Status.TIME_LIMIT
+    with Watch(checked_seconds(max_seconds)):
+        for matrix, lasting in _matrices(trajectory, segments):
+            check_time()
+            frame, grown = _orthonormal(matrix @ frame)
+            sums[: len(grown)] += grown
+            sums[len(grown) :] = -math.inf
+            time += lasting
+        status = Status.FINISHED
+    values = np.sort(sums / time)[::-1] if time else np.full(3, np.nan)
+    return LyapunovExponents(values, time, status)
 
 
-def _matrices(trajectory: Trajectory, segments: Sequence[Segment]) -> Iterator[NDArray[np.float64]]:
-    """What carries a deviation along: Jacobians of the flow, and saltation matrices."""
+def _matrices(
+    trajectory: Trajectory, segments: Sequence[Segment]
+) -> Iterator[tuple[NDArray[np.float64], float]]:
+    """What carries a deviation along, Jacobians and saltation matrices, and how long each lasts."""
     with backend("numpy") as numbers:
         forms = ClosedForms(numbers, list(trajectory.parameters.to_dict().values()))
-        for segment, following in pairwise((*segments, None)):
+        for segment, following in pairwise(chain(segments, (None,))):
             assert segment is not None
             yield from _steps(forms, segment, following)
 
 
 def _steps(
     forms: ClosedForms, segment: Segment, following: Segment | None
-) -> Iterator[NDArray[np.float64]]:
+) -> Iterator[tuple[NDArray[np.float64], float]]:
     """Jacobians over pieces of a segment no longer than a period, and the switch at its end."""
     c, duration = forms.constants(segment.field), float(segment.duration)
     pieces = math.ceil(duration * c.omega / forms.numbers.full_turn) or 1
@@ -147,11 +184,11 @@ def _steps(
     start = forms.numbers.kernels.Start(0.0, -c.delta, 0.0, 0.0, 0.0, 1.0, 0.0)
     matrix = forms.run(segment.field, c, start, duration / pieces)[1][:3, :3]
     for _ in range(pieces):
-        yield matrix
+        yield matrix, duration / pieces
     if following and drift(segment.field) not in (0, drift(following.field)):
         state = np.array([float(value) for value in segment.end_state])
         cosine = math.cos(float(segment.end.phase) * c.omega)
-        yield saltation_matrix(c, forms.constants(following.field), state, cosine)
+        yield saltation_matrix(c, forms.constants(following.field), state, cosine), 0.0
 
 
 def _orthonormal(frame: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
