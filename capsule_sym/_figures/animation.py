@@ -14,7 +14,9 @@ from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait
 from capsule_sym._figures.sizes import MOVING
 from capsule_sym._figures.style import Colours, field_colour, figure_style, new_figure
+from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
+from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Motion, arcs, cycle
 
 if TYPE_CHECKING:
@@ -34,14 +36,15 @@ def animate(
     colours: Colours = "safe",
     width: float = 6.0,
     dpi: float = 100.0,
+    device: PhysicalParameters | None = None,
 ) -> None:
     """Write a motion as a GIF or, where the program ffmpeg is installed, as an MP4.
 
     The capsule moves on the left, the state in the phase portrait on the right, over the last
-    `periods` of a run, or over the orbit. Raises InvalidInput for another ending, without ffmpeg
-    for an MP4, and for a path that cannot be written.
+    `periods` of a run, or over the orbit; in SI units with a `device`. Raises InvalidInput for
+    another ending, without ffmpeg for an MP4, and for a path that cannot be written.
     """
-    writer = _writer(path)
+    writer, units = _writer(path), Units(device)
     drawn = cycle(result) if periods is None else arcs(result, periods)
     time, x_r, v_r, x_c = (
         np.concatenate([getattr(arc, name) for arc in drawn])
@@ -58,8 +61,9 @@ def animate(
         left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
         right = figure.add_axes((0.66, 0.15, 0.32, 0.66))
         ground(left, -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max()))
-        plot_phase_portrait(result, right, periods=periods, colours=colours)
-        right.set(xlabel="$x_r$", ylabel="$v_r$")
+        plot_phase_portrait(result, right, periods=periods, colours=colours, device=device)
+        if device is None:
+            right.set(xlabel="$x_r$", ylabel="$v_r$")
         add_key(figure, field_handles(figure, colours))
         (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
         shown: list[Any] = []
@@ -72,7 +76,8 @@ def animate(
                     field = int(fields[np.searchsorted(time, instant, side="right") - 1])
                     frame = Frame(at, scale * here, scale * result.parameters.delta)
                     shown = draw_capsule(left, frame, field_colour(field, colours))
-                    dot.set_data([here], [float(np.interp(instant, time, v_r))])
+                    fast = float(np.interp(instant, time, v_r))
+                    dot.set_data([here * units.scale("x_r")], [fast * units.scale("v_r")])
                     writer.grab_frame()
         except CalledProcessError as error:
             allowed = f"writable by ffmpeg, which ended with status {error.returncode}"

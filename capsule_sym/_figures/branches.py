@@ -11,7 +11,6 @@ import numpy as np
 from capsule_sym._figures.layout import add_words
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
-    LABELS,
     STABLE,
     UNSTABLE,
     axes_for,
@@ -21,6 +20,8 @@ from capsule_sym._figures.style import (
     figure_style,
     mathematical,
 )
+from capsule_sym._figures.units import Units
+from capsule_sym._parameters import PhysicalParameters
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,18 +39,25 @@ _LEADER |= {"relpos": (0.5, 0.0), "shrinkA": 0, "shrinkB": 0}
 
 
 def plot_bifurcations(
-    record: Record, *, width: float = PAGE, axes: Sequence[Axes] | None = None
+    record: Record,
+    *,
+    width: float = PAGE,
+    axes: Sequence[Axes] | None = None,
+    device: PhysicalParameters | None = None,
 ) -> Figure:
     """Stroboscopic x_r and v_r and the average velocity along a branch, stable parts solid.
 
     A marker stands at every exact bifurcation point, its label above it, and below the key of
-    these. Drawn into three `axes`, without the labels, if they are given.
+    these. Drawn into three `axes`, without the labels, if they are given; in SI units with the
+    `device` whose excitation amplitude, frequency, gap, damping or second spring varies.
     """
+    units = Units(device)
+    record = in_units(record, units)
     with figure_style():
         figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
         for row, index, label in (
-            (rows[0], 0, "stroboscopic $x_r$"),
-            (rows[1], 1, "stroboscopic $v_r$"),
+            (rows[0], 0, units.label("x_r", "stroboscopic $x_r$", "strobed displacement")),
+            (rows[1], 1, units.label("v_r", "stroboscopic $v_r$", "strobed velocity")),
         ):
             for place in range(max(len(p["stroboscopic"]) for p in record["points"])):
                 _curve(record, row, lambda p, at=place, i=index: _strobe(p, at, i))
@@ -57,13 +65,13 @@ def plot_bifurcations(
             row.set_ylabel(label)
         _curve(record, rows[2], lambda p: p["average_velocity"])
         _markers(record, rows[2], lambda p: p["average_velocity"])
-        rows[2].set_ylabel(LABELS["velocity"])
-        rows[2].set_xlabel(LABELS[record["parameter"]])
+        rows[2].set_ylabel(units.label("velocity"))
+        rows[2].set_xlabel(units.label(record["parameter"]))
         rows[2].set_xlim(*_range(record))
         for row in rows:
             mark_bifurcations(record, row)
         if axes is None:
-            name_bifurcations(record, rows[0])
+            name_bifurcations(record, rows[0], units)
         return describe(figure, "Bifurcation diagram", **shared(record))
 
 
@@ -114,7 +122,26 @@ def mark_bifurcations(record: Record, axes: Axes) -> None:
         axes.axvline(one["value"], color="0.6", linewidth=0.5, zorder=0)
 
 
-def name_bifurcations(record: Record, axes: Axes) -> None:
+def in_units(record: Record, units: Units) -> Record:
+    """A branch in the units of a figure: values, stroboscopic states, velocities and energies."""
+    value, energy = units.scale(record["parameter"]), units.scale("work")
+    state = [units.scale(name) for name in ("x_r", "v_r", "v_c")]
+
+    def scaled(one: Record) -> Record:
+        known = {
+            "value": one["value"] * value,
+            "stroboscopic": (np.array(one["stroboscopic"]) * state).tolist(),
+            "average_velocity": one["average_velocity"] * units.scale("velocity"),
+        }
+        if one.get("energy"):
+            known["energy"] = {name: part * energy for name, part in one["energy"].items()}
+        return {**one, **known}
+
+    changed = {name: [scaled(one) for one in record[name]] for name in ("points", "bifurcations")}
+    return {**record, **changed}
+
+
+def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
     """The label of every bifurcation above the axes, led to its value; below, what it stands for.
 
     Where there are too many, neighbours have one label.
@@ -123,7 +150,8 @@ def name_bifurcations(record: Record, axes: Axes) -> None:
 
     found = sorted(record["bifurcations"], key=lambda one: one["value"])
     page = figure_of(axes)
-    add_words(page, [_title(one) for one in found])
+    unit = units.unit(record["parameter"])
+    add_words(page, [f"{_title(one)} {unit}".rstrip() for one in found])
     low, high = _range(record)
     wide = page.get_figwidth() - _BESIDE
     flat = len(found) * _ROOM <= wide

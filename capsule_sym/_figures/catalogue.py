@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from capsule_sym._figures.style import Colours
     from capsule_sym._map import Trajectory
-    from capsule_sym._parameters import Parameters
+    from capsule_sym._parameters import Parameters, PhysicalParameters
     from capsule_sym._study.arcs import Motion
     from capsule_sym._study.data import Store
 
@@ -32,7 +32,8 @@ class Study:
     """What a figure is made from: results kept in a store, of one system.
 
     `chosen` says that the system is the user's: else Figs. 2 to 5 show one whose lines lie apart,
-    and the guards are those at a larger amplitude. `width` is in inches.
+    and the guards are those at a larger amplitude. `width` is in inches. Of a `device` the figures
+    are in SI units, or say that they are not.
     """
 
     store: Store
@@ -40,6 +41,7 @@ class Study:
     colours: Colours = "safe"
     width: float = PAGE
     chosen: bool = False
+    device: PhysicalParameters | None = None
 
     @property
     def looks(self) -> dict[str, Any]:
@@ -132,34 +134,34 @@ def _around(study: Study, which: int, exactly: bool) -> Figure:
 def _bifurcations(study: Study) -> Figure:
     from capsule_sym._figures.branches import plot_bifurcations
 
-    return plot_bifurcations(study.branch(), width=study.width)
+    return plot_bifurcations(study.branch(), width=study.width, device=study.device)
 
 
 def _itineraries(study: Study) -> Figure:
     from capsule_sym._figures.evolution import plot_itineraries
 
     motions = study.motions(study.evenly(_SAMPLES))
-    return plot_itineraries(motions, study.branch(), **study.looks)
+    return plot_itineraries(motions, study.branch(), **study.looks, device=study.device)
 
 
 def _motion(study: Study) -> Figure:
     from capsule_sym._figures.portraits import plot_motion
 
     (found,) = study.store.motions([study.system])
-    return plot_motion(found, **study.looks)
+    return plot_motion(found, **study.looks, device=study.device)
 
 
 def _margins(study: Study) -> Figure:
     from capsule_sym._figures.guards import plot_margins
 
     (plot_motion,) = study.motions([study.system.alpha if study.chosen else 1.5])
-    return plot_margins(plot_motion, **study.looks)
+    return plot_margins(plot_motion, **study.looks, device=study.device)
 
 
 def _energies(study: Study) -> Figure:
     from capsule_sym._figures.energy import plot_energies
 
-    return plot_energies(study.branch(), width=study.width)
+    return plot_energies(study.branch(), width=study.width, device=study.device)
 
 
 def _chart(study: Study) -> Figure:
@@ -196,6 +198,20 @@ class Entry:
     caption: str
     by_gamma: bool
     make: Callable[[Study], Figure]
+    metric: bool = False
+    """Whether it is drawn in a device's units."""
+
+    def drawn(self, study: Study) -> Figure:
+        """The figure, with a word where a device's is dimensionless."""
+        figure = self.make(study)
+        if study.device is not None and not self.metric:
+            from capsule_sym._figures.layout import add_words
+            from capsule_sym._figures.style import figure_style
+            from capsule_sym._figures.units import DIMENSIONLESS
+
+            with figure_style():
+                add_words(figure, [DIMENSIONLESS])
+        return figure
 
     @property
     def alt(self) -> str:
@@ -217,6 +233,7 @@ FIGURES = {
         "spring k_2.",
         False,
         _fig1,
+        metric=True,
     ),
     "fig2": Entry(
         "Fig. 2: state space",
@@ -287,24 +304,28 @@ FIGURES = {
         "The steady motion from rest: mass dashed, capsule solid.",
         True,
         _motion,
+        metric=True,
     ),
     "bifurcations": Entry(
         "Bifurcation diagram",
         "The branch of periodic orbits through the case study, with its exact bifurcations.",
         True,
         _bifurcations,
+        metric=True,
     ),
     "itineraries": Entry(
         "Which field acts when",
         "One column is one period of the steady motion, from phase 0 upwards.",
         True,
         _itineraries,
+        metric=True,
     ),
     "energies": Entry(
         "Where the work of a period goes",
         "What damper and friction take is stacked; it meets the work of the drive.",
         True,
         _energies,
+        metric=True,
     ),
     "chart": Entry(
         "Motions over amplitude and mass ratio",
@@ -319,6 +340,7 @@ FIGURES = {
         "where the quantity is no guard of the acting field.",
         True,
         _margins,
+        metric=True,
     ),
     "work-precision": Entry(
         "Work against precision",

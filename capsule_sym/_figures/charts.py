@@ -12,7 +12,6 @@ from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
-    LABELS,
     NOT_PERIODIC,
     OTHER_CURVE,
     REGIONS,
@@ -22,6 +21,7 @@ from capsule_sym._figures.style import (
     figure_style,
     readable,
 )
+from capsule_sym._figures.units import named
 from capsule_sym._study.regions import Array, Curve, Plane, Region, by_cells
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ def draw_regions(
         alone = axes is None
         figure, axes = axes_for(axes, width, 4.2)
         axes.set(xlim=plane.x, ylim=plane.y)
-        axes.set_xlabel(LABELS.get(plane.first, plane.first))
-        axes.set_ylabel(LABELS.get(plane.second, plane.second))
+        axes.set_xlabel(named(plane.first))
+        axes.set_ylabel(named(plane.second))
         _fill(axes, regions)
         for level in levels:
             axes.axhline(level, color="0.2", linewidth=0.5, linestyle=(0, (6, 4)))

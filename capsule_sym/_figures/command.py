@@ -94,17 +94,17 @@ def figure(
 
     moving = name == "motion" and out.suffix.lower() in MOVING
     wide = _check_picture(out.with_suffix(".png") if moving else out, width, dpi)
-    system, _ = chosen_parameters(file, dimensionless)
+    system, device = chosen_parameters(file, dimensionless)
     chosen = file is not None or any(value is not None for value in dimensionless.values())
     with tracking() as track:
-        study = Study(Store(track), system, colours, wide, chosen)
+        study = Study(Store(track), system, colours, wide, chosen, device)
         if moving:
             from capsule_sym._figures.animation import animate
 
             (motion,) = study.store.motions([system])
-            animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0)
+            animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0, device=device)
         else:
-            save_figure(describe(FIGURES[name].make(study), FIGURES[name].title), out, dpi=dpi)
+            save_figure(describe(FIGURES[name].drawn(study), FIGURES[name].title), out, dpi=dpi)
     tell_written(out, as_json=as_json, figure=name)
 
 

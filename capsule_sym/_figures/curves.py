@@ -11,13 +11,13 @@ from capsule_sym._figures.layout import add_key, add_words
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
-    LABELS,
     OTHER_CURVE,
     axes_for,
     describe,
     draw_points,
     figure_style,
 )
+from capsule_sym._figures.units import named, said
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,15 +54,16 @@ def plot_curves(
                 places.setdefault(place, " and ".join(dict.fromkeys(one["types"])))
         draw_points(axes, [x for x, _ in places], [y for _, y in places], "_nolegend_")
         axes.margins(x=0.04, y=0.1)
-        axes.set_xlabel(LABELS.get(first) or first)
-        axes.set_ylabel(LABELS.get(second) or second)
+        axes.set_xlabel(named(first))
+        axes.set_ylabel(named(second))
         stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
         if alone:
             add_key(figure, axes.get_legend_handles_labels()[0])
             kinds: dict[str, list[str]] = {}
             for place, text in places.items():
                 kinds.setdefault(text, []).append(stand[place])
-            add_words(figure, [f"{', '.join(own)}  {text}" for text, own in kinds.items()])
+            words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
+            add_words(figure, [*words, said(first, second)])
         names = Names(figure)
         for place, label in stand.items():
             names.beside(axes, [place], label, fontsize=6)

@@ -60,7 +60,8 @@ ALTERNATIVES = {
     "bifurcations": (
         "Three curves over the excitation amplitude from 0 to 2, all solid: stroboscopic relative "
         "displacement and velocity, which rise, and the average velocity, 0 up to 0.37 and then "
-        "rising to 0.25. Eight circles mark the bifurcations that are named above."
+        "rising to 0.25. Eight circles mark the bifurcations, labelled above, with a "
+        "key below."
     ),
     "itineraries": (
         "Coloured bands over the excitation amplitude, one for each field that acts, upwards by "

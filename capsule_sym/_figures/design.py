@@ -50,8 +50,8 @@ def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -
         figure, axes = axes_for(axes, width, 0.6 * width)
         axes.plot(front.costs, front.values, "-", color=STABLE)
         kinds = {
-            "optimal": ("o", STABLE, "optimum within the ranges"),
-            "optimal-at-border": ("s", UNSTABLE, "optimum at the border of a range"),
+            "optimal": ("o", STABLE, "optimum"),
+            "optimal-at-border": ("s", UNSTABLE, "optimum at the border of two itineraries"),
         }
         for status in dict.fromkeys(str(point.status) for point in front.points):
             chosen = [str(point.status) == status for point in front.points]

@@ -19,6 +19,7 @@ from capsule_sym._figures.style import (
     draw_points,
     figure_style,
 )
+from capsule_sym._figures.units import named, said
 from capsule_sym._study.data import orbit_of, strobe
 
 if TYPE_CHECKING:
@@ -68,12 +69,12 @@ def plot_diagram(
             if stable in drawn:
                 axes.plot([], [], style, color="0.4", label=name)
         axes.margins(x=0.04, y=0.1)
-        axes.set_xlabel(LABELS.get(parameters[0]) or parameters[0])
+        axes.set_xlabel(named(parameters[0]))
         label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
         axes.set_ylabel(label)
         if alone:
             add_key(figure, axes.get_legend_handles_labels()[0])
-            add_words(figure, _kinds(branches))
+            add_words(figure, [*_kinds(branches), said(*parameters)])
         names = Names(figure)
         for branch, colour in zip(branches, colours, strict=True):
             _labels(axes, branch, quantity, colour, names)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.branches import Record, name_bifurcations
+from capsule_sym._figures.branches import Record, in_units, name_bifurcations
 from capsule_sym._figures.layout import NARROW, add_key, fit_view
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
@@ -23,6 +23,8 @@ from capsule_sym._figures.style import (
     field_colour,
     figure_style,
 )
+from capsule_sym._figures.units import Units
+from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 
 if TYPE_CHECKING:
@@ -87,17 +89,20 @@ def plot_itineraries(
     colours: Colours = "safe",
     width: float = PAGE,
     axes: Axes | None = None,
+    device: PhysicalParameters | None = None,
 ) -> Figure:
     """Which field acts when, against alpha, with the exact bifurcations of a branch named.
 
-    Drawn into `axes`, without the names, if they are given.
+    Drawn into `axes`, without the names, if they are given; with a `device` over its amplitude.
     """
     from matplotlib.patches import Patch
 
     with figure_style():
         alone = axes is None
         figure, axes = axes_for(axes, width, 2.9)
-        draw_itineraries(motions, axes, colours)
+        units = Units(device)
+        record = in_units(record, units)
+        draw_itineraries(motions, axes, colours, units)
         for one in record["bifurcations"]:
             axes.axvline(one["value"], color="white", linewidth=0.6)
         if alone:
@@ -105,11 +110,13 @@ def plot_itineraries(
             if not all(map(is_periodic, motions)):
                 handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
             add_key(figure, handles)
-            name_bifurcations(record, axes)
+            name_bifurcations(record, axes, units)
         return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
-def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "safe") -> None:
+def draw_itineraries(
+    motions: Sequence[Motion], axes: Axes, colours: Colours = "safe", units: Units | None = None
+) -> None:
     """A column for each motion: the phase of the excitation upwards, alpha to the right.
 
     All are drawn over the excitation periods of the longest motion; the column of a run that does
@@ -118,7 +125,8 @@ def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "
     from matplotlib.collections import PolyCollection
 
     motions = sorted(motions, key=lambda m: m.parameters.alpha)
-    alphas = np.array([m.parameters.alpha for m in motions])
+    units = units or Units()
+    alphas = units.scale("alpha") * np.array([m.parameters.alpha for m in motions])
     edges = column_edges(alphas)
     bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in range(1, 7)}
     cycles = [cycle(motion) if is_periodic(motion) else [] for motion in motions]
@@ -134,5 +142,5 @@ def draw_itineraries(motions: Sequence[Motion], axes: Axes, colours: Colours = "
         colour = field_colour(field, colours)
         axes.add_collection(PolyCollection(corners, color=colour, label=f"F{field}", **SEAMLESS))
     axes.set(xlim=(alphas[0], alphas[-1]), ylim=(0, longest))
-    axes.set_xlabel(LABELS["alpha"])
+    axes.set_xlabel(units.label("alpha"))
     axes.set_ylabel(r"phase $\omega\tau/2\pi$")

@@ -93,6 +93,8 @@ def _size(legend: Legend) -> tuple[float, float]:
 
 
 def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
     from capsule_sym._figures.shown import Shown
 
     whole = figure_of(page)
@@ -102,7 +104,7 @@ def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
         share = high / (high + inches)
     else:
         share = max(0.1, 1 - inches / high)
-    if whole.get_layout_engine() is not None:
+    if isinstance(whole.get_layout_engine(), ConstrainedLayoutEngine):
         return
     for axes in page.axes:
         at = axes.get_position(original=True)

@@ -19,8 +19,9 @@ from capsule_sym._figures.style import (
     figure_style,
     mathematical,
 )
+from capsule_sym._figures.units import Units
 from capsule_sym._map.segments import MODES
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, is_periodic
 from capsule_sym._study.boundaries import lines
 
@@ -33,14 +34,20 @@ _MARGIN = 0.08  # of the range of a curve, left free around it
 
 
 def plot_displacements(
-    result: Motion, axes: Axes, *, periods: int = 3, colours: Colours = "safe"
+    result: Motion,
+    axes: Axes,
+    *,
+    periods: int = 3,
+    colours: Colours = "safe",
+    device: PhysicalParameters | None = None,
 ) -> None:
     """Displacements of mass (dashed) and capsule (solid) against time (Fig. 7, left).
 
     Draws the last `periods` of a run or one period of an orbit; time and x_c count from the
-    beginning.
+    beginning. In SI units with the `device` whose motion it is.
     """
-    drawn = arcs(result, periods)
+    units = Units(device)
+    drawn = [units.arc(arc) for arc in arcs(result, periods)]
     begin, origin = drawn[0].time[0], drawn[0].x_c[0]
     for arc in drawn:
         colour = field_colour(arc.field, colours)
@@ -49,27 +56,34 @@ def plot_displacements(
         axes.plot(arc.time - begin, x_c + arc.x_r, "--", dashes=(2.5, 1.2), **looks)
         axes.plot(arc.time - begin, x_c, "-", **looks)
     axes.set_xlim(0, drawn[-1].time[-1] - begin)
-    axes.set_xlabel(LABELS["time"])
-    axes.set_ylabel(LABELS["x"])
+    axes.set_xlabel(units.label("time"))
+    axes.set_ylabel(units.label("x_c", LABELS["x"]))
 
 
 def plot_phase_portrait(
-    result: Motion, axes: Axes, *, periods: int | None = None, colours: Colours = "safe"
+    result: Motion,
+    axes: Axes,
+    *,
+    periods: int | None = None,
+    colours: Colours = "safe",
+    device: PhysicalParameters | None = None,
 ) -> None:
     """The orbit in (x_r, v_r) with the boundary lines that cross the view (Fig. 7, right).
 
     Of a run its last `periods`; if not given, those of its steady motion. Thin where it does not
-    end in one.
+    end in one. In SI units with the `device` whose motion it is.
     """
-    drawn = cycle(result) if periods is None else arcs(result, periods)
+    units = Units(device)
+    shown = cycle(result) if periods is None else arcs(result, periods)
+    drawn = [units.arc(arc) for arc in shown]
     for arc in drawn:
         looks: dict[str, Any] = {"label": f"_F{arc.field}", "zorder": 3}
         looks["linewidth"] = 1.1 if is_periodic(result) else 0.4
         axes.plot(arc.x_r, arc.v_r, "-", color=field_colour(arc.field, colours), **looks)
     _frame(axes, drawn)
-    draw_lines(result.parameters, axes)
-    axes.set_xlabel(LABELS["x_r"])
-    axes.set_ylabel(LABELS["v_r"])
+    draw_lines(result.parameters, axes, units)
+    axes.set_xlabel(units.label("x_r"))
+    axes.set_ylabel(units.label("v_r"))
 
 
 def _frame(axes: Axes, drawn: list[Arc]) -> None:
@@ -89,17 +103,18 @@ def plot_motion(
     colours: Colours = "safe",
     width: float = PAGE,
     axes: Sequence[Axes] | None = None,
+    device: PhysicalParameters | None = None,
 ) -> Figure:
     """Displacements and phase portrait side by side: a run's last periods, or an orbit.
 
     The portrait is that of the steady motion at the run's end; the legend says if it is none.
-    Drawn into two `axes` if they are given.
+    Drawn into two `axes` if they are given, and in SI units with the `device` whose motion it is.
     """
     with figure_style():
         side = across(width, 2.4, 2)
         figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)
-        plot_displacements(result, left, periods=periods, colours=colours)
-        plot_phase_portrait(result, right, colours=colours)
+        plot_displacements(result, left, periods=periods, colours=colours, device=device)
+        plot_phase_portrait(result, right, colours=colours, device=device)
         if axes is None:
             handles = field_handles(figure, colours) + boundary_handles(figure)
             add_key(figure, handles + unsettled_handles([result]))
@@ -156,11 +171,15 @@ def boundary_handles(figure: Figure) -> list[Line2D]:
     ]
 
 
-def draw_lines(parameters: Parameters, axes: Axes) -> None:
+def draw_lines(parameters: Parameters, axes: Axes, units: Units) -> None:
     """Draw the lines of P1 = 0 over the present view of axes in (x_r, v_r), and name them."""
     x_r, v_r = axes.get_xlim(), axes.get_ylim()
-    for name, line in lines(parameters, x_r, v_r).items():
+    long, fast = units.scale("x_r"), units.scale("v_r")
+    view = (x_r[0] / long, x_r[1] / long), (v_r[0] / fast, v_r[1] / fast)
+    for name, line in lines(parameters, *view).items():
         style, colour = LOOKS[name]
-        axes.plot(*line.T, style, color=colour, linewidth=0.6, zorder=1, label=name)
+        axes.plot(
+            *(line * (long, fast)).T, style, color=colour, linewidth=0.6, zorder=1, label=name
+        )
     axes.set_xlim(x_r)
     axes.set_ylim(v_r)

@@ -19,6 +19,7 @@ from capsule_sym._figures.style import (
     describe,
     figure_style,
 )
+from capsule_sym._figures.units import named
 from capsule_sym._sweeps import itineraries
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+_SAME_UNIT = {"x_r": "progression", "v_r": "velocity", "v_c": "velocity"}
 
 
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
@@ -49,20 +51,21 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
     for place, code in enumerate(order):
         rank[codes.values == code] = place
     colours = [REGIONS[place % len(REGIONS)] for place in range(max(1, len(order)))]
+    (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
     with figure_style():
         alone = axes is None
         figure, axes = axes_for(axes, width, 0.62 * width)
         axes.pcolormesh(
-            results[first].values,
-            results[second].values,
+            x,
+            y,
             np.ma.masked_less(rank.T, 0),
             cmap=ListedColormap(colours),
             norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
             shading="nearest",
             rasterized=True,
         )
-        axes.set_xlabel(LABELS.get(first, first))
-        axes.set_ylabel(LABELS.get(second, second))
+        axes.set_xlabel(x_label)
+        axes.set_ylabel(y_label)
         if alone:
             handles = [
                 Patch(facecolor=colours[place], label=_name(results, code))
@@ -72,6 +75,15 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
                 handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
             add_key(figure, handles)
         return describe(figure, "Basins of attraction", axes=[first, second])
+
+
+def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:
+    """Values and label along an axis, of a start in SI units where the sweep is a device's."""
+    attributes = results[_SAME_UNIT[name]].attrs if _SAME_UNIT.get(name) in results else {}
+    values = results[name].values * attributes.get("si_scale", 1.0)
+    if "si_units" not in attributes:
+        return values, named(name)
+    return values, f"{LABELS[name].partition(' $')[0]} ({attributes['si_units']})"
 
 
 def _name(results: xr.Dataset, code: int) -> str:
@@ -93,6 +105,8 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     """
     speed, cost = speed_and_cost(results)
     front = non_dominated(speed, cost)
+    of_device = results["velocity"].attrs
+    speed, unit = speed * of_device.get("si_scale", 1.0), of_device.get("si_units", "")
     with figure_style():
         figure, axes = axes_for(axes, width, 0.6 * width)
         axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
@@ -102,7 +116,7 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
         )  # fmt: skip
         axes.set_xscale("log")
         axes.set_xlabel(r"cost of transport $W/(f_b\,|\Delta x_c|)$")
-        axes.set_ylabel(r"speed $|\langle v_c\rangle|$")
+        axes.set_ylabel(f"speed ({unit})" if unit else r"speed $|\langle v_c\rangle|$")
         axes.legend(loc="lower right")
         return describe(figure, "Pareto front of speed and cost of transport")
 

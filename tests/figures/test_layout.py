@@ -142,8 +142,8 @@ def test_statuses_are_told_in_words() -> None:
     (axes,) = plot_front(drive()).axes
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     assert shown == [
-        "optimum within the ranges",
-        "optimum at the border of a range",
+        "optimum",
+        "optimum at the border of two itineraries",
         "not proved an optimum",
     ]
 

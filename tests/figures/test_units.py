@@ -1,0 +1,145 @@
+"""Figures of a device: in SI units throughout, or with a word that they are dimensionless."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule_sym import (
+    PhysicalParameters,
+    plot_basin,
+    plot_bifurcations,
+    plot_chart,
+    plot_energies,
+    plot_itineraries,
+    plot_margins,
+    plot_motion,
+    plot_pareto,
+    simulate,
+)
+from capsule_sym._figures.catalogue import FIGURES, Study
+from capsule_sym._figures.curves import plot_curves
+from capsule_sym._study.data import Store
+from tests.figures.layout import problems
+from tests.figures.test_branches import SMALL
+from tests.figures.test_layout import crowd, swept
+
+DEVICE = PhysicalParameters(
+    M_m=0.02, M_c=0.05, k1=40.0, k2=60.0, c=0.05, G=0.0004, P_d=0.12, Omega=36.0, mu=0.2
+)
+FORCE = 0.2 * (0.02 + 0.05) * 9.81  # N
+LENGTH = FORCE / 40.0  # m
+RATE = math.sqrt(40.0 / 0.02)  # 1/s
+
+
+@pytest.fixture(scope="module")
+def run():
+    return simulate(DEVICE.dimensionless(), periods=64)
+
+
+def test_a_motion_is_in_seconds_and_millimetres(run) -> None:
+    left, right = plot_motion(run, device=DEVICE).axes
+    assert (left.get_xlabel(), left.get_ylabel()) == ("time (s)", "displacements (mm)")
+    assert right.get_xlabel() == "relative displacement (mm)"
+    assert right.get_ylabel() == "relative velocity (m/s)"
+    time, way = left.lines[-1].get_data()
+    assert time[-1] == pytest.approx(3 * 2 * math.pi / 36.0)
+    assert way[-1] == pytest.approx(3 * run.steady().progression * LENGTH * 1e3)
+    state = np.array(run.final[1])
+    drawn = np.concatenate([line.get_xydata() for line in right.lines if line.get_zorder() == 3])
+    ends = state[:2] * (LENGTH * 1e3, LENGTH * RATE)
+    assert np.abs(drawn - ends).min(axis=0) == pytest.approx((0, 0), abs=1e-9)
+    (wall,) = {line.get_xdata()[0] for line in right.lines if line.get_label() in ("L6", "L7")}
+    assert wall == pytest.approx(0.4)  # the gap in mm
+
+
+def test_guards_are_in_si_units(run) -> None:
+    bar, gap, velocity, force = plot_margins(run, device=DEVICE).axes
+    labels = [axes.get_ylabel() for axes in (gap, velocity, force)]
+    assert labels == ["gap (mm)", "capsule velocity (m/s)", "force (N)"]
+    bounds = [line.get_ydata()[0] for line in force.lines if line.get_linestyle() == "--"]
+    assert bounds == pytest.approx([FORCE, -FORCE])
+    assert len(bar.texts) >= 2
+    x_r = np.concatenate([line.get_ydata() for line in gap.lines if line.get_linestyle() == "-"])
+    assert x_r[-1] == pytest.approx(float(run.final[1][0]) * LENGTH * 1e3 - 0.4)
+
+
+def test_branches_are_in_si_units() -> None:
+    plain = {**SMALL, "parameter": "alpha"}
+    figure = plot_bifurcations(plain, device=DEVICE)
+    x_r, v_r, velocity = figure.axes
+    assert velocity.get_xlabel() == "excitation amplitude (N)"
+    assert x_r.get_ylabel() == "strobed displacement (mm)"
+    assert velocity.get_xlim() == pytest.approx((FORCE * 1.0, FORCE * 1.3))
+    assert x_r.lines[0].get_ydata()[0] == pytest.approx(0.1 * LENGTH * 1e3)
+    assert v_r.lines[0].get_ydata()[0] == pytest.approx(0.2 * LENGTH * RATE)
+    assert velocity.lines[0].get_ydata()[0] == pytest.approx(0.5 * LENGTH * RATE)
+    key = figure.legends[0].get_texts()[1].get_text()
+    assert key == f"LP1  fold, {1.16 * FORCE:.6f} N"
+    upper, _ = plot_energies(plain, device=DEVICE).axes
+    assert upper.get_ylabel() == "energy per period (mJ)"
+    (work,) = [line for line in upper.lines if line.get_label() == "work of the drive"]
+    assert work.get_ydata()[0] == pytest.approx(3.0 * FORCE * LENGTH * 1e3)
+
+
+def test_itineraries_are_over_the_force(run) -> None:
+    other = simulate(DEVICE.dimensionless().replace(alpha=1.0), periods=64)
+    record = {**SMALL, "parameter": "alpha"}
+    axes = plot_itineraries([run, other], record, device=DEVICE).axes[0]
+    assert axes.get_xlim() == pytest.approx((0.12, FORCE))
+    assert axes.get_xlabel() == "excitation amplitude (N)"
+    assert axes.lines[0].get_xdata()[0] == pytest.approx(1.15 * FORCE)
+
+
+def test_another_figure_of_a_device_says_that_it_is_dimensionless(store: Store) -> None:
+    study = Study(store, DEVICE.dimensionless(), chosen=True, device=DEVICE)
+    figure = FIGURES["fig3"].drawn(study)
+    words = [text.get_text() for key in figure.legends for text in key.get_texts()]
+    assert "all quantities are dimensionless" in words
+    assert len({text.get_fontsize() for key in figure.legends for text in key.get_texts()}) == 1
+    assert problems(figure) == []
+    plain = FIGURES["fig3"].drawn(Study(store, DEVICE.dimensionless(), chosen=True))
+    assert len(plain.legends) == 1
+    curves = plot_curves(crowd())
+    assert curves.legends[1].get_texts()[-1].get_text() == "all quantities are dimensionless"
+
+
+def test_sweeps_of_a_device_are_in_si_units() -> None:
+    results = swept()
+    results["velocity"].attrs = {"si_units": "m/s", "si_scale": 0.5}
+    results["progression"] = results["velocity"].assign_attrs(si_units="m", si_scale=0.25)
+    axes = plot_pareto(results).axes[0]
+    assert axes.get_ylabel() == "speed (m/s)"
+    assert set(axes.lines[0].get_ydata()) == {0.5}
+    starts = results.rename(alpha="x_r", gamma="v_r")
+    (basin,) = plot_basin(starts).axes
+    assert basin.get_xlabel() == "relative displacement (m)"
+    assert basin.get_ylabel() == "relative velocity (m/s)"
+    assert basin.get_xlim() == pytest.approx((-0.25 / 23, 0.5 + 0.25 / 23))
+    (chart,) = plot_chart(results.rename(alpha="P_d", gamma="Omega")).axes
+    assert (chart.get_xlabel(), chart.get_ylabel()) == ("$P_d$ (N)", r"$\Omega$ (rad/s)")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("width", [3.35, 7.0])
+@pytest.mark.parametrize("name", [name for name in FIGURES if name != "work-precision"])
+def test_every_text_of_a_devices_figure_can_be_read(name: str, width: float, store: Store) -> None:
+    study = Study(store, DEVICE.dimensionless(), width=width, chosen=True, device=DEVICE)
+    assert problems(FIGURES[name].drawn(study)) == []
+
+
+def test_the_command_takes_the_device_of_its_file(tmp_path: Path) -> None:
+    from tests.figures.test_command import run_here
+
+    lines = [f"{name} = {value}" for name, value in asdict(DEVICE).items()]
+    (tmp_path / "device.toml").write_text("\n".join(lines))
+    arguments = ["figure", "motion", "--params", "device.toml", "--out", "motion.svg"]
+    assert run_here(*arguments, cwd=tmp_path).returncode == 0
+    # Texts are paths, under comments that tell them.
+    told = re.findall(r"<!-- (.*?) -->", (tmp_path / "motion.svg").read_text(encoding="utf-8"))
+    assert "displacements (mm)" in told
