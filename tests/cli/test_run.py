@@ -234,14 +234,14 @@ def test_a_run_stops_at_its_time_limit_with_what_it_found(inside) -> None:
     record = json.loads(done.stdout)
     assert record["stopped"] == "at its time limit"
     assert record["segments"]
-    assert "[default: 120.0]" in " ".join(inside("run", "--help").stdout.split())
+    assert "[default: 120.0; x>0]" in " ".join(inside("run", "--help").stdout.split())
 
 
 @pytest.mark.parametrize("seconds", ["0", "-1", "nan"])
 def test_a_time_limit_that_is_none_is_refused(inside, seconds: str) -> None:
     done = inside("run", "--max-seconds", seconds)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("error: max_seconds = ")
+    assert "is not in the range x>0" in done.stderr
 
 
 def test_a_run_in_a_terminal_shows_its_progress_and_can_be_interrupted() -> None:

@@ -120,7 +120,7 @@ def test_a_file_gives_the_sweep_that_it_describes(tmp_path: Path) -> None:
         ("omega = 0.9", "omega = -1", "omega = -1.0"),
         ("v_r = 0.25", "v_x = 0.25", "start = 'v_x'"),
         ("count = 4", "number = 4", "alpha = 'number'"),
-        ("count = 4, ", "", "with from, to, count"),
+        ("count = 4, ", "", "a table with count too"),
         ('"log"', '"cubic"', "spacing = 'cubic'"),
         ("from = 0.1", "from = 0", "logarithmic"),
         ("[0.02, 0.03]", "[0.02, inf]", "delta = inf"),
