@@ -199,7 +199,11 @@ def endings(trajectory: Trajectory) -> Iterator[Ending]:
     if drift(last.field) == 0 and not last.target and float(last.duration) > period:
         change = float(abs(marks[-1] - marks[0]).max()) if len(marks) > 1 else float("inf")
         yield Ending(Itinerary.of((last.field,)), [*marks[-1].tolist(), 0.0, period], change)
-    segments = [s for s in trajectory.segments if s.target]
+    # Those of the most periods that are looked at, and as many before.
+    count, earliest = 1, last.start.period - LONGEST
+    while count < len(trajectory.segments) and trajectory.segments[-count].start.period >= earliest:
+        count += 1
+    segments = [s for s in trajectory.segments[-2 * count :] if s.target]
     if not segments:
         return
     times = np.array([s.start.period * period + float(s.start.phase) for s in segments])
