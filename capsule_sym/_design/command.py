@@ -14,6 +14,7 @@ from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._options import (
     Range,
+    check_beside,
     chosen_parameters,
     json_option,
     make_console,
@@ -89,12 +90,21 @@ _seed_option = click.option(
 )
 
 
+def shares_of(tolerances: Sequence[tuple[str, float]]) -> dict[str, float]:
+    """The tolerances by name; raises InvalidInput for a name that is there twice."""
+    return _by_name("--tolerance", tolerances)
+
+
+def _by_name(option: str, given: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(given)
+    if len(found) < len(given):
+        raise InvalidInput(option, [name for name, _ in given], "different parameters")
+    return found
+
+
 def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     """The ranges by name; raises InvalidInput for a name that is there twice."""
-    found = dict(over)
-    if len(found) < len(over):
-        raise InvalidInput("--over", [name for name, _ in over], "different parameters")
-    return found
+    return _by_name("--over", over)
 
 
 @click.command("optimise")
@@ -108,7 +118,8 @@ def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 @click.option(
     "--points",
     type=click.IntRange(*POINTS),
-    show_default="50",
+    default=50,
+    show_default=True,
     help="Points of the front of --pareto.",
 )
 @tolerance_option
@@ -126,7 +137,7 @@ def optimise(
     subject_to: tuple[str, ...],
     margin: float | None,
     against: str | None,
-    points: int | None,
+    points: int,
     tolerances: tuple[tuple[str, float], ...],
     state: tuple[float, float, float],
     samples: int,
@@ -150,8 +161,10 @@ def optimise(
     from capsule_sym._design.optimum import OptimumStatus
     from capsule_sym._design.pareto import Front, pareto
 
+    check_beside("maximise", never=("minimise",))
+    check_beside("points", needs=("against",))
     metric = maximise if maximise is not None else minimise
-    if metric is None or (maximise is not None and minimise is not None):
+    if metric is None:
         raise InvalidInput("metric", None, "given by --maximise or by --minimise")
     parameters, device = chosen_parameters(file, dimensionless)
     asked: dict[str, Any] = {
@@ -159,7 +172,7 @@ def optimise(
         "subject_to": subject_to,
         "margin": margin,
         "starts": (state,),
-        "tolerances": dict(tolerances),
+        "tolerances": shares_of(tolerances),
         "samples": samples,
         "seed": seed,
         "max_seconds": max_seconds,
@@ -167,12 +180,10 @@ def optimise(
     system = device or parameters
     found: Optimum | Front
     if against is None:
-        if points is not None:
-            raise InvalidInput("--points", points, "absent without --pareto")
         with telling("Optimising") as progress:
             found = find(metric, bounds_of(over), system, progress=progress, **asked)
     else:
-        asked |= {} if points is None else {"points": points}
+        asked["points"] = points
         with telling("Optimising") as progress:
             found = pareto(metric, against, bounds_of(over), system, progress=progress, **asked)
     if found.status is OptimumStatus.INFEASIBLE:
@@ -263,7 +274,8 @@ def steer(
 @click.option(
     "--seed",
     type=click.IntRange(*SEED),
-    show_default="0",
+    default=0,
+    show_default=True,
     help="Decides the guesses of --starts.",
 )
 @click.option("--intervals", is_flag=True, help="Profile intervals of 95 %, by fits anew.")
@@ -278,7 +290,7 @@ def fit(
     phase: float,
     loss: str,
     starts: int,
-    seed: int | None,
+    seed: int,
     intervals: bool,
     max_seconds: float,
     out: Path | None,
@@ -300,8 +312,7 @@ def fit(
     parameters, device = chosen_parameters(file, dimensionless)
     if not unknown:
         raise InvalidInput("--unknown", None, "given, once for each that is fitted")
-    if seed is not None and not starts:
-        raise InvalidInput("--seed", seed, "absent without --starts")
+    check_beside("seed", needs=("starts",))
     with telling("Fitting") as progress:
         watch = Watch(checked_seconds(max_seconds))
         found = find(
@@ -313,7 +324,7 @@ def fit(
             bounds={name: ends for name, ends in unknown if ends is not None},
             loss=loss,
             starts=starts,
-            seed=seed or 0,
+            seed=seed,
             max_seconds=max_seconds,
             progress=progress,
         )

@@ -153,6 +153,12 @@ class Optimiser:
         if chosen and (place := Search(self.program).begin(chosen[0])) is not None:
             # A few cells may vary less than the objective does.
             slope = abs(Search(self.program).by_u(place.objective_by)).max()
+            if not slope and np.ptp(found.worst[known]) == 0.0:
+                told = f"{self.name} is {abs(found.worst[known[0]]):g}"
+                self.flat = (
+                    f"{told} at each of {len(known)} surveyed places, and nothing changes it"
+                )
+                return []
             self.program = replace(self.program, unit=self.program.unit * max(1.0, float(slope)))
         return chosen
 

@@ -243,10 +243,10 @@ def _steered(
     breaks: list[Break] = []
     straight: Sequence[Branch] = ()
     for corner in (None, *_corners(forward, backward, bounds)):
-        if watch.over:
-            message = f"the time is over, and {len(breaks)} paths that were tried are broken"
-            return ended(SteeringStatus.TIME_LIMIT, message, (), breaks, straight)
-        branches, broken = _along(forward, backward, corner, points)
+        branches, broken = _along(forward, backward, corner, points, watch)
+        if broken is not None and watch.over:
+            message = f"the time is over: of the paths that were tried {len(breaks)} are broken"
+            return ended(SteeringStatus.TIME_LIMIT, message, (), breaks, straight or branches)
         if broken is None:
             path = [forward.over, *([corner] if corner else []), backward.over]
             message = "a path of stable orbits leads from one drive to the other"
@@ -276,12 +276,14 @@ def _corners(
 
 
 def _along(
-    forward: Optimum, backward: Optimum, corner: Drive | None, points: int
+    forward: Optimum, backward: Optimum, corner: Drive | None, points: int, watch: Watch
 ) -> tuple[list[Branch], Break | None]:
-    """The orbits along a path, and where it is broken."""
+    """The orbits along a path, and where it is broken, or was left when the time was over."""
     orbit, system, branches = forward.orbits[0], forward.system, list[Branch]()
     for target in ([corner] if corner else []) + [backward.over]:
-        branch = _stretch(orbit, _parameters(system, target), points)
+        branch = _stretch(orbit, _parameters(system, target), points, watch.left)
+        if watch.over:
+            return branches, Break(corner, forward.over, "the time is over")
         if branch is None:  # the corner is where the stretch begins
             continue
         branches.append(branch)
@@ -302,7 +304,7 @@ def _parameters(system: System, drive: Drive) -> Parameters:
     return replace(system, **drive).dimensionless()
 
 
-def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:
+def _stretch(orbit: Orbit, target: Parameters, points: int, seconds: float) -> Branch | None:
     """The branch along a straight line of parameters from an orbit's."""
     begin = orbit.parameters.to_dict()
     ends = {
@@ -313,7 +315,7 @@ def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:
     if not ends:
         return None
     ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
-    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
+    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties, max_seconds=seconds)
 
 
 def _broken(branch: Branch) -> tuple[Parameters, str] | None:

@@ -15,6 +15,7 @@ from capsule_sym._design.command import (
     margin_option,
     over_option,
     print_steering,
+    shares_of,
     subject_option,
     table_of,
     telling,
@@ -107,7 +108,7 @@ def design(
             "most economical": optimise("speed_per_work", bounds, system, **asked("Economical")),
         }
         if tolerances:
-            robust = {"tolerances": dict(tolerances), **asked("Robust")}
+            robust = {"tolerances": shares_of(tolerances), **asked("Robust")}
             found["most robust"] = optimise("speed", bounds, system, **robust)
     for one in found.values():
         if one.status is OptimumStatus.INFEASIBLE:

@@ -227,7 +227,7 @@ def test_options_have_the_ranges_of_the_functions(call) -> None:
 OPTIMISE = ("optimise", "--maximise", "speed", "--samples", "2")
 REFUSED = {
     "no metric": (("optimise", "--over", "alpha=1:2"), "metric"),
-    "two metrics": (("optimise", "--maximise", "speed", "--minimise", "work"), "metric"),
+    "two metrics": (("optimise", "--maximise", "speed", "--minimise", "work"), "--minimise"),
     "nothing varies": (OPTIMISE, "over"),
     "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "metric"),
     "empty bounds": ((*OPTIMISE, "--over", "alpha=2:1"), "bounds of alpha"),
@@ -235,6 +235,10 @@ REFUSED = {
     "points of no front": ((*OPTIMISE, "--over", "alpha=1:2", "--points", "5"), "--points"),
     "a seed of no draw": (("fit", "data.csv", "--unknown", "alpha", "--seed", "1"), "--seed"),
     "phase": (("fit", "data.csv", "--unknown", "alpha", "--phase", "nan"), "phase"),
+    "a tolerance twice": (
+        (*OPTIMISE, "--over", "alpha=1:2", *(2 * ("--tolerance", "zeta", "0.1"))),
+        "--tolerance",
+    ),
     "no range": ((*OPTIMISE, "--over", "alpha"), "NAME=LOW:HIGH"),
     "a device's name": ((*OPTIMISE, "--over", "P_d=1:2"), "over"),
     "infeasible": (

@@ -326,3 +326,9 @@ def test_steering_that_is_out_of_time_has_the_drives_that_were_found(monkeypatch
     monkeypatch.setattr(watch, "perf_counter", lambda: next(looks))
     found = steer(over={"alpha": (0.8, 1.2)}, samples=4, max_seconds=60)
     assert (found.status, found.success, found.path) == ("time-limit", False, ())
+
+
+def test_a_metric_that_nothing_changes_is_flat() -> None:
+    found = optimise("alpha", {"omega": (0.5, 1.0)}, samples=2)
+    assert (found.status, found.success, found.over) == ("flat", False, {})
+    assert found.message == "alpha is 0.7 at each of 2 surveyed places, and nothing changes it"
