@@ -73,6 +73,7 @@ CALLS: dict[str, Call] = {
     "solve_itinerary in 50 digits": lambda **k: solve_itinerary(
         Parameters(), orbit().itinerary, list(orbit().z), backend="mpmath", **k
     ),
+    "refined": lambda **k: orbit().refined(**k),
     "solve_admissible": lambda **k: solve_admissible(
         Parameters(alpha=0.71), orbit().itinerary, list(orbit().z), **k
     ),

@@ -174,9 +174,10 @@ class Orbit(Labelled):
         progression = {"progression": float(self.progression), "status": str(self.status)}
         return {**self.parameters.to_dict(), **progression}
 
-    def refined(self) -> Orbit:
-        """The same orbit in 50 digits."""
-        return solve_itinerary(self.values, self.itinerary, list(self.z), backend="mpmath")
+    def refined(self, max_seconds: float = math.inf) -> Orbit:
+        """The same orbit in 50 digits; arguments are as in `solve_itinerary`."""
+        given = self.values, self.itinerary, list(self.z)
+        return solve_itinerary(*given, backend="mpmath", max_seconds=max_seconds)
 
 
 class NoOrbit(Orbit):
