@@ -216,10 +216,18 @@ def check_certificate(given: dict[str, Any]) -> None:
         raise Rejected(f"not a certificate: {error!r}") from error
 
 
+def _certificates(path: str) -> list[Any]:
+    """Certificates in a file; ends the program for a file without any."""
+    try:
+        held = json.loads(Path(path).read_bytes())
+        return list(held.get("certificates", [held]))
+    except (AttributeError, OSError, RecursionError, TypeError, ValueError) as error:
+        sys.exit(f"{path}: not a certificate ({error})")
+
+
 if __name__ == "__main__":
     for path in sys.argv[1:]:
-        held = json.loads(Path(path).read_text(encoding="utf-8"))
-        for number, one in enumerate(held.get("certificates", [held])):
+        for number, one in enumerate(_certificates(path)):
             try:
                 check_certificate(one)
             except Rejected as error:

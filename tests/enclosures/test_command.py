@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import runpy
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from functools import cache
@@ -105,6 +107,22 @@ def test_certificates_of_section_4_are_accepted_and_a_changed_digit_is_not(
     angle = held[1]["angle"]
     with pytest.raises(checker.Rejected):
         checker.check_certificate({**held[1], "angle": angle[:-1] + str((int(angle[-1]) + 5) % 10)})
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["{", "[]", "1", "\udcff", 100_000 * "["],
+    ids=["cut", "list", "number", "bytes", "deep"],
+)
+def test_the_checker_says_in_one_line_what_is_no_certificate(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "one.json"
+    path.write_text(text, encoding="utf-8", errors="surrogateescape")
+    monkeypatch.setattr(sys, "argv", ["checker.py", str(path)])
+    with pytest.raises(SystemExit, match="not a certificate") as ended:
+        runpy.run_path(str(checker.__file__), run_name="__main__")
+    assert "\n" not in str(ended.value)
 
 
 def test_two_proofs_at_once_are_refused() -> None:
