@@ -129,7 +129,7 @@ def _plane_and_sections(
         names = Names(page)
         top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
         arrows(plane)
-        plane.set_title(f"(a)  plane $P_1=0$; {_KEY}", loc="left", fontsize=6.3)
+        plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize=6.3)
         for index, (section, bundle) in enumerate(zip(shown, bundles, strict=True)):
             row, column = divmod(index, half if beside else 2)
             axes = page.add_subplot(grid[row, 1 + column] if beside else grid[1 + row, column])
