@@ -37,7 +37,7 @@ Vector = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):
-    """End of a fit."""
+    """Ways in which a fit can end."""
 
     #: The least squares reached a minimum.
     CONVERGED = "converged"
