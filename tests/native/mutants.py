@@ -94,8 +94,12 @@ BEHIND: tuple[Term, ...] = (
     # Bounds add up, so it has its place: but it is 1e-15 of the responses at most at the library's own
     # reach, where their rounding counts 3e-15, and on longer expansions Taylor's remainder is larger.
     _term("remainder of the series of 14 terms", "rest[k] + change[k]", "rest[k]", {}, "tables.h"),
+    # It decides only where, of two friction guards that both cross, the one with the later root is
+    # isolated nearer to the start. That it cannot be is not proved, so the condition stays; among five
+    # million pairs that were drawn and then bent towards it none was.
+    _term("a third guard beside the gap's", "(!is_gap || i == (lower ? SECOND : FIRST))", "1", {}),
 )  # fmt: skip
-"""Terms that no start can show, because others stand before them."""
+"""Terms that no start shows, as others stand before them."""
 
 
 def table() -> str:
@@ -104,7 +108,7 @@ def table() -> str:
     for term in TERMS:
         key = ", ".join(term.widths()).replace("1, 4, 8", "1, 4, 8 lanes")
         rows.setdefault("1 lane" if key == "1" else key, []).append(term.mutant.name)
-    rows["not shown: another stands before it"] = [term.mutant.name for term in BEHIND]
+    rows["not shown"] = [term.mutant.name for term in BEHIND]
     lines = ["| noticed at | taken away |", "|---|---|"]
     lines += [f"| {key} | {'; '.join(names)} |" for key, names in rows.items()]
     return "\n".join(lines)
