@@ -210,7 +210,10 @@ class Entry:
             from capsule_sym._figures.units import DIMENSIONLESS
 
             with figure_style():
-                add_words(figure, [DIMENSIONLESS])
+                # On the side that has no key yet.
+                middle = figure.bbox.height / 2
+                free = all(key.get_window_extent().y0 > middle for key in figure.legends)
+                add_words(figure, [DIMENSIONLESS], below=free)
         return figure
 
     @property

@@ -58,12 +58,12 @@ def add_key(
     _make_room(page, high / figure_of(page).dpi + _RIM, below)
 
 
-def add_words(page: Figure | SubFigure, words: Iterable[str]) -> None:
-    """A key below all panels that has words alone, such as what the labels in them stand for."""
+def add_words(page: Figure | SubFigure, words: Iterable[str], *, below: bool = True) -> None:
+    """A key of words alone, such as what the labels in the panels stand for."""
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], linestyle="", label=one) for one in words]
-    add_key(page, handles, below=True, handlelength=0, handletextpad=0)
+    add_key(page, handles, below=below, handlelength=0, handletextpad=0)
 
 
 def _legend(
