@@ -54,10 +54,8 @@ def positive(A: Any, g: Any, y: Any, h: Any, before: int, after: int) -> None:
         here, far = (slope * state).tolist(), (slope * ((A * step).exp() * state)).tolist()
         around = zip(here, here[1:], far[2:], strict=False)
         value = [x + v * step + r * step * step / 2 for (x,), (v,), (r,) in around]
-        first, last = before if low == 0 else 0, after if high >= longest else 0
-        rises = value[first] > 0 if not last else not first and (-1) ** last * value[last] > 0
-        falls = first and last == 1 and -value[first + 1] > 0  # g/t^first, to its zero at h
-        if not (rises or falls):
+        first, last = before if low == 0 else 0, after if high >= longest else 0  # never both
+        if not (-1) ** last * value[first + last] > 0:
             if depth == DEEPEST:
                 raise Rejected("a guard is not seen to be positive")
             pieces += [(low, middle, depth + 1), (middle, high, depth + 1)]
@@ -216,20 +214,14 @@ def check_certificate(given: dict[str, Any]) -> None:
         raise Rejected(f"not a certificate: {error!r}") from error
 
 
-def _certificates(path: str) -> list[Any]:
-    """Certificates in a file; ends the program for a file without any."""
-    try:
-        held = json.loads(Path(path).read_bytes())
-        return list(held.get("certificates", [held]))
-    except (AttributeError, OSError, RecursionError, TypeError, ValueError) as error:
-        sys.exit(f"{path}: not a certificate ({error})")
-
-
 if __name__ == "__main__":
     for path in sys.argv[1:]:
-        for number, one in enumerate(_certificates(path)):
-            try:
+        at = path
+        try:
+            held = json.loads(Path(path).read_bytes())
+            for number, one in enumerate(held.get("certificates", [held])):
+                at = f"{path} [{number}]"
                 check_certificate(one)
-            except Rejected as error:
-                sys.exit(f"{path} [{number}]: rejected ({error})")
-            print(f"{path} [{number}]: accepted")
+                print(f"{at}: accepted")
+        except (AttributeError, OSError, RecursionError, TypeError, ValueError, Rejected) as error:
+            sys.exit(f"{at}: rejected ({error})")
