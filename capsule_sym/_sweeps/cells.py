@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import CapsuleError, Outcome
 from capsule_sym._map import SteadyMotion, simulate
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import Watch, core, live
+from capsule_sym._native import TimeUp, Watch, core, live
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -89,7 +89,7 @@ class _Cells:
         self.look()
         try:
             work(i)
-        except Abandoned:
+        except (Abandoned, TimeUp):  # an executor may compute in the thread that has the limit
             raise
         except Exception as error:
             self.fail(i, f"{type(error).__name__}: {error}")

@@ -19,6 +19,7 @@ from capsule_sym._options import (
     chosen_parameters,
     json_option,
     make_progress,
+    max_seconds_option,
     parameter_options,
     ranged_parameter_options,
     ranges,
@@ -41,6 +42,7 @@ def _running(command: _Command) -> _Command:
     """The options that say where results go and what runs the cells."""
     for option in (
         json_option,
+        max_seconds_option(),
         click.option("--dask", metavar="ADDRESS", help="Run on a Dask cluster; local starts one."),
         click.option("--workers", type=int, help="Chunks at a time.  [default: one per core]"),
         click.option(
@@ -93,6 +95,7 @@ def sweep(
     dask: str | None,
     resume: bool,
     any_core: bool,
+    max_seconds: float,
     **dimensionless: float | None,
 ) -> None:
     """Run every cell of the sweep in FILE.toml, or over ranges, and keep the results in DIR.
@@ -132,7 +135,7 @@ def sweep(
     else:
         loaded = _over(over, *chosen_parameters(file, dimensionless), settings)
     _check_run()
-    with _executor(executor, workers, dask, resume, any_core) as given:
+    with _executor(executor, workers, dask, resume, any_core, max_seconds) as given:
         if stride is None:
             summary = run_sweep(loaded, store, **given)
             record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
@@ -145,7 +148,7 @@ def sweep(
                 "cells": loaded.size,
                 "fraction_computed": chart.fraction,
             }
-    show(record, as_json)
+    _tell(record, as_json)
 
 
 def _over(
@@ -197,6 +200,7 @@ def basin(
     dask: str | None,
     resume: bool,
     any_core: bool,
+    max_seconds: float,
     **dimensionless: float | None,
 ) -> None:
     """Run a basin of attraction and tell its attractors.
@@ -216,10 +220,10 @@ def basin(
     _check_run()
     parameters, _ = chosen_parameters(file, dimensionless)
     chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
-    with _executor(executor, workers, dask, resume, any_core) as given:
+    with _executor(executor, workers, dask, resume, any_core, max_seconds) as given:
         summary, _ = run_basin(chosen, store, **given)
     record = {**_summary(summary, periods), **info_record(Path(store))}
-    show(record, as_json)
+    _tell(record, as_json)
 
 
 @click.command("sweep-info")
@@ -233,6 +237,14 @@ def sweep_info(store: str, check: bool, as_json: bool) -> None:
     show(record, as_json)
     if damaged_parts(record):
         raise click.exceptions.Exit(1)
+
+
+def _tell(record: dict[str, Any], as_json: bool) -> None:
+    """Prints what a run did; exits with 3, and how to go on, where the time was over."""
+    show(record, as_json)
+    if record["status"] == "time-limit":
+        click.echo(f"the run ends ({record['status']}): {record['message']}", err=True)
+        raise click.exceptions.Exit(3)
 
 
 def _ended(result: Any) -> dict[str, Any]:
@@ -253,7 +265,12 @@ def _summary(summary: Any, periods: int) -> dict[str, Any]:
 
 @contextmanager
 def _executor(
-    executor: str, workers: int | None, dask: str | None, resume: bool, any_core: bool
+    executor: str,
+    workers: int | None,
+    dask: str | None,
+    resume: bool,
+    any_core: bool,
+    max_seconds: float,
 ) -> Iterator[dict[str, Any]]:
     """The arguments of `run_sweep`, with a progress bar."""
     given: dict[str, Any] = {
@@ -261,6 +278,7 @@ def _executor(
         "workers": workers,
         "resume": resume,
         "any_core": any_core,
+        "max_seconds": max_seconds,
         "command": shlex.join(["capsule-sym", *sys.argv[1:]]),
     }
     try:

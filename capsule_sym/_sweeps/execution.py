@@ -21,7 +21,8 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import check_count
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.layout import Added
@@ -37,22 +38,27 @@ Progress = Callable[[int, int], None]
 
 
 class SweepStatus(StrEnum):
-    """How a sweep ended that was run to its end."""
+    """How a sweep ended."""
 
     #: Every cell is computed, be its motion periodic or not.
     COMPLETE = "complete"
     #: Of some cells what was asked for could not be computed.
     FAILED = "failed"
+    #: The time was over before all was done.
+    TIME_LIMIT = "time-limit"
 
 
 class Ended:
-    """How the cells of a run ended, from numbers of them by the outcome's name."""
+    """How a run ended, from numbers of cells by the outcome's name, and whether it finished."""
 
     outcomes: dict[str, int]
+    finished: bool
 
     @property
     def status(self) -> SweepStatus:
-        """Whether of some cells what was asked for could not be computed."""
+        """Whether all was done, and of some cells what was asked for could not be computed."""
+        if not self.finished:
+            return SweepStatus.TIME_LIMIT
         failed = self.outcomes.get(CellOutcome.FAILED.name.lower(), 0)
         return SweepStatus.FAILED if failed else SweepStatus.COMPLETE
 
@@ -65,7 +71,10 @@ class Ended:
     def message(self) -> str:
         """How many cells there are of each outcome, the most frequent first."""
         ranked = sorted(self.outcomes.items(), key=lambda item: -item[1])
-        return ", ".join(f"{cells:,} {name.replace('_', ' ')}" for name, cells in ranked if cells)
+        told = ", ".join(f"{cells:,} {name.replace('_', ' ')}" for name, cells in ranked if cells)
+        if self.finished:
+            return told
+        return f"the time was over, and --resume goes on from there: {told or 'no cell yet'}"
 
 
 @dataclass(frozen=True)
@@ -82,11 +91,12 @@ class Summary(Ended):
     seconds: float
     workers: int
     outcomes: dict[str, int]
+    finished: bool = True
 
     @property
     def statistics(self) -> dict[str, Any]:
         """Cells in all and computed now, damaged parts, seconds, workers, and cells by outcome."""
-        return asdict(self)
+        return {name: value for name, value in asdict(self).items() if name != "finished"}
 
     def periods_per_second_and_core(self, periods: int) -> float:
         """Excitation periods that a core ran per second, over the time of the whole run."""
@@ -103,6 +113,7 @@ def run_sweep(
     any_core: bool = False,
     command: str = "",
     progress: Progress = lambda done, total: None,
+    max_seconds: float = math.inf,
 ) -> Summary:
     """Runs all cells that a store does not hold yet, each chunk written as it is finished.
 
@@ -116,9 +127,10 @@ def run_sweep(
 
     Raises InvalidInput for a store that cannot be used (see `opened`), NotWritten on a full disk,
     and Lost for a chunk under which workers die. In every case what is finished is kept; so it is
-    on KeyboardInterrupt, which says how much that is.
+    on KeyboardInterrupt, which says how much that is, and after `max_seconds`, when chunks under
+    way are given up and the status is "time-limit".
     """
-    how = Settings(executor, workers, resume, any_core, command, progress)
+    how = Settings(executor, workers, resume, any_core, command, progress, max_seconds)
     return run_then(sweep, Path(store), "sweep", dict, how)
 
 
@@ -131,6 +143,7 @@ class Settings(NamedTuple):
     any_core: bool = False
     command: str = ""
     progress: Progress = lambda done, total: None
+    max_seconds: float = math.inf
 
 
 def run_then(
@@ -141,24 +154,35 @@ def run_then(
     check_count("workers", count)
     if not isinstance(how.executor, Executor) and how.executor not in KINDS:
         raise InvalidInput("executor", how.executor, f"an executor, or one of {', '.join(KINDS)}")
-    begin, work = perf_counter(), None
+    limit = Watch(checked_seconds(how.max_seconds))
+    begin, work, finished = perf_counter(), None, False
     try:
-        with opened(
-            path, sweep, resume=how.resume, command=how.command, kind=kind, any_core=how.any_core
-        ) as to:
+        with (
+            limit,
+            opened(
+                path,
+                sweep,
+                resume=how.resume,
+                command=how.command,
+                kind=kind,
+                any_core=how.any_core,
+            ) as to,
+        ):
             whole, damaged = to.check.whole, len(to.check.chunks) + len(to.check.files)
             held = sum(map(sweep.cells_in, whole))
             todo = (i for i in range(math.prod(sweep.chunks)) if i not in whole)
             work = _Run(to, count, how.progress, held)
             work.all(todo, how.executor)
             to.finish(last())
+            finished = True
     except KeyboardInterrupt:
         if work is None:
             raise KeyboardInterrupt(f"no cell was begun; what {path} held is kept") from None
         kept = f"{work.done:,} of {sweep.size:,} cells are kept in {path}"
         raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
+    assert work is not None  # what opens a store has no limit of time
     seconds, outcomes = perf_counter() - begin, dict(Held(path).tally().outcomes)
-    return Summary(sweep.size, sweep.size - held, damaged, seconds, count, outcomes)
+    return Summary(sweep.size, work.done - held, damaged, seconds, count, outcomes, finished)
 
 
 class _Run:
@@ -198,6 +222,7 @@ class _Run:
             # A chunk is written before its worker gets the next, so that no more than one chunk
             # per worker is ever lost.
             while len(under_way) < self.workers and (index := self._next()) is not None:
+                check_time()
                 try:
                     under_way[pool.submit(sweep.part(index))] = index
                 except BaseException:
@@ -205,14 +230,15 @@ class _Run:
                     raise
             if not under_way:
                 return
-            done = wait(under_way, PATIENCE, FIRST_COMPLETED).done
+            done = wait(under_way, min(PATIENCE, present().left), FIRST_COMPLETED).done
             if not done:
+                check_time()
                 pool.waited()
             for future in done:
                 index = under_way[future]
                 try:
                     block = future.result()
-                except BrokenExecutor:
+                except (BrokenExecutor, TimeUp):
                     raise
                 except CancelledError as error:
                     raise pool.lost() from error

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
@@ -14,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.checks import checked_seconds
+from capsule_sym._native import TimeUp, Watch
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import Axis
 from capsule_sym._sweeps.execution import Ended, Summary, run_sweep
@@ -43,6 +47,11 @@ class Chart(Ended):
     damaged: int
 
     @property
+    def finished(self) -> bool:  # type: ignore[override]
+        """Whether no round ended at the limit of time."""
+        return all(one.finished for one in self.rounds)
+
+    @property
     def outcomes(self) -> dict[str, int]:  # type: ignore[override]
         """Numbers of computed points by the outcome's name."""
         total = Counter[str]()
@@ -63,7 +72,12 @@ class Chart(Ended):
 
 
 def refine_sweep(
-    sweep: Sweep, store: str | os.PathLike[str], *, stride: int = 16, **how: Any
+    sweep: Sweep,
+    store: str | os.PathLike[str],
+    *,
+    stride: int = 16,
+    max_seconds: float = math.inf,
+    **how: Any,
 ) -> Chart:
     """The chart of itineraries over two axes, computed only where neighbours differ.
 
@@ -73,7 +87,7 @@ def refine_sweep(
     What is smaller than a stride and lies wholly within a square is not seen. The points of each
     round are a sweep of their own in the store, which is resumed as one is; `how` are the further
     arguments of `run_sweep`. `open_results` gives `outcome`, `itinerary`, `period_number` and
-    `computed`.
+    `computed`; the chart is written when all rounds are finished.
 
     Raises InvalidInput for anything but two axes of one quantity each, and what `run_sweep` raises.
     """
@@ -90,7 +104,19 @@ def refine_sweep(
     if sweep.size > _MOST_CELLS:
         raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a refined chart")
     sweep = replace(sweep, compute=("itinerary",), chunk=())
-    points = _Points(sweep, Path(store), how)
+    limit = Watch(checked_seconds(max_seconds))
+    points = _Points(sweep, Path(store), limit, how)
+    with suppress(TimeUp):
+        _refine(points, stride)
+    found = points.chart()
+    if found.finished:
+        points.write()
+    return found
+
+
+def _refine(points: _Points, stride: int) -> None:
+    """Computes round by round until every point has a label."""
+    sweep = points.sweep
     lattice = [np.unique(np.append(np.arange(0, n, stride), n - 1)) for n in sweep.shape]
     points.compute(_where(sweep.shape, lattice))
     while True:
@@ -102,14 +128,13 @@ def refine_sweep(
             break
         points.fill(lattice, finer)
         lattice = finer
-    return points.chart()
 
 
 class _Points:
     """Labels of all points of the chart, as numbers, and which of them were computed."""
 
-    def __init__(self, sweep: Sweep, store: Path, how: dict[str, Any]) -> None:
-        self.sweep, self.store, self.how = sweep, store, how
+    def __init__(self, sweep: Sweep, store: Path, limit: Watch, how: dict[str, Any]) -> None:
+        self.sweep, self.store, self.limit, self.how = sweep, store, limit, how
         self.number: Numbers = np.full(sweep.shape, _UNKNOWN, np.int32)
         self.computed: Mask = np.zeros(sweep.shape, bool)
         self.labels: dict[tuple[int, int, int], int] = {}
@@ -128,7 +153,9 @@ class _Points:
         axis = Axis("point", first.quantities + second.quantities, values)
         part = replace(self.sweep, axes=(axis,), chunk=())
         place = self.store / f"round-{next(self.rounds):03d}"
-        self.summaries.append(run_sweep(part, place, **self.how))
+        self.summaries.append(run_sweep(part, place, max_seconds=self.limit.left, **self.how))
+        if not self.summaries[-1].finished:
+            raise TimeUp(self.limit)
         self.cores.update(Held(place).tally().cores)
         with open_results(place) as results:
             self.texts.update(itineraries.texts(results))
@@ -150,7 +177,13 @@ class _Points:
         self.number[at] = np.where(unknown, self.number[np.ix_(*nearest)], self.number[at])
 
     def chart(self) -> Chart:
-        """The labels of all points, written to the store."""
+        """What was computed so far."""
+        damaged = sum(s.damaged for s in self.summaries) + len(damaged_in_chart(self.store))
+        points = sum(sum(s.outcomes.values()) for s in self.summaries)
+        return Chart(points / self.sweep.size, tuple(self.summaries), damaged)
+
+    def write(self) -> None:
+        """Writes the labels of all points to the store."""
         table = np.array(list(self.labels), dtype=np.int64)
         dims = [axis.name for axis in self.sweep.axes]
         kinds = {"outcome": np.int8, "itinerary": np.int64, "period_number": np.int16}
@@ -158,11 +191,8 @@ class _Points:
             name: (dims, table[self.number, i].astype(kinds[name])) for i, name in enumerate(_LABEL)
         }
         columns[COMPUTED] = (dims, self.computed)
-        fraction = float(self.computed.mean())
-        damaged = sum(s.damaged for s in self.summaries) + len(damaged_in_chart(self.store))
-        about = {"fraction_computed": fraction}
+        about = {"fraction_computed": float(self.computed.mean())}
         write_chart(self.store, self.sweep, columns, self.texts, sorted(self.cores), about)
-        return Chart(fraction, tuple(self.summaries), damaged)
 
 
 def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]]) -> Mask:

@@ -8,7 +8,10 @@ import pytest
 import xarray as xr
 
 from capsule_sym import Axis, InvalidInput, Parameters, Sweep, open_results, run_basin, simulate
-from capsule_sym._sweeps import basin
+from capsule_sym._native import present
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
+from capsule_sym._sweeps import basin, closing
 from capsule_sym._sweeps.basin import NONE, identify
 from capsule_sym._sweeps.closing import NotSolved, orbit_at_end
 from capsule_sym._sweeps.itineraries import code
@@ -51,6 +54,28 @@ def test_a_finished_basin_can_be_run_again(tmp_path: Path) -> None:
     summary, second = run_basin(Sweep(AXES, TWO, periods=100), tmp_path / "store", resume=True)
     assert summary.computed == 0
     np.testing.assert_array_equal(first.numbers, second.numbers)
+
+
+def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sweep = Sweep(AXES, TWO, periods=100)
+    _, whole = run_basin(sweep, tmp_path / "whole")
+
+    def late(*given: Any) -> Orbit:
+        present().stop()
+        return solve_orbit(*given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(closing, "solve_orbit", late)
+        summary, found = run_basin(sweep, tmp_path / "store", max_seconds=1e9)
+    assert (summary.status, summary.computed) == ("time-limit", sweep.size)
+    assert found.attractors == ()
+    with open_results(tmp_path / "store") as results:
+        assert "attractor" not in results
+    summary, found = run_basin(sweep, tmp_path / "store", resume=True)
+    assert (summary.success, summary.computed) == (True, 0)
+    np.testing.assert_array_equal(found.numbers, whole.numbers)
 
 
 def results_of(ends: list[list[float]], itinerary: int) -> xr.Dataset:

@@ -167,6 +167,20 @@ def test_ctrl_c_leaves_a_store_that_goes_on(tmp_path: Path) -> None:
     assert errors == f"error: interrupted: {kept}\n"
 
 
+@pytest.mark.parametrize("more", [[], ["--refine", "4"], BASIN], ids=["sweep", "refine", "basin"])
+def test_a_limit_of_time_ends_with_3_and_says_how_it_goes_on(
+    more: list[str], file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = more if more == BASIN else ["sweep", file, *more]
+    line = [*line, "--store", str(tmp_path / "store")]
+    assert "--resume goes on" in said(capsys, [*line, "--max-seconds", "1e-9"], status=3)
+    with pytest.raises(SystemExit):
+        main([*line, "--resume", "--max-seconds", "1e-9", "--json"])
+    record = json.loads(capsys.readouterr().out)
+    assert (record["success"], record["status"], record["computed"]) == (False, "time-limit", 0)
+    assert json.loads(said(capsys, [*line, "--resume", "--json"]))["success"]
+
+
 def test_a_run_that_cannot_write_ends_with_1(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Axis, InvalidInput, Sweep, open_results, refine_sweep, run_sweep
+from capsule_sym._native import present
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps import pools as execution_module
 from capsule_sym._sweeps.cells import Block
@@ -85,6 +86,30 @@ def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.M
     rest = refine_sweep(sweep, tmp_path / "store", stride=8, resume=True)
     done = sum(r.computed for r in rest.rounds)
     assert 0 < done < sum(r.computed for r in whole.rounds)
+    with open_results(tmp_path / "store") as one, open_results(tmp_path / "whole") as other:
+        assert one.identical(other)
+
+
+def test_a_refinement_whose_time_is_over_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(execution_module, "compute", disk)
+    sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 33), Axis.linear("gamma", 1.0, 5.0, 33)))
+    whole = refine_sweep(sweep, tmp_path / "whole", stride=8)
+    first = whole.rounds[0].computed
+
+    def stop(done: int, total: int) -> None:
+        if total != first and done:
+            present().stop()
+
+    part = refine_sweep(sweep, tmp_path / "store", stride=8, progress=stop, max_seconds=1e9)
+    assert (part.success, part.status, len(part.rounds)) == (False, "time-limit", 2)
+    done = part.statistics["computed"]
+    assert first < done == sum(part.outcomes.values()) == round(part.fraction * 33 * 33)
+    assert not (tmp_path / "store" / "chart.zarr").exists()
+    rest = refine_sweep(sweep, tmp_path / "store", stride=8, resume=True)
+    assert rest.success
+    assert rest.statistics["computed"] == whole.statistics["computed"] - done
     with open_results(tmp_path / "store") as one, open_results(tmp_path / "whole") as other:
         assert one.identical(other)
 

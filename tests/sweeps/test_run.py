@@ -4,24 +4,35 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from capsule_sym import Axis, CapsuleError, InvalidInput, Sweep, open_results, run_sweep
-from capsule_sym._native import live
+from capsule_sym import (
+    Axis,
+    CapsuleError,
+    InvalidInput,
+    Sweep,
+    open_results,
+    refine_sweep,
+    run_sweep,
+)
+from capsule_sym._native import check_time, live, present
 from capsule_sym._sweeps import cells as cells_module
 from capsule_sym._sweeps import pools as run_module
 from capsule_sym._sweeps import store as store_module
 from capsule_sym._sweeps.cells import compute
+from capsule_sym._sweeps.cluster import client_of
 from capsule_sym._sweeps.pools import Lost
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
@@ -62,6 +73,73 @@ def test_a_run_says_how_its_cells_ended(tmp_path: Path, monkeypatch: pytest.Monk
     # What was done before counts as well.
     again = run_sweep(small, tmp_path / "failing", workers=1, resume=True)
     assert (again.computed, again.status, again.message) == (0, "failed", summary.message)
+
+
+class Here(Executor):
+    """Computes in the thread that submits, as a user's own executor may."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+@pytest.mark.parametrize(
+    "executor", ["threads", "processes", "own", pytest.param("dask", marks=pytest.mark.long)]
+)
+def test_a_run_whose_time_is_over_goes_on(
+    executor: str, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    told = []
+
+    def stop(done: int, total: int) -> None:
+        told.append(done)
+        if done > 40:
+            present().stop()
+
+    store = tmp_path / "store"
+    with ExitStack() as stack:
+        how: Any = executor
+        if executor == "own":
+            how = stack.enter_context(ThreadPoolExecutor(1))
+        if executor == "dask":
+            pytest.importorskip("distributed")
+            how = stack.enter_context(client_of("local", 1)).get_executor()
+        found = run_sweep(SWEEP, store, executor=how, workers=1, progress=stop, max_seconds=1e9)
+    assert 40 < found.computed == sum(found.outcomes.values()) == told[-1] < 120
+    assert (found.success, found.status) == (False, "time-limit")
+    assert "--resume goes on" in found.message
+    rest = run_sweep(SWEEP, store, workers=1, resume=True)
+    assert (rest.success, rest.computed) == (True, 120 - found.computed)
+    assert contents(store) == whole
+
+
+def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = cells_module._Cells.slow
+
+    def late(self: cells_module._Cells, i: int) -> None:
+        if i == 3:
+            present().stop()
+        check_time()
+        slow(self, i)
+
+    monkeypatch.setattr(cells_module, "core", None)
+    monkeypatch.setattr(cells_module._Cells, "slow", late)
+    small = chart(4, 2, compute=("itinerary",), chunk=(4, 1))
+    found = run_sweep(small, tmp_path / "store", executor=Here(), workers=1, max_seconds=1e9)
+    assert (found.status, found.outcomes) == ("time-limit", {})
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, math.nan, "1"])
+def test_a_limit_that_is_no_time_is_refused(seconds: Any, tmp_path: Path) -> None:
+    for run in (run_sweep, refine_sweep):
+        with pytest.raises(InvalidInput, match="max_seconds"):
+            run(SWEEP, tmp_path / "store", max_seconds=seconds)
+    assert not (tmp_path / "store").exists()
 
 
 def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> None:
