@@ -177,14 +177,15 @@ def fit(
 
     `data` has columns (n,): times `t`, ascending, and one or more of x_r, v_r, v_c, x_c, x_m, v_m;
     a gap is nan, masked, or pandas' NA. The motion starts in `state` (x_r, v_r, v_c), at `phase` of
-    the forcing, at the first of the times. `unknown` names parameters of `system`, and of x_r, v_r,
-    v_c, phase, x_c of the start (x_c: where the capsule's position was zero); the others are known,
-    and what is given for the unknown is the first guess. All is dimensionless, or in SI units where
-    `system` is PhysicalParameters. Each column's residuals count in units of its standard
-    deviation; `loss` is one of SciPy's. `starts` draws so many other guesses, within `bounds` or
-    else between half and twice the guess, and the best `follow` are followed; `seed` makes them
-    others. `steps` is how many runs with derivatives each may take. After `max_seconds` the result
-    has the best values that were tried. `progress` is called with what is done, in words.
+    the forcing, at the first of the times, gap or not. `unknown` names parameters of `system`, and
+    of x_r, v_r, v_c, phase, x_c of the start (x_c: where the capsule's position was zero); the
+    others are known, and what is given for the unknown is the first guess. All is dimensionless, or
+    in SI units where `system` is PhysicalParameters. Each column's residuals count in units of its
+    standard deviation; `loss` is one of SciPy's. `starts` draws so many other guesses, within
+    `bounds` or else between half and twice the guess, and the best `follow` are followed; `seed`
+    makes them others. `steps` is how many runs with derivatives each may take. After `max_seconds`
+    the result has the best values that were tried. `progress` is called with what is done, in
+    words.
 
     Raises InvalidInput for columns, names, bounds or values that are not allowed.
     """
@@ -280,7 +281,7 @@ class Problem:
         )[self.data.column]
         self.rows = np.array([OF_STATE[name] for name in self.data.names])[self.data.column]
         self.speeds = np.array([name.startswith("v") for name in self.data.names])[self.data.column]
-        self.elapsed = self.data.times - self.data.times[0]
+        self.elapsed = self.data.times - self.data.begin
         self.different, self.which = np.unique(self.elapsed, return_inverse=True)
         self.evaluations = 0
         self._last: tuple[bytes, Vector, Matrix, str] | None = None
@@ -388,7 +389,7 @@ class Problem:
         states = found.states
         states[:, 3] += here
         moved = slopes @ chain
-        elapsed = at.times[block] - at.times[0]
+        elapsed = self.different[block] * (at.units[1] / at.units[0])
         moved += found.rates[..., None] * (elapsed[:, None, None] * by_rate)
         if "x_c" in self.unknown:
             moved[:, 3, self.unknown.index("x_c")] += 1.0 / at.units[0]

@@ -39,6 +39,8 @@ class Measured:
     times: NDArray[np.float64]
     column: NDArray[np.int64]
     values: NDArray[np.float64]
+    begin: float
+    """First of the table's times, where there may be gaps alone."""
 
 
 def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None = None) -> Measured:
@@ -76,10 +78,10 @@ def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None =
         scaled = values if device is None else _dimensionless(device, name, values)
         parts.append((times[there], np.full(there.sum(), k), scaled[there]))
     t, column, values = (np.concatenate(one) for one in zip(*parts, strict=True))
-    if device is not None:
-        t = t * device.natural_frequency
+    rate = 1.0 if device is None else device.natural_frequency
     order = np.argsort(t, kind="stable")
-    return Measured(names, t[order], column[order], values[order])
+    begin = float(times[0] * rate)
+    return Measured(names, t[order] * rate, column[order], values[order], begin)
 
 
 def check_names(names: Iterable[object]) -> None:
