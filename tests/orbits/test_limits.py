@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import pickle
 from collections.abc import Callable
 from functools import lru_cache
 from time import perf_counter
@@ -127,6 +128,8 @@ def test_a_branch_keeps_the_points_before_its_limit(ticks: None) -> None:
 def test_a_search_keeps_the_orbits_before_its_limit(ticks: None) -> None:
     whole = search_orbits(Parameters(), 3)
     assert (whole.status, whole.searched, whole.starts) == ("finished", 3, 3)
+    copy = pickle.loads(pickle.dumps(whole))
+    assert (len(copy), copy.status, copy.message) == (len(whole), whole.status, whole.message)
     part = search_orbits(Parameters(), 3, max_seconds=100)
     assert part.status == "time-limit"
     assert 0 < part.searched < 3

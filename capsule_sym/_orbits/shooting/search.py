@@ -312,6 +312,9 @@ class FoundOrbits(tuple[Orbit, ...]):
         self.searched, self.starts = searched, starts
         return self
 
+    def __getnewargs__(self) -> tuple[tuple[Orbit, ...], int, int]:
+        return tuple(self), self.searched, self.starts
+
     @property
     def status(self) -> Status:
         """Whether all starts were searched, or the time was over before."""
