@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from collections.abc import Callable, Iterator
@@ -27,6 +28,8 @@ def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
             yield Path(path)  # nothing can take its place, and a folder is refused by itself
             return
         target = Path(os.path.realpath(path))
+        if target.is_symlink():
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         if mode is None:
             target.parent.mkdir(parents=True, exist_ok=True)
         else:

@@ -335,6 +335,8 @@ class WritablePath(click.Path):
         if path.exists() and not (path.is_dir() or path.is_file()):
             return path  # a device or a pipe
         folder = place.parent if self.file_okay else place
+        if place.is_symlink():
+            self.fail(f"{str(path)!r} cannot be written: it is a link to itself", param, ctx)
         there = next(one for one in (folder, *folder.parents) if os.path.exists(one))
         try:
             TemporaryFile(dir=there).close()
@@ -384,23 +386,28 @@ def check_beside(name: str, *, needs: Collection[str] = (), never: Collection[st
 
     That is without any of those it `needs`, or beside one that it is `never` given with.
     """
-    context = click.get_current_context()
     flags = {
-        one.name: one.opts[0] if isinstance(one, click.Option) else str(one.metavar).strip("[]")
-        for one in context.command.params
+        str(one.name): one.opts[0]
+        if isinstance(one, click.Option)
+        else str(one.metavar).strip("[]")
+        for one in click.get_current_context().command.params
     }
-    told = {one for one in flags if context.get_parameter_source(one or "") not in _NOT_GIVEN}
-    if name not in told:
+    if not is_given(name):
         return
-    if needs and not told & {*needs}:
+    if needs and not any(map(is_given, needs)):
         raise click.UsageError(
             f"{flags[name]} is for {' or '.join(flags[one] for one in needs)}, which is missing"
         )
     for one in never:
-        if one in told:
+        if is_given(one):
             raise click.UsageError(
                 f"{flags[name]} and {flags[one]} exclude each other: leave one of them out"
             )
+
+
+def is_given(name: str) -> bool:
+    """Whether the running command's option, by the name of its value, stands on the line."""
+    return click.get_current_context().get_parameter_source(name) not in _NOT_GIVEN
 
 
 _NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)

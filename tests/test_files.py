@@ -262,6 +262,17 @@ def test_a_folder_or_what_lies_below_a_file_is_refused(tmp_path: Path) -> None:
 
 
 @posix
+def test_a_link_to_itself_is_refused_and_stays(tmp_path: Path) -> None:
+    link = tmp_path / "link.txt"
+    link.symlink_to(link.name)
+    with pytest.raises(InvalidInput, match="symbolic links"):
+        write_whole(link, "text")
+    with pytest.raises(click.BadParameter, match=r"link.txt' cannot be written"):
+        WritablePath(file=True).convert(str(link), None, None)
+    assert link.is_symlink()
+
+
+@posix
 @pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write anywhere")
 def test_a_file_that_may_not_be_changed_is_refused(tmp_path: Path) -> None:
     write_whole(tmp_path / "kept.txt", "good")

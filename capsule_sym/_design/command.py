@@ -165,7 +165,7 @@ def optimise(
     check_beside("points", needs=("against",))
     metric = maximise if maximise is not None else minimise
     if metric is None:
-        raise InvalidInput("metric", None, "given by --maximise or by --minimise")
+        raise click.UsageError("give --maximise or --minimise METRIC")
     parameters, device = chosen_parameters(file, dimensionless)
     asked: dict[str, Any] = {
         "maximise": maximise is not None,
@@ -311,7 +311,7 @@ def fit(
 
     parameters, device = chosen_parameters(file, dimensionless)
     if not unknown:
-        raise InvalidInput("--unknown", None, "given, once for each that is fitted")
+        raise click.UsageError("give --unknown, once for each that is fitted")
     check_beside("seed", needs=("starts",))
     with telling("Fitting") as progress:
         watch = Watch(checked_seconds(max_seconds))

@@ -13,6 +13,7 @@ from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 from capsule_sym._options import (
     chosen_parameters,
+    is_given,
     json_option,
     out_option,
     parameter_options,
@@ -149,6 +150,8 @@ def diagram(
 
     wide = _check_picture(out, width, dpi)
     curves = read_curves(paths[0]) if len(paths) == 1 else None
+    if curves and is_given("quantity"):
+        raise click.UsageError(f"--of is for branches, and {paths[0]} has curves")
     records = [] if curves else [read_branch(path) for path in paths]
     try:
         drawn = plot_curves(curves, width=wide) if curves else draw(records, quantity, width=wide)

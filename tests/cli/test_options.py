@@ -35,12 +35,21 @@ REFUSED = [
     ("sweep --alpha 0.1:2:3 --store s --any-core", "--any-core is for --resume, which is missing"),
     ("basin --x-r 0:1:2 --store s --dask local --executor threads", "--executor and --dask"),
     ("verify --only a --freeze", "--only and --freeze exclude each other"),
+    ("optimise --maximise speed --over alpha=1:2 --points 9", "--points is for --pareto, which"),
+    ("optimise --maximise speed --minimise work", "--maximise and --minimise exclude each other"),
+    ("fit a.csv --unknown alpha --seed 2", "--seed is for --starts, which is missing"),
+    (
+        "diagram curves.json --of v_c --out a.svg",
+        "--of is for branches, and curves.json has curves",
+    ),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of what varies, such as --alpha 0.1:2, or --parameter, --from and"),
     ("branch --restart a.json PD1", "such as --alpha 0.1:2, or --to beside --restart"),
     ("branch --to 1 --parameter alpha", "--to needs --parameter and --from, or --restart"),
     ("sweep --store s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
+    ("optimise --over alpha=1:2", "give --maximise or --minimise METRIC"),
+    ("fit a.csv", "give --unknown, once for each that is fitted"),
     ("basin --store s", "give a range of starts, such as --x-r -1:1:40"),
     # times that are none
     ("enclose --region a --seconds nan", "'--seconds': nan is not in the range x>0"),
@@ -71,6 +80,7 @@ def test_a_wrong_line_is_refused_in_one_line(
 ) -> None:
     part = "M_m = 1\nM_c = 3\nk1 = 1\nk2 = 1\n"
     (tmp_path / "taken").write_text("a file")
+    (tmp_path / "curves.json").write_text('{"curves": [{}]}')
     (tmp_path / "part.toml").write_text(part)
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
     monkeypatch.setattr(enclosing, "spawning", None)
