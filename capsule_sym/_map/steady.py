@@ -53,10 +53,13 @@ class SteadyMotion:
 
 
 def shown_progression(motion: SteadyMotion) -> float:
-    """The progression as it is shown: 0 where rounding of the segments' advances gives as much.
+    """The progression as it is shown: 0 without contact, and where rounding gives as much.
 
-    Orbits that are their own mirror image come to some 50 units of rounding, not to 0.
+    Without contact a motion is its own mirror image: it goes nowhere, and weak friction makes much
+    of its rounding. Other such orbits come to some 50 units of rounding.
     """
+    if all(segment.mode.startswith("NC") for segment in motion.segments):
+        return 0.0
     value = float(motion.progression)
     unit = 2.0**-53 if isinstance(motion.progression, float) else 1e-50
     summed = sum(abs(float(segment.advance)) for segment in motion.segments)

@@ -201,6 +201,13 @@ def test_rounding_of_a_symmetric_motion_is_shown_as_no_progression(
     assert [shown[shown.index(name) + 1] for name in ("velocity", "progression")] == ["0", "0"]
 
 
+def test_a_motion_without_contact_has_no_progression_however_weak_the_friction() -> None:
+    """Newton's method leaves 1e-10 of the velocity that this friction hardly holds."""
+    orbit = solve_orbit(Parameters(alpha=89.0, delta=1e6, zeta=0.2, gamma=1.2, f_b=0.011))
+    assert orbit.itinerary.fields == (1, 3)
+    assert shown_progression(orbit.motion) == 0.0
+
+
 def test_a_progression_above_rounding_is_shown_as_it_is() -> None:
     orbit = solve_orbit(Parameters())
     assert shown_progression(orbit.motion) == float(orbit.progression) > 0.4
