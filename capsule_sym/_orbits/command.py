@@ -116,7 +116,7 @@ def orbit(
         else:
             for one in found:
                 _print_orbit(one, _record(one, device))
-            click.echo(f"{len(found)} orbits from {starts} random states")
+            click.echo(f"{len(found)} orbits from {search.searched} random states")
     else:
         settled = solve_orbit(parameters, state, max_seconds=max_seconds)
         if as_json:

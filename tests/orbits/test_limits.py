@@ -157,6 +157,7 @@ BAD: list[tuple[Call, dict[str, Any], str]] = [
     (search_orbits, {"starts": 1, "box": (1, 1)}, "box"),
     (search_orbits, {"starts": 1, "period_numbers": (0,)}, "period_numbers"),
     (search_orbits, {"starts": 1, "period_numbers": (10**9,)}, "period_numbers"),
+    (search_orbits, {"starts": 1, "period_numbers": 3}, "period_numbers"),
     (search_orbits, {"starts": 1, "transient": 0}, "transient"),
     (search_orbits, {"starts": 1, "seed": -1}, "seed"),
     (search_box, {"box": (1, 1, 0), "periods": -1}, "periods"),
@@ -196,5 +197,7 @@ def test_commands_end_at_their_limit(
 ) -> None:
     with pytest.raises(SystemExit) as stopped:
         main([*line.split(), "--max-seconds", "5"])
+    shown, told = capsys.readouterr()
     assert stopped.value.code == 3
-    assert "(time-limit)" in capsys.readouterr().err.splitlines()[-1]
+    assert "(time-limit)" in told.splitlines()[-1]
+    assert "from 3 random states" not in shown

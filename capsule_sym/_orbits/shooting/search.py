@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -345,6 +345,8 @@ def checked_box(box: Sequence[float]) -> NDArray[np.float64]:
 
 def checked_periods(period_numbers: Sequence[int], most: int) -> tuple[int, ...]:
     """Numbers of periods, each once; raises InvalidInput unless all are whole, from 1 to `most`."""
+    if not isinstance(period_numbers, Iterable):
+        raise InvalidInput("period_numbers", period_numbers, "several whole numbers")
     for number in period_numbers:
         check_count("period_numbers", number, most=most)
     return tuple(sorted(set(period_numbers)))
