@@ -145,11 +145,11 @@ class Optimiser:
                     heappush(cells, ranked(max(worst, float(more.worst[0])), slacks, i, True))
                 continue
             if not chosen:
-                system = self.program.system_at(points[i])
-                over = {name: float(getattr(system, name)) for name in self.program.names}
-                value = self.program.sign * worst
-                self.surveyed = replace(self.surveyed, system=system, over=over, value=value)
+                self.keep(points[i], worst)
             chosen.append(points[i])
+        whole_cells = [cell for cell in cells if cell.whole]
+        if whole_cells and not chosen:  # for want of time
+            self.keep(points[min(whole_cells).number], min(whole_cells).worst)
         if chosen and (place := Search(self.program).begin(chosen[0])) is not None:
             # A few cells may vary less than the objective does.
             slope = abs(Search(self.program).by_u(place.objective_by)).max()
@@ -161,6 +161,13 @@ class Optimiser:
                 return []
             self.program = replace(self.program, unit=self.program.unit * max(1.0, float(slope)))
         return chosen
+
+    def keep(self, u: Vector, worst: float) -> None:
+        """Keep a cell of the survey as its best."""
+        system = self.program.system_at(u)
+        over = {name: float(getattr(system, name)) for name in self.program.names}
+        value = self.program.sign * worst
+        self.surveyed = replace(self.surveyed, system=system, over=over, value=value)
 
     def go(self, program: Program, u: Vector, reach: float = 1.0) -> list[Place]:
         """The places that a search from u passed, the best first."""

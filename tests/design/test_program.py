@@ -1,6 +1,7 @@
 """What an optimisation makes of its metric, its limits and the units it has them in."""
 
 from functools import partial
+from itertools import count
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ from capsule_sym._design import evaluation
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import Optimiser, Survey, _spread
+from capsule_sym._design.program import Program
 from capsule_sym._design.stationary import _Own, rough, stationary
 from tests.design.clock import LIMIT, Clock
 
@@ -299,6 +301,29 @@ def test_an_optimisation_that_is_out_of_time_has_the_best_that_was_found(monkeyp
     assert len(found.orbits) == 65
     speeds = [abs(performance(orbit).velocity.value) for orbit in found.orbits]
     assert found.value == pytest.approx(min(speeds), rel=1e-9)
+
+
+@pytest.mark.parametrize(("surveys", "shares"), [(1, {}), (4, {"zeta": 0.2, "f_b": 0.2})])
+def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, surveys, shares) -> None:
+    """The first survey is of all cells in one scenario, each other of one cell in the others."""
+    clock, calls, survey = Clock(monkeypatch, "over"), count(1), Program.survey
+
+    def limited(*given):
+        found = survey(*given)
+        if next(calls) == surveys:
+            clock.progress("over")
+        return found
+
+    monkeypatch.setattr(Program, "survey", limited)
+    how = {"tolerances": shares, "samples": 16}
+    found = optimise("speed", {"alpha": (0.5, 1.5)}, max_seconds=LIMIT, **how)
+    assert found.message == "the time is over: this is the best place so far"
+    worst = [
+        abs(performance(solve_orbit(Parameters(**found.over, zeta=z, f_b=f))).velocity.value)
+        for z in (0.05 * (1 - shares.get("zeta", 0)), 0.05 * (1 + shares.get("zeta", 0)))
+        for f in (1 - shares.get("f_b", 0), 1 + shares.get("f_b", 0))
+    ]
+    assert found.value == pytest.approx(min(worst), rel=1e-9)
 
 
 @pytest.mark.parametrize(("at", "least"), [("survey", 0), ("point 1 of 7", 1), ("point 4 of 7", 5)])
