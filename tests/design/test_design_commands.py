@@ -226,7 +226,7 @@ def test_options_have_the_ranges_of_the_functions(call) -> None:
 
 OPTIMISE = ("optimise", "--maximise", "speed", "--samples", "2")
 REFUSED = {
-    "no metric": (("optimise", "--over", "alpha=1:2"), "metric"),
+    "no metric": (("optimise", "--over", "alpha=1:2"), "--maximise or --minimise"),
     "two metrics": (("optimise", "--maximise", "speed", "--minimise", "work"), "--minimise"),
     "nothing varies": (OPTIMISE, "over"),
     "unknown metric": (("optimise", "--maximise", "joy", "--over", "alpha=1:2"), "metric"),
