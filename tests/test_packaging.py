@@ -260,7 +260,7 @@ def test_without_a_compiler_the_wheel_is_whole_and_says_once_what_runs(plain: Pa
 
 
 @pytest.mark.skipif(core is None, reason="no compiler here")
-@pytest.mark.parametrize("installed_core", ["own", "none", "other"])
+@pytest.mark.parametrize("installed_core", ["own", "none", "other", "older"])
 def test_python_started_in_a_clone_takes_the_installed_core(
     installed_core: str, tmp_path: Path
 ) -> None:
@@ -268,8 +268,11 @@ def test_python_started_in_a_clone_takes_the_installed_core(
     (tmp_path / "capsule_sym-1.dist-info").mkdir()
     beside = tmp_path / "capsule_sym" / "_native"
     beside.mkdir(parents=True)
-    if installed_core == "own":
+    if installed_core in ("own", "older"):
         shutil.copy(core.__file__, beside)
+        shutil.copy(ROOT / "capsule_sym" / "_native" / "run.c", beside)
+    if installed_core == "older":
+        (beside / "step.h").write_text("/* as it was */")
     if installed_core == "other":
         (beside / "_core.py").write_text("def digest(): return 'other'")
     path = os.pathsep.join([str(tmp_path), sysconfig.get_path("purelib")])
@@ -277,6 +280,9 @@ def test_python_started_in_a_clone_takes_the_installed_core(
     done = python("-S", "-c", code, cwd=str(ROOT), env=os.environ | {"PYTHONPATH": path})
     if installed_core == "other":
         assert "the compiled core has kernels other, the package has" in done.stderr
+        return
+    if installed_core == "older":
+        assert f"the core in {beside} was compiled from another step.h than that in" in done.stderr
         return
     backend = "c" if installed_core == "own" else "numpy"
     assert done.stdout.split() == [str(ROOT / "capsule_sym" / "__init__.py"), backend], done.stderr

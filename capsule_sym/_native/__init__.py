@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from importlib.util import find_spec
+from os import listdir
 from types import ModuleType
 
 from capsule_sym._errors import CapsuleError
@@ -14,7 +15,20 @@ __all__ = ["StaleCore", "TimeUp", "Watch", "check_time", "core", "live", "presen
 
 
 class StaleCore(CapsuleError, ImportError):
-    """The compiled core was built from other kernels than the ones beside it."""
+    """The compiled core was built from other kernels or sources than those of the package."""
+
+
+def _check_sources(here: str, installed: str) -> None:
+    """Refuses a core that is installed with other sources in C than those here."""
+    from filecmp import cmpfiles
+
+    names = [name for name in listdir(here) if name.endswith((".c", ".h", ".pyx"))]
+    _, others, _ = cmpfiles(here, installed, names, shallow=False)
+    if others:
+        raise StaleCore(
+            f"the core in {installed} was compiled from another {min(others)} than that in {here}: "
+            "install capsule-sym again, so that it is compiled anew"
+        )
 
 
 def _load() -> ModuleType | None:
@@ -29,6 +43,7 @@ def _load() -> ModuleType | None:
             __path__.append(folder)
         if find_spec(name) is None:
             return None
+        _check_sources(*__path__)
     module = import_module(name)
     if module.digest() != DIGEST:
         raise StaleCore(
