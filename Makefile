@@ -25,7 +25,7 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),capsule_sym/$(at)/*.* capsule_sym/$(at)/*/*.*)))
 PROVED := capsule_sym/paper.toml $(call sources,_symbolic _enclosures _orbits _map _native generated)
 results/verify.json: $(READY) $(PROVED)
-results/hardcases.json: $(READY) $(call sources,_hardcases _map _native generated)
+results/hardcases.json: $(READY) capsule_sym/paper.toml $(call sources,_hardcases _study _map _native generated)
 results/%.json:
 	@mkdir -p results
 	$(BIN)/capsule-sym $* --json > $@.part

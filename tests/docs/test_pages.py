@@ -152,7 +152,7 @@ def test_what_has_to_hold_is_what_is_run_before_a_change_is_taken() -> None:
     ("made", "packages"),
     [
         ("verify.json", "_symbolic _enclosures _orbits _map _native generated"),
-        ("hardcases.json", "_hardcases _map _native generated"),
+        ("hardcases.json", "_hardcases _study _map _native generated"),
     ],
 )
 def test_a_result_is_made_anew_when_what_it_is_made_from_changes(made: str, packages: str) -> None:
