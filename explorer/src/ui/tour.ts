@@ -30,6 +30,7 @@ function overlap(one: DOMRect, other: DOMRect): number {
 /** `before` brings up the view that is told of. */
 export function tour(before: () => void): void {
   const dialog = byId<HTMLDialogElement>("tour");
+  if (dialog.open) return;
   let at = 0;
   const title = make("h2", { id: "tour-title" });
   const text = make("p");
