@@ -194,20 +194,23 @@ def chosen_parameters(
 ) -> tuple[Parameters, PhysicalParameters | None]:
     """The parameters of a file and of options, with those of the device if it is given in SI units.
 
-    Raises InvalidInput for values that are not allowed, and for options beside SI units.
+    Raises InvalidInput for values that are not allowed, for options beside SI units, and for ranges
+    of a device's parameters where there is none.
     """
-    from capsule_sym._parameters import Parameters, load_parameters
+    from capsule_sym._parameters import DRIVEN, Parameters, load_parameters
 
     given = {name: value for name, value in dimensionless.items() if value is not None}
-    if file is None:
-        return Parameters(**given), None
     try:
-        loaded = load_parameters(file)
+        loaded = Parameters() if file is None else load_parameters(file)
     except InvalidInput as error:
         if error.field != "file":
             raise
         raise InvalidInput("--params", error.value, error.allowed) from error
     if isinstance(loaded, Parameters):
+        for name, ends in ranges().items():
+            if name in DRIVEN:
+                text = ":".join(f"{end:g}" for end in ends)
+                raise InvalidInput(name, text, "absent unless --params is a device")
         return loaded.replace(**given), None
     for name, value in given.items():
         raise InvalidInput(name, value, f"absent where {file} is in SI units")

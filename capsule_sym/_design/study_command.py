@@ -79,6 +79,7 @@ def design(
     from capsule_sym._design.optimise import optimise
     from capsule_sym._design.optimum import OptimumStatus
     from capsule_sym._design.pareto import pareto
+    from capsule_sym._design.program import scenarios_of
     from capsule_sym._design.steering import steer, usual_drive
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch
@@ -87,6 +88,8 @@ def design(
     parameters, device = chosen_parameters(file, dimensionless)
     system = device or parameters
     bounds = bounds_of(over) or usual_drive(system)
+    shares = shares_of(tolerances)
+    scenarios_of(((0.0, 0.0, 0.0),), shares, system)  # refused before work begins
     watch = Watch(checked_seconds(max_seconds))
     with telling("") as progress:
 
@@ -107,8 +110,8 @@ def design(
             "fastest": fastest or optimise("speed", bounds, system, **asked("Fastest")),
             "most economical": optimise("speed_per_work", bounds, system, **asked("Economical")),
         }
-        if tolerances:
-            robust = {"tolerances": shares_of(tolerances), **asked("Robust")}
+        if shares:
+            robust = {"tolerances": shares, **asked("Robust")}
             found["most robust"] = optimise("speed", bounds, system, **robust)
     for one in found.values():
         if one.status is OptimumStatus.INFEASIBLE:

@@ -117,6 +117,8 @@ def branch(
         if parameter is not None or begin is not None or end is not None:
             raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
         parameter, begin, end = name, low, high
+    if parameter in dimensionless:
+        check_beside(parameter, never=("begin",))
     check_points(points)
     if end is None:
         beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"

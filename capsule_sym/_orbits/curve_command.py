@@ -166,8 +166,7 @@ def _scaled(
     low, high, *_ = ends
     if name in Parameters.__slots__:
         return name, (low, high), 1.0
-    if device is None:
-        raise InvalidInput(name, f"{low:g}:{high:g}", "absent unless --params is a device")
+    assert device is not None  # or `chosen_parameters` has refused it
     tied, factor = device.tie(name)
     return tied, (low * factor, high * factor), factor
 

@@ -125,6 +125,7 @@ def sweep(
     from capsule_sym._sweeps.plan import load_sweep
     from capsule_sym._sweeps.refinement import refine_sweep
 
+    check_beside("compute", never=("stride",))
     over = ranges()
     settings = {"periods": periods, "compute": compute and compute.split(",")}
     settings = {name: value for name, value in settings.items() if value is not None}
@@ -304,11 +305,13 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
         return
     require("sweep", "distributed")
     from capsule_sym._sweeps.cluster import client_of
+    from capsule_sym._sweeps.execution import MOST_WORKERS
 
     with client_of(address, workers) as client:
         count = sum(client.nthreads().values())
         # Workers may come later: a run says that it waits for them.
-        yield {"executor": client.get_executor(), "workers": workers or count or 1}
+        many = min(count or 1, MOST_WORKERS)
+        yield {"executor": client.get_executor(), "workers": workers or many}
 
 
 @contextmanager

@@ -32,6 +32,7 @@ from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
 from capsule_sym._sweeps.sweep import Sweep
 
+MOST_WORKERS = 1024  # more than the one writer keeps at work
 _MOST_DEATHS = 3  # of pools in which nothing was finished, before their chunks are blamed
 
 Progress = Callable[[int, int], None]
@@ -118,8 +119,9 @@ def run_sweep(
     """Runs all cells that a store does not hold yet, each chunk written as it is finished.
 
     The executor is "threads", "processes", or any `concurrent.futures.Executor`, such as that of
-    a Dask client. At most `workers` chunks (by default one per core) are on their way, so that
-    memory does not grow with the sweep, and an end at any moment costs at most a chunk per worker.
+    a Dask client. At most `workers` chunks (by default one per core, 1,024 at most) are on their
+    way, so that memory does not grow with the sweep, and an end at any moment costs at most a chunk
+    per worker.
     Results are the same byte for byte however often a run is stopped and resumed; `any_core` gives
     that up, and goes on with another core (see `opened`). `progress` is called with the cells done
     and their number. What it gives says how the cells ended, by `success`, `status` (a
@@ -151,7 +153,7 @@ def run_then(
 ) -> Summary:
     """`run_sweep`, and when all cells are there further results, by `last` from the store."""
     count = processors() if how.workers is None else how.workers
-    check_count("workers", count)
+    check_count("workers", count, most=MOST_WORKERS)
     if not isinstance(how.executor, Executor) and how.executor not in KINDS:
         raise InvalidInput("executor", how.executor, f"an executor, or one of {', '.join(KINDS)}")
     limit = Watch(checked_seconds(how.max_seconds))

@@ -9,11 +9,13 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
+from capsule_sym._design import steering
 from capsule_sym._enclosures import command as enclosing
 from capsule_sym._enclosures import regions
 from capsule_sym._hardcases import adversarial
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._options import meant
+from capsule_sym._orbits.continuation import boxes
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)
@@ -35,21 +37,27 @@ REFUSED = [
     ("sweep --alpha 0.1:2:3 --store s --any-core", "--any-core is for --resume, which is missing"),
     ("basin --x-r 0:1:2 --store s --dask local --executor threads", "--executor and --dask"),
     ("verify --only a --freeze", "--only and --freeze exclude each other"),
-    ("optimise --maximise speed --over alpha=1:2 --points 9", "--points is for --pareto, which"),
-    ("optimise --maximise speed --minimise work", "--maximise and --minimise exclude each other"),
-    ("fit a.csv --unknown alpha --seed 2", "--seed is for --starts, which is missing"),
     (
         "diagram curves.json --of v_c --out a.svg",
         "--of is for branches, and curves.json has curves",
     ),
+    (
+        "sweep --alpha 1:2:3 --gamma 3:4:3 --store s --refine 2 --compute final",
+        "--compute and --re",
+    ),
+    ("branch --parameter alpha --from 1 --to 2 --alpha 0.7", "--alpha and --from exclude each"),
+    ("branch --P-d 1:2", "P_d = '1:2': must be absent unless --params is a device"),
+    ("sweep --P-d 1:2:3 --store s", "P_d = '1:2:3': must be absent unless --params is a device"),
+    ("curve --alpha 1:2 --P-d 1:2 --bifurcation all", "must be absent unless --params is a device"),
+    ("sweep --alpha 1:2:3 --store s --workers 1025", "workers = 1025: must be a whole number from"),
+    ("design --tolerance alpha 2", "tolerance of alpha = 2.0: must be a share between 0 and 1"),
+    ("orbit --box 1 1 1 --along alpha 1 2", "must be ascending, with 0.7 between them"),
     ("explore --serve 0 --out a.html", "--serve and --out exclude each other"),
     # what is missing altogether
     ("branch", "give a range of what varies, such as --alpha 0.1:2, or --parameter, --from and"),
     ("branch --restart a.json PD1", "such as --alpha 0.1:2, or --to beside --restart"),
     ("branch --to 1 --parameter alpha", "--to needs --parameter and --from, or --restart"),
     ("sweep --store s", "give a range, such as --alpha 0.1:2:41, or FILE.toml"),
-    ("optimise --over alpha=1:2", "give --maximise or --minimise METRIC"),
-    ("fit a.csv", "give --unknown, once for each that is fitted"),
     ("basin --store s", "give a range of starts, such as --x-r -1:1:40"),
     # times that are none
     ("enclose --region a --seconds nan", "'--seconds': nan is not in the range x>0"),
@@ -83,7 +91,10 @@ def test_a_wrong_line_is_refused_in_one_line(
     (tmp_path / "curves.json").write_text('{"curves": [{}]}')
     (tmp_path / "part.toml").write_text(part)
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
+    # what would begin work
     monkeypatch.setattr(enclosing, "spawning", None)
+    monkeypatch.setattr(steering, "steer", None)
+    monkeypatch.setattr(boxes, "_attractors", None)
     done = inside(*line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")

@@ -247,7 +247,7 @@ REFUSED = {
     ),
     "steering by the gap": (("steer", "--over", "delta=0:1"), "over"),
     "no file": (("fit", "none.csv", "--unknown", "alpha"), "file"),
-    "nothing unknown": (("fit", "data.csv"), "--unknown"),
+    "nothing unknown": (("fit", "data.csv"), "give --unknown"),
     "missing column": (("fit", "missing.csv", "--unknown", "alpha"), "columns"),
     "constant column": (("fit", "constant.csv", "--unknown", "alpha"), "x_c"),
     "times that go back": (("fit", "back.csv", "--unknown", "alpha"), "t in row"),

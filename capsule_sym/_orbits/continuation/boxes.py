@@ -14,7 +14,7 @@ from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch, check_time, present
 from capsule_sym._orbits.continuation.continuation import Branch, check_points
-from capsule_sym._orbits.continuation.isolas import follow_both_ways
+from capsule_sym._orbits.continuation.isolas import checked_axis, follow_both_ways
 from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.admissibility import rerun
@@ -96,6 +96,8 @@ def search_box(
     check_points(points)
     if (along is None) != (ends is None):
         raise InvalidInput("ends", ends, "given with along, and only then")
+    if along is not None and ends is not None:
+        checked_axis(parameters, [*parameters.to_dict().values()], along, ends)
     starts = _grid(bounds, counts)
     row = parameter_rows(parameters)
     say = report or (lambda text: None)

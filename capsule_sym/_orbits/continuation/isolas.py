@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import backend
+from capsule_sym._map.backend import Number, backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.continuation import Branch, Run, check_points
@@ -21,6 +21,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._parameters import Parameters
 
 
 def continue_both_ways(
@@ -54,7 +55,7 @@ def follow_both_ways(
     max_seconds: float = math.inf,
 ) -> tuple[tuple[Branch, ...], tuple[Orbit, ...]]:
     """The branches of `continue_both_ways`, and other orbits of them at the value of the first."""
-    axis = _axis(orbit, parameter, ends, ties)
+    axis = checked_axis(orbit.parameters, orbit.values, parameter, ends, ties)
     check_points(points)
     limit = Watch(checked_seconds(max_seconds))
     found: list[Branch] = []
@@ -75,25 +76,27 @@ def follow_both_ways(
     return tuple(found), tuple(passed)
 
 
-def _axis(
-    orbit: Orbit,
+def checked_axis(
+    parameters: Parameters,
+    values: Sequence[Number],
     parameter: str,
     ends: Sequence[float],
-    ties: Mapping[str, Function | str] | None,
+    ties: Mapping[str, Function | str] | None = None,
 ) -> Axis:
+    """The path of a parameter between ends, from `values` of all; raises InvalidInput."""
     path = parameter_path(parameter, ties)
     try:
         low, high = map(float, ends)
     except (TypeError, ValueError):
         raise InvalidInput("ends", ends, "two numbers, low and high") from None
-    value = float(path.value(orbit.values))
+    value = float(path.value(values))
     if path.name in PARAMETERS:
         for end in (low, high):
-            orbit.parameters.replace(**{path.name: end})
-    path.check(orbit.parameters, low, high)
+            parameters.replace(**{path.name: end})
+    path.check(parameters, low, high)
     if not low < value < high:
         raise InvalidInput("ends", (low, high), f"ascending, with {value!r} between them")
-    if not path.holds([float(one) for one in orbit.values]):
+    if not path.holds([float(one) for one in values]):
         tied = [name for name, _ in path.ties]
         raise InvalidInput("ties", tied, f"such that they hold for the orbit at {value!r}")
     return Axis(path, low, high)
