@@ -92,9 +92,9 @@ class Keeper:
         self.count = self.evaluations = self.escalations = 0
         self._rows = Growing(SEGMENT) if self.what == "segments" else None
         self._events = Growing(SWITCH) if self.what == "switches" else None
-        records = {"segments": SEGMENT.itemsize + STROBE, "switches": SWITCH.itemsize}
-        self._room = MOST_BYTES // share
-        self.most = max(1, self._room // records[self.what]) if self.what in records else 10**12
+        sizes = {"segments": SEGMENT.itemsize, "switches": SWITCH.itemsize}
+        self._room, self._size = MOST_BYTES // share, sizes.get(self.what, 0)
+        self.most = max(1, self._room // self._size) if self._size else 10**12
         self._piece = np.empty(0 if self._rows else _PIECE, SEGMENT)
         self._tangencies: dict[int, Any] = {}
         self._last: Records | None = None
@@ -114,8 +114,9 @@ class Keeper:
     @property
     def full(self) -> bool:
         """Whether there is no memory left for more."""
-        strobed = self.what == "stroboscopic" and self._strobes.count * STROBE >= self._room  # type: ignore[union-attr]
-        return strobed or self.count >= self.most
+        strobes = self._strobes.count if self._strobes else 0
+        held = self.count * self._size + strobes * STROBE
+        return held >= self._room or self.count >= self.most
 
     def room(self, most: int) -> Records:
         """Where the core may write records, at most so many."""

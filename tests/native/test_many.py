@@ -9,6 +9,7 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, Status, Trajectories, simulate, simulate_many
 from capsule_sym._map import keep as keeping
+from capsule_sym._map.keep import CHOICES
 from capsule_sym._map.segments import Segments
 from capsule_sym._native import watch
 
@@ -154,11 +155,13 @@ def test_what_is_kept_takes_no_more_memory_than_it_may(monkeypatch: pytest.Monke
     monkeypatch.setattr(keeping, "MOST_BYTES", room)
     with pytest.raises(InvalidInput, match="keep = "):
         simulate(SETS[0], periods=10**5, keep=np.linspace(0, 9, 2**15 + 1))
-    for keep in ("segments", "switches", "stroboscopic"):
-        run = simulate(SETS[0], periods=10**6, keep=keep)
+    rapid = Parameters(omega=3000.0, zeta=0.0, f_b=1e6)  # a segment lasts for hundreds of periods
+    for p, keep in [(SETS[0], what) for what in CHOICES if what != "final"] + [(rapid, "segments")]:
+        run = simulate(p, (1.0, 0.0, 0.0), periods=10**6, keep=keep)
         assert (run.status, run.success) == (Status.MEMORY_LIMIT, False)
-        kept = run.records if keep == "segments" else getattr(run, keep)
-        assert room / 2 < kept.nbytes < 1.3 * room
+        arrays = [run.records] if keep == "segments" else []
+        arrays += [run.switches] if keep == "switches" else [run.stroboscopic]
+        assert room / 2 < sum(array.nbytes for array in arrays) < 1.3 * room
     moving = [SETS[i] for i in (0, 1, 3)] * 4
     many = simulate_many(moving, periods=10**5, keep="segments")
     assert set(many.status.tolist()) == {Status.MEMORY_LIMIT}
