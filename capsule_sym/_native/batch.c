@@ -321,7 +321,7 @@ capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t 
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__aarch64__))
     w.step = w.lanes == 8 ? capsule_step_8 : capsule_step_4;
 #endif
-    w.stopped = capsule_asked(batch->watch, CAPSULE_WORK);
+    w.stopped = capsule_over(batch->watch);
     while (w.next < count && !w.stopped) {
         const capsule_parameters *p = &batch->parameters[w.next];
         size_t end = w.next + batch->stride;

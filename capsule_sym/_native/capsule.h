@@ -7,7 +7,7 @@
    angle in [0, 2 pi), so that no error grows with the number of periods.
 
    A pointer may be null only where that is said. What else is not allowed is refused, and nothing is
-   written: a capsule_stop is CAPSULE_REFUSED then, a number as is said. The caller owes what no
+   computed: a capsule_stop is CAPSULE_REFUSED then, a number as is said. The caller owes what no
    function can check: arrays of the lengths that are given, segments that `capsule_run` wrote, maps
    that were made, memory that was zeroed where that is asked for. The closed forms of
    capsule_kernels.h check nothing. */
@@ -60,29 +60,37 @@ typedef struct {
     int may_rest;           /* whether the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
 
-/* What stops work that takes long: a limit of work, which no clock and no machine moves, or who is
-   asked. Both are looked at after every CAPSULE_WORK expansions or so, which take milliseconds. `ask`,
-   or null, is called in the thread that works; 0 lets it go on. Once it has said otherwise it must say
-   so again. To go on after the limit, raise it. Each thread has a watch of its own, zero at first but
-   for what it shall do. */
+/* Stops work that takes long: at a limit of work, which no clock moves, or when `ask` says so. Both
+   are looked at after every CAPSULE_WORK expansions or so, which take milliseconds. `ask`, or null, is
+   called in the thread that works, and lets it go on by 0; once it has stopped it, it must do so again.
+   To go on after the limit, raise it: by more than one segment takes, for a stopped segment begins
+   anew, and one that rests for ever counts 1 for each row of `strobe`. Each thread has a watch of its
+   own, whose `done` and `work` are 0 at first. */
 typedef struct {
     int (*ask)(void *about);
     void *about;
-    int64_t most; /* expansions in all, in whole multiples of CAPSULE_WORK; 0 for no limit */
+    int64_t most; /* expansions in all, rounded up to CAPSULE_WORK; 0 for no limit */
     int64_t done; /* of them, when it was last looked at */
     int64_t work; /* since then */
 } capsule_watch;
 
 #define CAPSULE_WORK 8192
 
-/* Counts work of about so many expansions; whether to stop. A null watch never says so. */
+/* Looks at a watch; whether to stop. A null watch never says so. */
+static inline int capsule_over(const capsule_watch *watch)
+{
+    return watch && ((watch->most && watch->done >= watch->most) ||
+                     (watch->ask && watch->ask(watch->about)));
+}
+
+/* Counts work of about so many expansions, and looks at the watch now and then; whether to stop. */
 static inline int capsule_asked(capsule_watch *watch, int64_t work)
 {
     if (!watch || (watch->work += work) < CAPSULE_WORK)
         return 0;
     watch->done += watch->work;
     watch->work = 0;
-    return (watch->most && watch->done >= watch->most) || (watch->ask && watch->ask(watch->about));
+    return capsule_over(watch);
 }
 
 /* What a run writes besides the final state; a null pointer is neither written nor paid for. */
@@ -203,9 +211,9 @@ capsule_stop capsule_slopes_start(capsule_slopes *at);
 /* Carries derivatives through the segments of a run in their order, from the start of the first to
    that of the last, and leaves them in `at`. `switches`, a row for each segment but the last, or
    null, receives the derivatives of their ends' times; `slopes` those of (x_r, v_r, v_c, x_c) at `n`
-   times in ascending order, each with the rate of change at last. Where a switch is tangential they are infinite or not a number from then
-   on; where two happen at once they are those of the side that the run takes. Returns how many
-   segments were passed: less than `count` where `watch`, which may be null, stops it, and at a field
+   times in ascending order, each with the rate of change at last. Where a switch is tangential they
+   are infinite or not a number from then on; where two happen at once they are those of the side that
+   the run takes. Returns how many segments were passed: less than `count` where `watch`, which may be null, stops it, and at a field
    that there is not; 0 where it is refused. */
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
                              capsule_slopes *at, double (*switches)[11],

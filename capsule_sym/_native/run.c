@@ -28,11 +28,11 @@ int capsule_lanes(void)
 int capsule_allowed(const capsule_map *map, const capsule_state *s)
 {
     return map && s && capsule_parameters_allowed(&map->parameters) && isfinite(s->x_r) &&
-           isfinite(s->gap) && isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) && s->angle >= 0.0 &&
-           s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI && fabs(s->angle_rest) <= 1.0 &&
-           s->turn >= 0 && s->turn <= CAPSULE_PERIODS && s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
-           s->plane >= 0 && s->plane <= 10 &&
-           s->field >= 0 && s->field <= 6;
+           isfinite(s->gap) && isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) &&
+           s->angle >= 0.0 && s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI &&
+           fabs(s->angle_rest) <= 1.0 && s->turn >= 0 && s->turn <= CAPSULE_PERIODS &&
+           s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
+           s->plane >= 0 && s->plane <= 10 && s->field >= 0 && s->field <= 6;
 }
 
 void capsule_write_strobe(const capsule_request *request, int64_t turn, double x_r, double v_r, double v_c)
@@ -111,7 +111,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     *written = 0;
     *open = CAPSULE_END;
     if (!request || !capsule_allowed(map, state) || periods < 0 || periods > CAPSULE_PERIODS ||
-        (request->strobe && request->rows && request->rows < LEAST_ROWS))
+        (request->rows && request->rows < LEAST_ROWS))
         return CAPSULE_REFUSED;
     capsule_context context;
     memset(&context, 0, sizeof context);

@@ -133,6 +133,7 @@ cdef extern from "capsule.h" nogil:
     void capsule_flow(const capsule_constants *c, const capsule_start *start, double h, double *out)
     double capsule_flow_advance(const capsule_constants *c, const capsule_start *start, double position, double h)
     void capsule_jacobian(const capsule_constants *c, const capsule_start *start, double h, double *out)
+    int capsule_over(const capsule_watch *watch)
     int capsule_asked(capsule_watch *watch, int64_t work)
     capsule_stop capsule_map_make(const capsule_parameters *parameters, capsule_map *map)
     capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_map *map)

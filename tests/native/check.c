@@ -169,6 +169,7 @@ static int nulls(void)
     capsule_event events[4];
     capsule_motion motion;
     capsule_orbit orbit;
+    const capsule_request no_rows = {.rows = INT64_MIN};
     capsule_slopes slopes;
     capsule_extremum found[4] = {{9, 9, 9}, {9, 9, 9}, {9, 9, 9}, {9, 9, 9}};
     const capsule_start begin = {.v_r = 1, .cos_theta = 1};
@@ -202,6 +203,7 @@ static int nulls(void)
     REFUSED(capsule_run(&map, &state, INT64_MAX, &request, &written, &open))
     REFUSED(capsule_run(&map, &state, -1, &request, &written, &open))
     REFUSED(capsule_run(&map, &state, 1, NULL, &written, &open))
+    REFUSED(capsule_run(&map, &state, 1, &no_rows, &written, &open))
     REFUSED(capsule_run(&map, &state, 1, &request, NULL, &open))
     REFUSED(capsule_run(&map, &state, 1, &request, &written, NULL))
     late = capsule_state_at(NULL, 0, 0, 0, 0);
@@ -283,6 +285,12 @@ static int limited(void)
         .stride = 1, .parameters = &p, .states = &once, .stops = &stop, .watch = &beside};
     if (capsule_run_many(&batch, 1, 4, &workspace) != CAPSULE_DONE || stop != CAPSULE_STOPPED)
         return failed("no limit of work side by side", &p);
+    for (int i = 0; i < 3; i++, beside.most += CAPSULE_WORK) { /* each call goes on */
+        const capsule_state before = once;
+        if (i && (capsule_run_many(&batch, 1, 4, &workspace) != CAPSULE_DONE ||
+                  memcmp(&before.x_r, &once.x_r, sizeof(double)) == 0))
+            return failed("no way on side by side", &p);
+    }
     once = state;
     if (capsule_run(&map, &state, 4, &request, &count, &open) != CAPSULE_STOPPED ||
         capsule_run(&map, &once, 4, &other, &count, &open) != CAPSULE_STOPPED ||
