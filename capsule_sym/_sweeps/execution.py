@@ -39,7 +39,7 @@ Progress = Callable[[int, int], None]
 
 
 class SweepStatus(StrEnum):
-    """How a sweep ended."""
+    """Status of a sweep that ended."""
 
     #: Every cell is computed, be its motion periodic or not.
     COMPLETE = "complete"
