@@ -6,17 +6,19 @@ well, by what keeps the guard at zero; in the next segment that is the saltation
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from capsule_sym._errors import InvalidInput
+from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Trajectory, evaluation
 from capsule_sym._map.backend import backend
+from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.segments import Records
-from capsule_sym._native import core
+from capsule_sym._native import Watch, check_time, core, present
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym.generated import formulas
@@ -54,6 +56,18 @@ class Sensitivities:
     """The times of the switches, shape (m,)."""
     switching_slopes: NDArray[np.float64]
     """Their derivatives, shape (m, 11)."""
+    status: Status = Status.FINISHED
+    """Finished, or time-limit: derivatives later in the run are nan."""
+
+    @property
+    def success(self) -> bool:
+        """Whether all derivatives were found."""
+        return self.status is Status.FINISHED
+
+    @property
+    def message(self) -> str:
+        """The status as a sentence."""
+        return "all was found" if self.success else "the time was over: later derivatives are nan"
 
     def __repr__(self) -> str:
         return (
@@ -72,33 +86,41 @@ class Sensitivities:
         return self.slopes[..., chosen[0] if len(chosen) == 1 else chosen]
 
 
-def sensitivities(run: Trajectory, t: ArrayLike) -> Sensitivities:
+def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.inf) -> Sensitivities:
     """Derivatives of a run's states at times t, and of its switching times; dimensionless.
 
     `run` has its segments (`keep="segments"`); times are as in `run(t)`, in any order, shape (n,).
-    Raises InvalidInput for times outside the run, and where segments were not kept.
+    After `max_seconds` of the clock the derivatives that were not found are nan. Raises
+    InvalidInput for times outside the run, and where segments were not kept.
     """
+    status, limit = Status.TIME_LIMIT, Watch(checked_seconds(max_seconds))
     times = np.ravel(evaluation.real("t", t, "real numbers"))
     records = np.ascontiguousarray(run.records)
     evaluation.check(times, *run.span)
     states = run(times, position=True)
     order = evaluation.in_order(times)
     ascending = times if order is None else times[order]
-    switches, found = np.empty((max(len(records) - 1, 0), 11)), np.empty((len(times), 4, 12))
-    if not len(records):
-        found[:] = np.eye(4, 12) * [1, 1, 1, *(9 * [0])]
-    elif core is not None:
-        native = evaluation.borrowed(run.parameters.to_dict().values())
-        native.differentiate(records, ascending, switches, found)
-        evaluation.give_back(native)
-    else:
-        differentiated(run, records, ascending, switches, found)
+    switches = np.full((max(len(records) - 1, 0), 11), np.nan)
+    found = np.full((len(times), 4, 12), np.nan)
+    with limit:
+        if not len(records):
+            found[:] = np.eye(4, 12) * [1, 1, 1, *(9 * [0])]
+        elif core is not None:
+            native = evaluation.borrowed(run.parameters.to_dict().values())
+            passed = native.differentiate(records, ascending, switches, found, present())
+            evaluation.give_back(native)
+            if passed < len(records):
+                check_time()
+        else:
+            differentiated(run, records, ascending, switches, found)
+        status = Status.FINISHED
     slopes = found
     if order is not None:
         slopes = np.empty_like(found)
         slopes[order] = found
     ends = records["end_turn"] * run.parameters.period + records["end_angle"] / run.parameters.omega
-    return Sensitivities(times, states, slopes[..., :11], slopes[..., 11], ends[:-1], switches)
+    rates = slopes[..., 11]
+    return Sensitivities(times, states, slopes[..., :11], rates, ends[:-1], switches, status)
 
 
 def differentiated(
@@ -117,6 +139,7 @@ def differentiated(
         begins = records["start_turn"] * run.parameters.period + records["start_angle"] / omega
         of = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
         for i, record in enumerate(records):
+            check_time()
             c = forms.constants(int(record["field"]))
             closed = numbers.kernels.Start(
                 record["start"][0],

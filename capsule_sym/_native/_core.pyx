@@ -339,8 +339,10 @@ cdef class Map:
 
 
     def differentiate(self, segments, const double[::1] times, double[:, ::1] switches,
-                      double[:, :, ::1] slopes):
+                      double[:, :, ::1] slopes, watch=None):
         """Writes the derivatives of switching times (n, 11), and of (x_r, v_r, v_c, x_c) at times.
+
+        Gives the number of segments that were passed, less than n + 1 if the watch is over before.
 
         `segments` are all records of a run, n + 1 of them; `times` ascend, and `slopes` has the shape
         (times, 4, 12). The columns are the start's x_r, v_r, v_c and phase, the parameters, and of
@@ -364,14 +366,15 @@ cdef class Map:
             ends = <double[11] *> &switches[0, 0]
         if n:
             rows, when = <double[4][12] *> &slopes[0, 0, 0], &times[0]
-        cdef capsule_watch *watch = _attend(&a, None, None)
+        cdef capsule_watch *limit = _attend(&a, watch, None if watch is None else watch.flag)
         with nogil:
             capsule_slopes_start(&at)
             done = capsule_differentiate(self.map, <const capsule_segment *> &bytes_[0], count, &at,
-                                         ends, when, n, rows, watch)
+                                         ends, when, n, rows, limit)
         _raised(&a)
-        if done < count:
+        if done < count and not a.stopped:
             raise ValueError("a field that there is not")
+        return done
 
 
 cdef int _check_rows(const double[:, ::1] parameters, states) except -1:

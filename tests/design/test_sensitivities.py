@@ -1,6 +1,7 @@
 """Derivatives of runs, against differences of an independent integrator's runs with 36 digits."""
 
 from functools import cache
+from itertools import count
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,7 @@ from mpmath import mp, mpf
 from capsule_sym import InvalidInput, Parameters, Sensitivities, sensitivities, simulate
 from capsule_sym._design import sensitivities as module
 from capsule_sym._design.sensitivities import SLOPES
-from capsule_sym._native import core
+from capsule_sym._native import core, watch
 from tests.judges import taylor_events
 from tests.sampling import sampled, some
 
@@ -99,6 +100,29 @@ def test_times_may_come_in_any_order_and_more_than_once(native, monkeypatch) -> 
     for i, time in enumerate(times):
         assert np.array_equal(found.slopes[i], sensitivities(run, [time]).slopes[0])
     assert np.array_equal(found.states, run(times, position=True))
+
+
+@each_way
+def test_what_is_not_found_in_time_is_nan(native, monkeypatch) -> None:
+    """The core looks at the time after some thousand segments, Python after each."""
+    run = simulate(Parameters(alpha=0.8), periods=6000 if native else 8)
+    times = np.linspace(0.0, run.span[1], 9)[::-1]
+    whole = sensitivities(run, times)
+    if not native:
+        monkeypatch.setattr(module, "core", None)
+        clock = count()
+        monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
+    late = sensitivities(run, times, max_seconds=1e-300 if native else len(run.segments) // 2)
+    known = np.isfinite(late.slopes).all(axis=(1, 2))
+    assert known.tolist() == sorted(known)  # the later times come first
+    assert 0 < known.sum() < 9
+    assert late.slopes[known] == pytest.approx(whole.slopes[known], rel=1e-9, abs=1e-12)
+    assert (late.status, late.success) == ("time-limit", False)
+    assert "time was over" in late.message
+    assert np.array_equal(late.states, whole.states)
+    assert whole.success
+    with pytest.raises(InvalidInput, match="max_seconds"):
+        sensitivities(run, times, max_seconds=np.nan)
 
 
 @each_way
