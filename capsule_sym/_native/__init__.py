@@ -22,7 +22,7 @@ def _check_sources(here: str, installed: str) -> None:
     """Refuses a core that is installed with other sources in C than those here."""
     from filecmp import cmpfiles
 
-    names = [name for name in listdir(here) if name.endswith((".c", ".h", ".pyx"))]
+    names = [name for name in listdir(installed) if name.endswith((".c", ".h", ".pyx"))]
     _, others, _ = cmpfiles(here, installed, names, shallow=False)
     if others:
         raise StaleCore(
