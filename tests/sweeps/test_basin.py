@@ -7,10 +7,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from capsule_sym import Axis, InvalidInput, Parameters, Sweep, open_results, run_basin, simulate
+from capsule_sym import (
+    Axis,
+    InvalidInput,
+    Orbit,
+    Parameters,
+    Sweep,
+    open_results,
+    run_basin,
+    simulate,
+    solve_orbit,
+)
 from capsule_sym._native import present
-from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._sweeps import basin, closing
 from capsule_sym._sweeps.basin import NONE, identify
 from capsule_sym._sweeps.closing import NotSolved, orbit_at_end
