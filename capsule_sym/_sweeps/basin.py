@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
@@ -176,7 +177,7 @@ def _attractor(orbit: Orbit, states: NDArray[np.float64], cells: int, total: int
     return Attractor(
         itinerary=itineraries.text(orbit.itinerary.fields),
         period_number=orbit.itinerary.period_number,
-        progression=float(orbit.progression),
+        progression=shown_progression(orbit.motion),
         multiplier=float(abs(floquet_multipliers(orbit)[0])),
         residual=float(orbit.residual),
         states=states,

@@ -57,6 +57,12 @@ def test_every_cell_has_the_attractor_that_its_run_stays_on(tmp_path: Path) -> N
         ]
 
 
+def test_an_attractor_without_contact_goes_nowhere(tmp_path: Path) -> None:
+    sweep = Sweep((Axis.linear("x_r", 0.0, 1.0, 2),), Parameters(alpha=2.0, beta=0.0, delta=1e6))
+    _, found = run_basin(sweep, tmp_path / "store")
+    assert [(one.itinerary, one.progression) for one in found.attractors] == [("F1 F3", 0.0)]
+
+
 def test_a_finished_basin_can_be_run_again(tmp_path: Path) -> None:
     _, first = run_basin(Sweep(AXES, TWO, periods=100), tmp_path / "store")
     summary, second = run_basin(Sweep(AXES, TWO, periods=100), tmp_path / "store", resume=True)
