@@ -41,3 +41,4 @@ def test_what_stands_still_ends_and_fails(where: str, beside: int, tmp_path: Pat
     (tmp_path / "none.ini").write_text("")
     done = subprocess.run(command, capture_output=True, cwd=tmp_path, timeout=90, check=False)
     assert done.returncode != 0
+    assert b"Timeout (0:00:03)!" in done.stderr
