@@ -419,7 +419,7 @@ _NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
 def interrupted(file: Path | None) -> KeyboardInterrupt:
     """Ctrl-C that says what is kept: the work so far, where a file has it."""
     kept = f"{file} has what is done, and the same command goes on from there"
-    return KeyboardInterrupt(*[kept] * (file is not None))
+    return KeyboardInterrupt(*[kept] * (file is not None and file.exists()))
 
 
 def require(extra: str, *names: str) -> None:

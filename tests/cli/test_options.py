@@ -12,6 +12,7 @@ from capsule_sym._cli import _status
 from capsule_sym._design import steering
 from capsule_sym._enclosures import command as enclosing
 from capsule_sym._enclosures import regions
+from capsule_sym._files import write_whole
 from capsule_sym._hardcases import adversarial
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._options import meant
@@ -184,6 +185,9 @@ def test_an_interrupt_says_that_the_file_goes_on(
 
     monkeypatch.setattr(home, call, cut)
     monkeypatch.chdir(tmp_path)
+    assert _status(line.split()) == 130
+    assert capsys.readouterr() == ("", "error: interrupted\n")  # nothing is written yet
+    write_whole(file, "begun")
     assert _status(line.split()) == 130
     kept = f"{Path(file)} has what is done, and the same command goes on from there"
     assert capsys.readouterr() == ("", f"error: interrupted: {kept}\n")
