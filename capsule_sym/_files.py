@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import stat
 from collections.abc import Callable, Iterator
@@ -23,13 +22,11 @@ def whole(path: str | os.PathLike[str], field: str = "out") -> Iterator[Path]:
     which names `field`, where the file cannot be written, as on a full disk.
     """
     with _refused(path, field):
-        mode = os.stat(path).st_mode if os.path.exists(path) else None
+        mode = mode_of(path)
         if mode is not None and not stat.S_ISREG(mode):
             yield Path(path)  # nothing can take its place, and a folder is refused by itself
             return
         target = Path(os.path.realpath(path))
-        if target.is_symlink():
-            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         if mode is None:
             target.parent.mkdir(parents=True, exist_ok=True)
         else:
@@ -49,6 +46,14 @@ def write_whole(path: str | os.PathLike[str], data: str | bytes, field: str = "o
     """Write a file with this content by `whole`, a text in UTF-8."""
     with whole(path, field) as part:
         part.write_bytes(data.encode() if isinstance(data, str) else data)
+
+
+def mode_of(path: str | os.PathLike[str]) -> int | None:
+    """The mode of what is at a path, None where nothing is; raises OSError where nothing can be."""
+    try:
+        return os.stat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return None
 
 
 @contextmanager

@@ -328,18 +328,23 @@ class WritablePath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """The path of a text."""
+        import stat
         from pathlib import Path
         from tempfile import TemporaryFile
+
+        from capsule_sym._files import mode_of
 
         if not value:
             self.fail("'' is no path", param, ctx)
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
         place = Path(os.path.realpath(path))
-        if path.exists() and not (path.is_dir() or path.is_file()):
+        try:
+            mode = mode_of(path)
+        except OSError as error:
+            self.fail(f"{str(path)!r} cannot be written ({error.strerror})", param, ctx)
+        if mode is not None and not (stat.S_ISDIR(mode) or stat.S_ISREG(mode)):
             return path  # a device or a pipe
         folder = place.parent if self.file_okay else place
-        if place.is_symlink():
-            self.fail(f"{str(path)!r} cannot be written: it is a link to itself", param, ctx)
         there = next(one for one in (folder, *folder.parents) if os.path.exists(one))
         try:
             TemporaryFile(dir=there).close()

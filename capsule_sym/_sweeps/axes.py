@@ -47,7 +47,9 @@ class Axis:
         if self.name in PARAMETERS + START and self.quantities != (self.name,):
             raise InvalidInput("axis", self.name, f"a name that is not one of {_listed()}")
         values = _doubles(self.name, self.values)
-        if values.ndim != 2 or values.shape[1] != len(ranges) or not values.size:
+        if not values.size:
+            raise InvalidInput(self.name, [], "one value or more")
+        if values.ndim != 2 or values.shape[1] != len(ranges):
             raise InvalidInput(self.name, values.shape, f"of shape (n, {len(ranges)})")
         for quantity, column, (low, high) in zip(self.quantities, values.T, ranges, strict=True):
             bad = ~((column >= low) & (column <= high))  # nan fails the comparisons

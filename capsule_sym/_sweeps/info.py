@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ def info_record(path: Path, check: bool = False) -> dict[str, Any]:
     from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
 
     record: dict[str, Any]
-    rounds = sorted(path.glob("round-*"))
+    rounds = sorted(path.glob("round-*")) if os.path.isdir(path) else []
     if rounds:
         record = {"store": str(path), "rounds": [info_record(place, check) for place in rounds]}
         if check:

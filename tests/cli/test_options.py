@@ -71,6 +71,9 @@ REFUSED = [
     ("figure fig6 --out taken/below.svg", "taken is no writable directory"),
     ("report --out taken/below.html", "taken is no writable directory"),
     ("adversarial --out taken", "'taken' is a file"),
+    (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
+    (f"sweep-info {300 * 'a'}", "must be the directory of a sweep"),
+    ("sweep none.toml --store s", "alpha = []: must be one value or more"),
     # what was meant
     ("run --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
     ("run --state 0 0,1 0", "'0,1' is not a valid float. Did you mean 0.1?"),
@@ -89,6 +92,7 @@ def test_a_wrong_line_is_refused_in_one_line(
 ) -> None:
     part = "M_m = 1\nM_c = 3\nk1 = 1\nk2 = 1\n"
     (tmp_path / "taken").write_text("a file")
+    (tmp_path / "none.toml").write_text("axes.alpha = []")
     (tmp_path / "curves.json").write_text('{"curves": [{}]}')
     (tmp_path / "part.toml").write_text(part)
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
