@@ -83,7 +83,9 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
     a.watch.about = a
     a.watch.most = a.watch.done = a.watch.work = 0
     a.flag = NULL if watch is None else &flag[0]
-    a.deadline = INFINITY if watch is None else now() + (watch.deadline - perf_counter())
+    # The clock here is read last, so that what it stops is over for the watch as well.
+    cdef double left = INFINITY if watch is None else watch.deadline - perf_counter()
+    a.deadline = now() + left
     a.looked = now()
     a.signals = threading.current_thread() is threading.main_thread()
     a.raised = a.stopped = False
