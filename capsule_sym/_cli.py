@@ -166,8 +166,10 @@ def run(
     there only if the run ended early, and says why. Exits with 4 where --certify does not prove it.
     """
     from capsule_sym._map import simulate
+    from capsule_sym._native import Watch
     from capsule_sym._records import dumps, physical_record, run_record
 
+    limit = Watch(max_seconds)
     parameters, physical = chosen_parameters(file, dimensionless)
     go = partial(
         simulate, parameters, state, phase, periods, backend=backend, max_seconds=max_seconds
@@ -193,7 +195,7 @@ def run(
     if certify is not None:
         from capsule_sym._orbits.command import certify_found
 
-        certify_found(certify, [trajectory])
+        certify_found(certify, [trajectory], limit)
 
 
 def _print_run(

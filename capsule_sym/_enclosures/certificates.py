@@ -6,6 +6,7 @@ checker lets it stand for all within 0.3 units. So each digit counts.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
@@ -18,6 +19,8 @@ from capsule_sym._enclosures.krawczyk import Tube
 from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
 from capsule_sym._enclosures.trajectories import enclose_run, exactly
 from capsule_sym._map import Trajectory
+from capsule_sym._map.checks import checked_seconds
+from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.bifurcations import Bifurcation
 from capsule_sym._orbits.continuation.curves import CurvePoint
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -120,13 +123,22 @@ def certify_bifurcation(
         }, event
 
 
-def certify_run(trajectory: Trajectory, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
+def certify_run(
+    trajectory: Trajectory,
+    exact: Mapping[str, str] | None = None,
+    *,
+    max_seconds: float = math.inf,
+) -> dict[str, Any]:
     """A certificate of a run to the end of a period: itinerary, switches, and where it ends.
 
     Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
-    Raises Unproved with the segment that is not what comes next.
+    Raises Unproved with the segment that is not what comes next, and after `max_seconds`.
     """
-    passage = enclose_run(trajectory, exact)
+    passage = None
+    with Watch(checked_seconds(max_seconds)):
+        passage = enclose_run(trajectory, exact)
+    if passage is None:
+        raise Unproved("certificate", "the time was over before every switch was proved")
     segments, (begin, start) = trajectory.segments, trajectory.origin
     if segments[-1].end.phase != 0:
         raise Unproved("certificate", "the run does not end with a period")
@@ -175,15 +187,19 @@ def _named(one: Certified) -> str:
     return f"{one.type} {one.value!r}"
 
 
-def certificates(found: Iterable[Certified]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Certificates of orbits and bifurcations, and why any of them is missing."""
+def certificates(
+    found: Iterable[Certified], limit: Watch
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates of orbits, bifurcations and runs, and why any of them is missing."""
     proved, failed = [], []
     for one in found:
         try:
+            if limit.over:
+                raise Unproved("certificate", "the time was over")
             if isinstance(one, Orbit):
                 proved.append(certify_orbit(one))
             elif isinstance(one, Trajectory):
-                proved.append(certify_run(one))
+                proved.append(certify_run(one, max_seconds=limit.left))
             else:
                 proved.append(certify_bifurcation(one)[0])
         except Unproved as error:

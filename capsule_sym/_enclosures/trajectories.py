@@ -35,6 +35,7 @@ from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, V, W, X
 from capsule_sym._enclosures.guards import Known, Watch
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.trajectory import Trajectory
+from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.itinerary import guard_between
 
 _REFINEMENTS = 12
@@ -90,6 +91,7 @@ class System:
         times: list[Ball] = []
         states = [state]
         for number, step in enumerate(steps, 1):
+            check_time()
             field = self._fields[step.field]
             if field.stick and not here[C, 0].is_zero():
                 raise Unproved(

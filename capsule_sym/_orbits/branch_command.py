@@ -162,7 +162,7 @@ def branch(
         for one in found:
             _print_branch(one)
     if certify is not None:
-        certify_found(certify, [one for branch in found for one in branch.bifurcations])
+        certify_found(certify, [one for branch in found for one in branch.bifurcations], limit)
     tell_early_end(next((one for one in found if one.status is Ending.TIME_LIMIT), first))
 
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from capsule_sym._enclosures.certificates import Certified
+    from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.boxes import BoxSearch
     from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._orbits.shooting.search import FoundOrbits
@@ -94,6 +95,7 @@ def orbit(
     So it does where a search ends after --max-seconds, with the orbits that were found until then.
     Exits with 4 where --certify does not prove all.
     """
+    from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.records import failure_record
     from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
@@ -105,6 +107,7 @@ def orbit(
     check_beside("state", never=("starts", "box"))
     found: Sequence[Orbit]
     search: BoxSearch | FoundOrbits | None = None
+    limit = Watch(max_seconds)
     if box is not None:
         search = _search_box(parameters, device, box, along, max_seconds, as_json)
         found = search.orbits
@@ -129,20 +132,20 @@ def orbit(
             _print_orbit(settled, _record(settled, device))
         found = [settled]
     if certify is not None:
-        certify_found(certify, found)
+        certify_found(certify, found, limit)
     if search is not None and search.status == "time-limit":
         click.echo(f"the search ends ({search.status}): {search.message}", err=True)
         raise click.exceptions.Exit(3)
 
 
-def certify_found(path: Path, found: Sequence[Certified]) -> None:
+def certify_found(path: Path, found: Sequence[Certified], limit: Watch) -> None:
     """Write the certificates of what was found; exits with 4 where something is not proved.
 
     A file is left as it was where nothing is proved.
     """
     from capsule_sym._enclosures.certificates import certificates
 
-    proved, failed = certificates(found)
+    proved, failed = certificates(found, limit)
     if proved or not failed:
         _write_certificates(path, proved)
     if failed:

@@ -152,7 +152,7 @@ def curve(
             f"a curve of {ended.type} ends ({ended.status.value}): {ended.message}", err=True
         )
     if certify is not None:
-        certify_found(certify, [point for one in curves for point in one.points])
+        certify_found(certify, [point for one in curves for point in one.points], limit)
     if lost or late:
         raise click.exceptions.Exit(3)
 

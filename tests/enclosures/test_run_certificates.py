@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from fractions import Fraction
+from itertools import count
 from pathlib import Path
+from time import perf_counter
 
 import pytest
 from click.testing import CliRunner
@@ -12,6 +14,7 @@ from click.testing import CliRunner
 from capsule_sym import Parameters, certify_run, simulate
 from capsule_sym._cli import group
 from capsule_sym._enclosures.balls import Unproved
+from capsule_sym._native import watch
 from tests.enclosures.certified import digits_changed, rejected
 
 
@@ -91,3 +94,18 @@ def test_the_command_says_what_is_not_proved_and_leaves_the_file(tmp_path: Path)
     (line,) = result.stderr.splitlines()
     assert line.startswith("not proved: the run: ")
     assert path.read_text() == "as it was"
+
+
+def test_a_run_that_is_not_certified_in_time_is_unproved(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    run, file = simulate(Parameters(alpha=1.2), periods=20), tmp_path / "run.json"
+    clock = count(perf_counter())  # which each segment looks at once
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
+    with pytest.raises(Unproved, match="the time was over before every switch was proved"):
+        certify_run(run, max_seconds=10)
+    line = ["run", "--periods", "20", "--certify", str(file), "--max-seconds", "30"]
+    ended = CliRunner().invoke(group, line)
+    assert ended.exit_code == 4
+    assert "the time was over" in ended.output
+    assert not file.exists()
