@@ -49,7 +49,7 @@ packaging: $(READY)  ## test what wheels and source distributions hold, with and
 
 LINES ?= 2000
 fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
-	CAPSULE_SYM_FUZZ=$(LINES) $(BIN)/python -m pytest -q -m long tests/cli/test_fuzz.py
+	CAPSULE_SYM_ALL=1 CAPSULE_SYM_FUZZ=$(LINES) $(BIN)/python -m pytest -q -m long tests/cli/test_fuzz.py
 
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes

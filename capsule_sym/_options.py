@@ -120,7 +120,10 @@ class _ValueOrRange(click.ParamType):  # type: ignore[type-arg]
             try:
                 return float(click.FLOAT(value, param, ctx))
             except click.BadParameter as error:
-                self.fail(error.message + meant(value, 1 + self.range.counted), param, ctx)
+                more = meant(value, 1 + self.range.counted)
+                if not more and meant(value, 1):  # a range without its count
+                    more = f" A range is {self.range.name}, such as 0.1:2:20."
+                self.fail(error.message + more, param, ctx)
         assert param is not None
         assert ctx is not None
         ctx.meta.setdefault(_RANGES, {})[param.name] = self.range.convert(value, param, ctx)

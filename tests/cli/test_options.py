@@ -80,6 +80,7 @@ REFUSED = [
     ("branch --alpha 0,7", "'0,7' is not a valid float. Did you mean 0.7?"),
     ("branch --alpha 0.1-2", "'0.1-2' is not a valid float. Did you mean 0.1:2?"),
     ("branch --alpha 0,1:2", "'0,1:2' is not LOW:HIGH, such as 0.1:2. Did you mean 0.1:2?"),
+    ("sweep --store s --alpha 0.1-2", "'0.1-2' is not a valid float. A range is LOW:HIGH:COUNT, "),
     ("sweep --store s --alpha 0.1-2-20", "'0.1-2-20' is not a valid float. Did you mean 0.1:2:20?"),
     ("run --params part.toml", "with c, G, P_d, Omega, mu too"),
     ("sweep device.toml --store s", "must be a table with c, G, P_d, Omega, mu too"),
