@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.layout import add_words
+from capsule_sym._figures.layout import NARROW, add_words
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     STABLE,
@@ -67,7 +67,7 @@ def plot_bifurcations(
         _markers(record, rows[2], lambda p: p["average_velocity"])
         rows[2].set_ylabel(units.label("velocity"))
         rows[2].set_xlabel(units.label(record["parameter"]))
-        rows[2].set_xlim(*_range(record))
+        rows[2].set_xlim(*span(record))
         for row in rows:
             mark_bifurcations(record, row)
         if axes is None:
@@ -83,9 +83,12 @@ def shared(record: Record) -> dict[str, Any]:
     return {"parameters": values, "parameter": record["parameter"]}
 
 
-def _range(record: Record) -> tuple[float, float]:
+def span(record: Record) -> tuple[float, float]:
+    """The values between which a branch is drawn, around that of a single orbit."""
     values = [point["value"] for point in record["points"]]
-    return min(values), max(values)
+    low, high = min(values), max(values)
+    room = 0.0 if low < high else 0.01 * abs(low) or 0.01  # a branch may be one orbit
+    return low - room, high + room
 
 
 def _strobe(point: Record, place: int, index: int) -> float:
@@ -148,12 +151,15 @@ def name_bifurcations(record: Record, axes: Axes, units: Units) -> None:
     """
     from matplotlib.transforms import offset_copy
 
+    low, high = axes.get_xlim()
     found = sorted(record["bifurcations"], key=lambda one: one["value"])
+    found = [one for one in found if low <= one["value"] <= high]
     page = figure_of(axes)
     unit = units.unit(record["parameter"])
     add_words(page, [f"{_title(one)} {unit}".rstrip() for one in found])
-    low, high = _range(record)
     wide = page.get_figwidth() - _BESIDE
+    if page.get_figwidth() < NARROW:  # numbers of many digits have no room
+        axes.locator_params(axis="x", nbins=5)
     flat = len(found) * _ROOM <= wide
     room = (_ROOM if flat else _UPRIGHT) / wide
     each = max(1, -(-len(found) // max(1, int(1 / room))))

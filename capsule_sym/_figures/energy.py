@@ -12,6 +12,7 @@ from capsule_sym._figures.branches import (
     mark_bifurcations,
     name_bifurcations,
     shared,
+    span,
 )
 from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.sizes import PAGE
@@ -74,7 +75,7 @@ def plot_energies(
             lower.plot(values, friction / work, color=FRICTION)
         lower.set_ylabel("share of friction")
         lower.set_xlabel(units.label(record["parameter"]))
-        lower.set_xlim(float(values.min()), float(values.max()))
+        lower.set_xlim(*span(record))
         for row in (upper, lower):
             mark_bifurcations(record, row)
         if axes is None:

@@ -15,6 +15,7 @@ from scipy.optimize import isotonic_regression
 
 from capsule_sym import (
     Parameters,
+    figure_style,
     plot_bifurcations,
     plot_energies,
     plot_events,
@@ -28,6 +29,7 @@ from capsule_sym._study.arcs import cycle
 from capsule_sym._study.data import orbit_of
 from capsule_sym._study.events import CROSSINGS, SLIDINGS, exact, nearest
 from tests.figures import SAFE
+from tests.figures.layout import problems
 
 PRINTED = (0.0074, 0.3687, 0.5245, 0.939, 1.443, 1.6148, 1.661, 1.7126)
 
@@ -195,12 +197,37 @@ def test_what_is_not_periodic_has_a_meaning_in_the_legend(settled, branch) -> No
     assert named == "not periodic: last periods of the run"
 
 
+def test_labels_lead_to_their_values_where_motions_reach_farther_than_the_branch(settled) -> None:
+    found = [{**SMALL["bifurcations"][0], "value": value} for value in (1.15, 2.5)]
+    record = {**SMALL, "parameter": "alpha", "bifurcations": found}
+    axes = plot_itineraries([settled(0.7), settled(1.5)], record).axes[0]
+    (note,) = [text for text in axes.texts if text.get_text() == "GR1"]
+    low, high = axes.get_xlim()
+    assert low + note.xy[0] * (high - low) == pytest.approx(1.15)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("draw", [plot_bifurcations, plot_energies])
+def test_a_branch_may_be_one_orbit(draw) -> None:
+    one = {**SMALL, "points": SMALL["points"][:1], "bifurcations": []}
+    low, high = draw(one).axes[-1].get_xlim()
+    assert low < 1.0 < high
+
+
+def test_long_numbers_along_a_narrow_diagram_stay_apart() -> None:
+    ends = ((0.005, 0.0012), (0.0072, 0.0034))
+    points = [point(at, True, [[x, x, 0.0]], x) for at, x in ends]
+    figure = plot_bifurcations({**SMALL, "points": points, "bifurcations": []}, width=3.35)
+    with figure_style():
+        assert problems(figure) == []
+
+
 def test_itineraries_name_the_bifurcations(settled, branch) -> None:
     axes = plot_itineraries([settled(0.7), settled(1.9)], branch).axes[0]
     assert [line.get_xdata()[0] for line in axes.lines] == [
         one["value"] for one in branch["bifurcations"]
     ]
-    assert len(axes.texts) == len(branch["bifurcations"])
+    assert len(axes.texts) == sum(0.7 <= one["value"] <= 1.9 for one in branch["bifurcations"])
 
 
 def test_fig6_puts_each_motion_at_its_alpha(settled, branch) -> None:
