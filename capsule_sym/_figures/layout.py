@@ -51,7 +51,7 @@ def add_key(
         legend.remove()
         legend, (wide, high) = _legend(page, handles, count, below, looks)
     if wide > room:
-        letters = int(room / figure_of(page).dpi / _LETTER) - 6
+        letters = max(1, int(room / figure_of(page).dpi / _LETTER) - 6)
         for text in legend.get_texts():
             text.set_text(textwrap.fill(text.get_text(), letters))
         wide, high = _size(legend)

@@ -137,3 +137,9 @@ def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
     required = taken[place].default is inspect.Parameter.empty
     assert required or f"`{place}`" in (getattr(capsule_sym, name).__doc__ or "")
     assert (getattr(capsule_sym, name) in COMPOSED) == (place == "figure")
+
+
+def test_a_key_in_a_sliver_of_a_page_is_wrapped(settled) -> None:
+    page = Figure(figsize=(5, 3))
+    left, _ = page.subfigures(1, 2, width_ratios=(1, 20))
+    assert plot_fig7([settled(0.7)], figure=left) is page
