@@ -44,7 +44,7 @@ def animate(
     `periods` of a run, or over the orbit; in SI units with a `device`. Raises InvalidInput for
     another ending, without ffmpeg for an MP4, and for a path that cannot be written.
     """
-    writer, units = _writer(path), Units(device)
+    writer, units = _writer(path), Units.of_motion(device, result.parameters)
     drawn = cycle(result) if periods is None else arcs(result, periods)
     time, x_r, v_r, x_c = (
         np.concatenate([getattr(arc, name) for arc in drawn])

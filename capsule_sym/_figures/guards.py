@@ -43,7 +43,8 @@ def plot_margins(
     guard of the acting field its curve is thin. Drawn into four `axes` if they are given: that of
     the itinerary, of gap, velocity and force; in SI units with the `device` whose motion it is.
     """
-    units, parameters = Units(device), result.parameters
+    parameters = result.parameters
+    units = Units.of_motion(device, parameters)
     pushes = [
         interaction(arc, parameters) * units.scale("peak_force") for arc in arcs(result, periods)
     ]

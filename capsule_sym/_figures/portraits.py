@@ -46,7 +46,7 @@ def plot_displacements(
     Draws the last `periods` of a run or one period of an orbit; time and x_c count from the
     beginning. In SI units with the `device` whose motion it is.
     """
-    units = Units(device)
+    units = Units.of_motion(device, result.parameters)
     drawn = [units.arc(arc) for arc in arcs(result, periods)]
     begin, origin = drawn[0].time[0], drawn[0].x_c[0]
     for arc in drawn:
@@ -73,7 +73,7 @@ def plot_phase_portrait(
     Of a run its last `periods`; if not given, those of its steady motion. Thin where it does not
     end in one. In SI units with the `device` whose motion it is.
     """
-    units = Units(device)
+    units = Units.of_motion(device, result.parameters)
     shown = cycle(result) if periods is None else arcs(result, periods)
     drawn = [units.arc(arc) for arc in shown]
     for arc in drawn:

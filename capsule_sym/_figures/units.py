@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.style import LABELS
-from capsule_sym._parameters import DRIVEN, UNITS, PhysicalParameters
+from capsule_sym._parameters import DRIVEN, UNITS, Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc
 
 DIMENSIONLESS = "all quantities are dimensionless"
@@ -24,6 +25,17 @@ class Units:
     """How the quantities of a figure are drawn: dimensionless, or in the SI units of a device."""
 
     device: PhysicalParameters | None = None
+
+    @classmethod
+    def of_motion(cls, device: PhysicalParameters | None, parameters: Parameters) -> Units:
+        """Units of a motion; raises InvalidInput unless its frequency and mass ratio are those."""
+        if device is not None:
+            own = device.dimensionless()
+            for name in ("omega", "gamma", "f_b"):
+                value, allowed = getattr(parameters, name), getattr(own, name)
+                if not math.isclose(value, allowed, rel_tol=1e-9):
+                    raise InvalidInput(name, value, f"{allowed:.9g}, as of the device")
+        return cls(device)
 
     def scale(self, name: str) -> float:
         """What a dimensionless value is multiplied with; time is in excitation periods."""
@@ -54,6 +66,10 @@ class Units:
         device = self.device
         if device is None:
             return 1.0, ""
+        if name in ("gamma", "f_b"):  # they change the units themselves
+            raise InvalidInput(
+                "parameter", name, f"one of {', '.join(_TIED)} where a device is given"
+            )
         if name == "time":
             factor, unit = math.tau / device.Omega, "s"
         elif name in _TIED:

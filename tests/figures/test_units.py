@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import (
+    InvalidInput,
     PhysicalParameters,
     plot_basin,
     plot_bifurcations,
@@ -56,6 +57,15 @@ def test_a_motion_is_in_seconds_and_millimetres(run) -> None:
     assert np.abs(drawn - ends).min(axis=0) == pytest.approx((0, 0), abs=1e-9)
     (wall,) = {line.get_xdata()[0] for line in right.lines if line.get_label() in ("L6", "L7")}
     assert wall == pytest.approx(0.4)  # the gap in mm
+
+
+def test_a_motion_is_that_of_the_device(run) -> None:
+    other = simulate(DEVICE.dimensionless().replace(omega=1.6), periods=4)
+    for draw in (plot_motion, plot_margins):
+        with pytest.raises(InvalidInput, match=r"omega = 1\.6: must be 0\.80.*, as of the device"):
+            draw(other, device=DEVICE)
+    with pytest.raises(InvalidInput, match="parameter = 'gamma': must be one of alpha, omega"):
+        plot_bifurcations({**SMALL, "parameter": "gamma"}, device=DEVICE)
 
 
 def test_guards_are_in_si_units(run) -> None:
