@@ -7,12 +7,11 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from hashlib import sha256
-from multiprocessing import get_context
 from pathlib import Path
 from random import Random
 from time import perf_counter
@@ -32,6 +31,7 @@ from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State
 from capsule_sym._native import core
 from capsule_sym._orbits.shooting.itinerary import contact, drift
+from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym.generated.py import DIGEST
 
 CHUNK = 200
@@ -96,21 +96,21 @@ def run(count: int, seed: int, log: Path | None) -> Iterator[Tally]:
     key = {"seed": seed, "code": code()}
     done = _logged(log, key) if log else {}
     yield from (done[number] for number in wanted if number in done)
-    with (
-        ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool,
-        growing(log, "out") if log else nullcontext() as add,
-    ):
-        missing = [number for number in wanted if number not in done]
-        running = {pool.submit(chunk, seed, number): number for number in missing}
-        try:
+    missing = [number for number in wanted if number not in done]
+    with undisturbed():
+        pool = spawning(_PROCESSES)
+    try:
+        with growing(log, "out") if log else nullcontext() as add:
+            with undisturbed():
+                running = {pool.submit(chunk, seed, number): number for number in missing}
             for future in as_completed(running):
                 tally = future.result()
                 line = {**key, "chunk": running[future], **asdict(tally)}
                 if add is not None:
                     add(json.dumps(line) + "\n")
                 yield tally
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+    finally:
+        end(pool)
 
 
 @cache

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 from capsule_sym._errors import Outcome
 from capsule_sym._hardcases import baselines
@@ -14,6 +12,7 @@ from capsule_sym._hardcases.cases import Case
 from capsule_sym._hardcases.reference import ReferenceCheck, Start, check
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters
+from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._study import casestudy
 
 _COST_PERIODS = 30
@@ -48,12 +47,15 @@ class Row:
 
 def rows(cases: list[Case]) -> Iterator[Row]:
     """The rows of the cases, in order, computed by two processes."""
-    with ProcessPoolExecutor(_PROCESSES, get_context("spawn")) as pool:
-        try:
-            yield from pool.map(row, cases)
-        finally:
-            # An interrupt waits for no case that has not begun.
-            pool.shutdown(wait=False, cancel_futures=True)
+    with undisturbed():
+        pool = spawning(_PROCESSES)
+    try:
+        with undisturbed():
+            found = [pool.submit(row, case) for case in cases]
+        for one in found:
+            yield one.result()
+    finally:
+        end(pool)
 
 
 def row(case: Case) -> Row:

@@ -166,7 +166,9 @@ def prepare(folder: Path, patch: pytest.MonkeyPatch) -> None:
         (folder / name).write_text(text)
     (folder / "folder").mkdir()
     for module in (adversarial, table):
-        patch.setattr(module, "ProcessPoolExecutor", _Here)
+        patch.setattr(module, "spawning", _Here)
+        patch.setattr(module, "undisturbed", contextlib.nullcontext)
+        patch.setattr(module, "end", _Here.shutdown)
     with _inside(folder):
         assert run(["sweep", "sweep.toml", "--store", "store"], seconds=60).status == 0
 

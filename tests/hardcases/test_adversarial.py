@@ -132,11 +132,6 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     class Pool:
         def __init__(self, *_: object) -> None: ...
-        def __enter__(self) -> Pool:
-            return self
-
-        def __exit__(self, *_: object) -> None: ...
-        def shutdown(self, **_: object) -> None: ...
         def submit(self, _: object, seed: int, number: int) -> Any:
             from concurrent.futures import Future
 
@@ -145,7 +140,8 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> list[int]:
             future.set_result(Tally(starts=CHUNK, escalated=number))
             return future
 
-    monkeypatch.setattr(adversarial, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(adversarial, "spawning", Pool)
+    monkeypatch.setattr(adversarial, "end", lambda pool: None)
     return done
 
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
+import sys
+
 import pytest
 
 from capsule_sym._hardcases.cases import Case, cases
 from capsule_sym._hardcases.reference import check
+from capsule_sym._hardcases.table import rows
 from capsule_sym._native import core
 from tests.judges import taylor_events
 
@@ -67,3 +73,13 @@ def test_names_are_unique() -> None:
 
 def test_every_case_beyond_the_judge_is_a_case() -> None:
     assert set(CASES) >= BEYOND_THE_JUDGE
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are not sent to one process there")
+def test_the_processes_of_a_table_leave_ctrl_c_to_the_command() -> None:
+    found = rows([*cases()][:6])
+    next(found)
+    for process in multiprocessing.active_children():
+        assert process.pid is not None
+        os.kill(process.pid, signal.SIGINT)
+    assert len(list(found)) == 5
