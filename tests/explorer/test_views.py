@@ -291,7 +291,7 @@ def test_every_term_is_explained(open_page):
     tab = open_page("#view=diagram&d_count=20")
     _finished(tab, "diagram")
     assert tab.locator("#marks details").count() == tab.locator("#marks tr").count() > 0
-    tab.get_by_role("tab", name="Motion").click()
+    _settled(tab, lambda: tab.get_by_role("tab", name="Motion").click())
     for button in tab.locator("#view-motion .help").all():
         about = tab.locator(f"#{button.get_attribute('aria-controls')}")
         assert not about.is_visible()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import resource
@@ -65,8 +66,12 @@ def finished(store: Path) -> dict[str, float]:
 
 def workers_of(process: int) -> list[int]:
     psutil = pytest.importorskip("psutil")
-    children = psutil.Process(process).children(recursive=True)
-    return [c.pid for c in children if "resource_tracker" not in " ".join(c.cmdline())]
+    found = []
+    for child in psutil.Process(process).children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess):  # it ended meanwhile, or waits to be reaped
+            if "resource_tracker" not in " ".join(child.cmdline()):
+                found.append(child.pid)
+    return found
 
 
 @cache
