@@ -21,12 +21,12 @@ from capsule_sym._options import (
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from capsule_sym._bench.full_study import Study
     from capsule_sym._bench.goals import Goal
-    from capsule_sym._bench.growth import Growth
     from capsule_sym._bench.ratios import Ratio
     from capsule_sym._bench.roots import Root
+    from capsule_sym._bench.scaling import Growth
     from capsule_sym._bench.study import Row
-    from capsule_sym._bench.whole import Study
 
 
 @click.command("bench")
@@ -82,7 +82,7 @@ def bench(
         return _face(quick, repeats, out, as_json)
     if design:
         return _design(quick, repeats, out, as_json)
-    from capsule_sym._bench.whole import Study
+    from capsule_sym._bench.full_study import Study
     from capsule_sym._records import dumps
 
     study = Study(repeats, only, quick)
@@ -119,7 +119,7 @@ def _keep(
 
 
 def _face(quick: bool, repeats: int, out: Path | None, as_json: bool) -> None:
-    from capsule_sym._bench.face import figures, how, lacking
+    from capsule_sym._bench.first_calls import figures, how, lacking
 
     for line in lacking():
         click.echo(line, err=True)

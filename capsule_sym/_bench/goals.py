@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from capsule_sym._bench.model import Run
 from capsule_sym._bench.peers import own
+from capsule_sym._bench.reference import Case
 from capsule_sym._bench.study import Row, error, wrong_switches
 from capsule_sym._bench.tools import ONE_ROW, OURS
-from capsule_sym._bench.truth import Case
 from capsule_sym._native import core
 
 _COMPARED = ("DOP853 in C", "1e-13, inside steps")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from capsule_sym._bench.growth import Growth
+from capsule_sym._bench.scaling import Growth
 from capsule_sym._bench.study import Row
 from capsule_sym._bench.tools import LANES, ONE_ROW, OURS
 

@@ -9,8 +9,8 @@ from statistics import median
 from typing import NamedTuple
 
 from capsule_sym._bench.model import Result, Run
+from capsule_sym._bench.reference import Case
 from capsule_sym._bench.tools import Tool
-from capsule_sym._bench.truth import Case
 
 _ENOUGH = 0.02  # seconds; quicker passes are repeated until they take so long
 LONG = 2.0  # seconds; a pass that takes longer is made once

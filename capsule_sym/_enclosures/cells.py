@@ -10,7 +10,7 @@ from typing import NamedTuple
 from capsule_sym._enclosures.balls import ball, precision
 from capsule_sym._enclosures.equations import Shooting
 from capsule_sym._enclosures.patches import Patch, TooLarge
-from capsule_sym._enclosures.settled import guess_of_run
+from capsule_sym._enclosures.steady_orbit import guess_of_run
 from capsule_sym._errors import CapsuleError
 from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS

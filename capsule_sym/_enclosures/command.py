@@ -200,7 +200,7 @@ def _proved(
 def _met() -> tuple[list[dict[str, Any]], list[str]]:
     """The records of the mass ratios at which two bifurcations coincide, and why any is missing."""
     from capsule_sym._enclosures.balls import Unproved
-    from capsule_sym._enclosures.meetings import record, section4
+    from capsule_sym._enclosures.codimension_two import record, section4
     from capsule_sym._enclosures.section4 import EXACT
 
     try:

@@ -219,7 +219,7 @@ class Entry:
     @property
     def alt(self) -> str:
         """What is seen, in words, for who does not see it."""
-        from capsule_sym._figures.described import ALTERNATIVES
+        from capsule_sym._figures.text_alternatives import ALTERNATIVES
 
         return ALTERNATIVES[next(name for name, one in FIGURES.items() if one.title == self.title)]
 

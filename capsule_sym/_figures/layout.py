@@ -95,11 +95,11 @@ def _size(legend: Legend) -> tuple[float, float]:
 def _make_room(page: Figure | SubFigure, inches: float, below: bool) -> None:
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    from capsule_sym._figures.shown import Shown
+    from capsule_sym._figures.notebook import NotebookFigure
 
     whole = figure_of(page)
     high = page.bbox.height / whole.dpi
-    if isinstance(page, Shown):
+    if isinstance(page, NotebookFigure):
         page.set_figheight(high + inches)
         share = high / (high + inches)
     else:

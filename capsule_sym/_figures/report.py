@@ -210,7 +210,7 @@ def _drawing(
 
 
 def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Picture:
-    from capsule_sym._figures.shown import on_page
+    from capsule_sym._figures.notebook import on_page
 
     name, gamma = one
     entry = FIGURES[name]

@@ -125,9 +125,9 @@ def figure_style() -> Iterator[None]:
 
 def new_figure(width: float, height: float, **options: Any) -> Figure:
     """An empty figure, sizes in inches, that no global list of figures keeps."""
-    from capsule_sym._figures.shown import Shown
+    from capsule_sym._figures.notebook import NotebookFigure
 
-    return Shown(figsize=(width, height), **options)
+    return NotebookFigure(figsize=(width, height), **options)
 
 
 def canvas(figure: Figure | SubFigure | None, width: float, height: float, **options: Any) -> Any:

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput, Stopped
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._map.checks import LARGEST_STATE, RANGES, check_count, check_start
+from capsule_sym._map.escalation import Run, step, write
 from capsule_sym._map.evaluation import borrowed, give_back
-from capsule_sym._map.handover import Run, step, write
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym._errors import Outcome, Status
-from capsule_sym._map.arrival import plane, reached, tells
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Point
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
+from capsule_sym._map.segment_end import plane, reached, tells
 from capsule_sym._map.segments import Instant, Segment, Triple, instant
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._map.trajectory import (

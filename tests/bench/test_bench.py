@@ -8,14 +8,14 @@ from shutil import copytree
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._bench import goals, model, roots, tools, truth, whole
+from capsule_sym._bench import full_study, goals, model, reference, roots, tools
 from capsule_sym._bench.command import bench
-from capsule_sym._bench.growth import Growth
+from capsule_sym._bench.full_study import Study
 from capsule_sym._bench.peers import compiled, own
 from capsule_sym._bench.ratios import Ratio
+from capsule_sym._bench.scaling import Growth
 from capsule_sym._bench.study import Row
 from capsule_sym._bench.tools import ONE_ROW, OURS
-from capsule_sym._bench.whole import Study
 from capsule_sym._figures import catalogue
 from capsule_sym._native import core
 
@@ -190,7 +190,7 @@ def test_goals_follow_from_the_rows(record) -> None:
 
 @needs_core
 def test_a_width_that_misses_a_switch_is_counted(monkeypatch) -> None:
-    cases = truth.cases("case study")[:2]
+    cases = reference.cases("case study")[:2]
     assert all(width.wrong == 0 for width in goals.widths(cases))
     monkeypatch.setattr(
         own,
@@ -257,7 +257,7 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
         runs.extend((tool, len(cases(tool)), long) for tool in chosen)
         return []
 
-    monkeypatch.setattr(whole, "compare", count)
+    monkeypatch.setattr(full_study, "compare", count)
     study = Study(repeats=3, only="SciPy", quick=True)
     for part in PARTS:
         study.run(part, lambda: None)

@@ -54,14 +54,14 @@ def test_the_survey_beside_the_optimum_comes_close_to_it() -> None:
     ("option", "patch"),
     [
         ("--design", "design._COLD, design.PARTS = CODE, (design.optima,)"),
-        ("--face", "face.figures = lambda *_: [face._process('-c', CODE)]"),
+        ("--face", "first_calls.figures = lambda *_: [first_calls._process('-c', CODE)]"),
     ],
 )
 def test_ctrl_c_in_a_measured_process_is_one_line(option, patch) -> None:
     """The process that is measured gets no Ctrl-C of its own, and ends with the command."""
     waiting = "import os, sys, time; print('at', os.getpid(), file=sys.stderr); time.sleep(300)"
     script = f"""
-from capsule_sym._bench import design, face
+from capsule_sym._bench import design, first_calls
 from capsule_sym._cli import main
 CODE = {waiting!r}
 {patch}

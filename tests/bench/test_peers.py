@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters
-from capsule_sym._bench import truth
+from capsule_sym._bench import reference
 from capsule_sym._bench.model import CONTACT, DRIFT, Clock, Locked, guards, rates
 from capsule_sym._bench.peers import compiled, cvode, scipy_events, taylor
 from capsule_sym._bench.study import error, wrong_switches
@@ -15,7 +15,7 @@ needs_cc = pytest.mark.skipif(compiled.compiler() is None, reason="there is no C
 
 @pytest.fixture(scope="module")
 def cases():
-    return truth.cases("case study")
+    return reference.cases("case study")
 
 
 def judge(run, cases):
@@ -50,7 +50,7 @@ def test_compiled_dop853_is_as_accurate_as_its_tolerance(cases) -> None:
 
 @needs_cc
 def test_compiled_dop853_looks_inside_steps_if_asked() -> None:
-    near = truth.cases("tangencies")
+    near = reference.cases("tangencies")
     ends = judge(compiled.dop853(1e-9, interior=False), near)
     inside = judge(compiled.dop853(1e-9, interior=True), near)
     assert inside[0] < ends[0]
@@ -67,7 +67,7 @@ def test_runge_kutta_with_naive_switching_is_of_first_order(cases) -> None:
 def test_a_compiled_run_without_end_is_locked() -> None:
     # Switches every step: a gap without size and friction without bound are met at once.
     p = Parameters(alpha=1e-3, omega=0.01)
-    start = truth.Start(p.replace(delta=0.0, beta=1e6), (0.0, 0.0, 0.0), 1)
+    start = reference.Start(p.replace(delta=0.0, beta=1e6), (0.0, 0.0, 0.0), 1)
     (result,) = compiled.rk4(200000)([start])
     assert result.state is None
     assert len(result.itinerary) == 80
@@ -106,7 +106,7 @@ def test_heyoka_stops_in_switches_without_end(cases, lanes, monkeypatch) -> None
 
 
 def test_switches_without_time_are_a_lock() -> None:
-    start = truth.Start(Parameters(), (0.0, 0.0, 0.0), 2)
+    start = reference.Start(Parameters(), (0.0, 0.0, 0.0), 2)
     clock = Clock(start)
     for _ in range(49):
         clock.advance(0.0)

@@ -49,7 +49,7 @@ def test_the_case_study(command, tmp_path: Path) -> None:
         "curves.csv",
     }
     assert_thresholds_are_true(result["bifurcations"], results, done.stdout)
-    for gamma, truth in ((3.3, "truth_gamma33.json"), (3.0, "truth_gamma30.json")):
+    for gamma, truth in ((3.3, "reference_gamma33.json"), (3.0, "reference_gamma30.json")):
         assert_words_are_those_of_independent_integration(cases, gamma, JUDGES / truth)
 
 

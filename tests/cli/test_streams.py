@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._bench.whole import Study
+from capsule_sym._bench.full_study import Study
 from capsule_sym._cli import group, main
+from capsule_sym._enclosures import codimension_two, section4
 from capsule_sym._enclosures import command as enclosing
-from capsule_sym._enclosures import meetings, section4
 from capsule_sym._hardcases import adversarial, table
 from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
@@ -64,7 +64,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
     monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: inner_products.items()[:1]})
     monkeypatch.setattr(section4, "GAMMAS", ())
-    monkeypatch.setattr(meetings, "section4", lambda exact: [])
+    monkeypatch.setattr(codimension_two, "section4", lambda exact: [])
     monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)
     monkeypatch.setattr(enclosing, "end", ThreadPoolExecutor.shutdown)
     monkeypatch.setattr(table, "rows", lambda chosen: iter(()))

@@ -284,7 +284,7 @@ def truth(gamma: str) -> dict[str, Any]:
 
 def truth_file(gamma: str) -> Path:
     """Where the truth for this gamma (one of GAMMAS) is kept."""
-    return DATA / f"truth_gamma{gamma.replace('.', '')}.json"
+    return DATA / f"reference_gamma{gamma.replace('.', '')}.json"
 
 
 def main() -> None:

@@ -122,7 +122,7 @@ def test_switching_times_of_random_motions_keep_the_accuracy_contract() -> None:
 
 @pytest.mark.parametrize("gamma", ["3.3", "3.0"])
 def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
-    truth = json.loads((DATA / f"truth_gamma{gamma.replace('.', '')}.json").read_text())
+    truth = json.loads((DATA / f"reference_gamma{gamma.replace('.', '')}.json").read_text())
     runs = truth["runs"]
     rows = parameter_rows(
         Parameters(gamma=float(gamma)), alpha=[float(run["alpha"]) for run in runs]

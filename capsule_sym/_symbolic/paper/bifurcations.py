@@ -8,7 +8,7 @@ from functools import partial
 
 import sympy as sp
 
-from capsule_sym._enclosures.settled import Settled
+from capsule_sym._enclosures.steady_orbit import SteadyOrbit
 from capsule_sym._paper import Entry, Event, Paper, events
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import v_r
@@ -22,7 +22,7 @@ from capsule_sym._symbolic.paper.case_study import (
     global_map,
     maps,
     point,
-    settled,
+    steady_orbit,
 )
 from capsule_sym._symbolic.paper.changes import Change, change, common
 from capsule_sym._symbolic.paper.compare import comparison, listed
@@ -32,7 +32,7 @@ from capsule_sym._symbolic.proofs.inner_products import FIELDS
 from capsule_sym._symbolic.proofs.items import Item
 
 
-def number_of(line: str, motion: Settled, place: int, at: Point) -> int:
+def number_of(line: str, motion: SteadyOrbit, place: int, at: Point) -> int:
     """The part of a line on which a segment begins, by its relative velocity."""
     speeds = motion.speeds[place]
     for part in PARTS:
@@ -47,7 +47,7 @@ def number_of(line: str, motion: Settled, place: int, at: Point) -> int:
 
 def line_parts(line: str, at: Point) -> set[str]:
     """The parts of a line on which the segments that begin there begin."""
-    motion = settled(at)
+    motion = steady_orbit(at)
     drift, stick, _ = FIELDS[line]
     fields = motion.fields
     return {

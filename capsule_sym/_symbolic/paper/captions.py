@@ -11,7 +11,7 @@ from capsule_sym._paper import Entry, Event, Paper, events
 from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.symbols import delta, f_b, v_r, zeta
 from capsule_sym._symbolic.paper.bifurcations import number_of
-from capsule_sym._symbolic.paper.case_study import BRACKETS, Point, maps, point, settled
+from capsule_sym._symbolic.paper.case_study import BRACKETS, Point, maps, point, steady_orbit
 from capsule_sym._symbolic.paper.compare import comparison, listed
 from capsule_sym._symbolic.paper.formula import relations
 from capsule_sym._symbolic.paper.motions import shown
@@ -65,7 +65,7 @@ def _colour(entry: Entry, paper: Paper) -> Item:
 def _does(claim: tuple[Point, int, str]) -> bool:
     """Whether the motion at a point has a field, has it not, or ends it on a surface."""
     at, field, told = claim
-    local_maps = maps(settled(at).fields)
+    local_maps = maps(steady_orbit(at).fields)
     if told.startswith("S"):
         return [m.target for m in local_maps if m.field == field] == [f"Σ{told[1:]}"]
     has = any(m.field == int(told[-1]) for m in local_maps)
@@ -126,7 +126,7 @@ Place = tuple[Point, str, int, int]
 
 def _places(segments: Place) -> list[int]:
     at, _, before, after = segments
-    fields = settled(at).fields
+    fields = steady_orbit(at).fields
     return [i for i, field in enumerate(fields) if (fields[i - 1], field) == (before, after)]
 
 
@@ -134,7 +134,7 @@ def _on_part(claim: tuple[tuple[Place, ...], str]) -> bool:
     """Whether the segments begin on the named part of a line, as derived."""
     chosen, part = claim
     numbers = {
-        number_of(segments[1], settled(segments[0]), place, segments[0])
+        number_of(segments[1], steady_orbit(segments[0]), place, segments[0])
         for segments in chosen
         for place in (_places(segments) or [0])
     }
@@ -150,7 +150,7 @@ def _speeds(chosen: tuple[Place, ...]) -> dict[str, str]:
     found = {}
     for segments in chosen:
         for place in _places(segments):
-            low, high = settled(segments[0]).speeds[place]
+            low, high = steady_orbit(segments[0]).speeds[place]
             found[f"v_r at {segments[0]}"] = f"{float((low + high) / 2):.4f}"
     return found
 
@@ -215,7 +215,7 @@ def _outside(claim: tuple[tuple[Place, ...], tuple[str, ...]]) -> bool:
     chosen, texts = claim
     for segments in chosen:
         for place in _places(segments):
-            for speed in settled(segments[0]).speeds[place]:
+            for speed in steady_orbit(segments[0]).speeds[place]:
                 where = {v_r: sp.Rational(speed), **segments[0].values}
                 if all(bool(r.subs(where)) for r in relations(texts)):
                     return False

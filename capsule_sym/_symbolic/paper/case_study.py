@@ -1,6 +1,6 @@
 """The motions of Section 4, proved in ball arithmetic, at the printed mass ratio and at 3.0.
 
-`settled` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
+`steady_orbit` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
 (0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
 """
 
@@ -15,9 +15,9 @@ import sympy as sp
 
 from capsule_sym._enclosures.attraction import tendency
 from capsule_sym._enclosures.balls import Unproved
-from capsule_sym._enclosures.settled import Settled
-from capsule_sym._enclosures.settled import first_fields as _first_fields
-from capsule_sym._enclosures.settled import settled as _settled
+from capsule_sym._enclosures.steady_orbit import SteadyOrbit
+from capsule_sym._enclosures.steady_orbit import first_fields as _first_fields
+from capsule_sym._enclosures.steady_orbit import steady_orbit as _steady_orbit
 from capsule_sym._paper import Paper
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.model.model import SEGMENTS
@@ -67,9 +67,9 @@ def _decided(found: Callable[[Mapping[str, str]], T], at: Point) -> T:
 
 
 @cache
-def settled(at: Point) -> Settled:
+def steady_orbit(at: Point) -> SteadyOrbit:
     """The stable orbit near which the motion from rest settles."""
-    return _decided(_settled, at)
+    return _decided(_steady_orbit, at)
 
 
 @cache

@@ -20,7 +20,7 @@ from capsule_sym._symbolic.paper.case_study import (
     global_map,
     maps,
     point,
-    settled,
+    steady_orbit,
 )
 from capsule_sym._symbolic.paper.compare import comparison, listed
 from capsule_sym._symbolic.paper.tables import printed_maps
@@ -61,7 +61,7 @@ def row_at(paper: Paper, alpha: str) -> Row:
 
 def moves(claim: Claim) -> bool:
     """Whether at each point an attracting periodic motion has the given global map."""
-    return all(cycle(maps(settled(at).fields)) == cycle(expected) for at, expected in claim)
+    return all(cycle(maps(steady_orbit(at).fields)) == cycle(expected) for at, expected in claim)
 
 
 def moves_unlike(claim: tuple[Point, Maps, Maps]) -> bool:
@@ -78,7 +78,7 @@ PROOF = (
 
 def shown(at: Point) -> dict[str, str]:
     """The numbers of the proof at a point."""
-    state = ", ".join(f"{float(x):.6f}" for x in settled(at).state)
+    state = ", ".join(f"{float(x):.6f}" for x in steady_orbit(at).state)
     return {
         **dict(at.numbers),
         "attracting periodic motion": f"through (x_r, v_r, v_c) = ({state}) at omega tau = 0",

@@ -23,7 +23,7 @@ _BETWEEN, _RANGES = 3.2, ((1.5, 1.65), (3.0, 3.3))  # of the curve on which both
 
 
 @dataclass(frozen=True)
-class Meeting:
+class ProvedPoint:
     """An orbit with two segments of duration 0, alone in its tube, and the curves that cross there.
 
     `slopes` are d alpha/d gamma of the curve of each segment, in the itinerary without the other
@@ -34,7 +34,7 @@ class Meeting:
     slopes: tuple[Ball, Ball]
 
 
-def prove_meeting(found: CodimensionTwoPoint, exact: Mapping[str, Any]) -> Meeting:
+def prove_codimension_two(found: CodimensionTwoPoint, exact: Mapping[str, Any]) -> ProvedPoint:
     """A point of a curve where a second segment has the duration 0; raises Unproved."""
     segments = [i for i, h in enumerate(found.orbit.durations) if h == 0]
     if len(segments) != 2:
@@ -48,7 +48,7 @@ def prove_meeting(found: CodimensionTwoPoint, exact: Mapping[str, Any]) -> Meeti
         slopes = _slope(event.tube, first, second), _slope(event.tube, second, first)
         if slopes[0].overlaps(slopes[1]):
             raise Unproved("transversality", "the curves are not seen to cross")
-        return Meeting(event, slopes)
+        return ProvedPoint(event, slopes)
 
 
 def _slope(tube: Tube, segment: int, gone: int) -> Ball:
@@ -71,8 +71,8 @@ def _slope(tube: Tube, segment: int, gone: int) -> Ball:
     return -solved.solve(drive)[found.solved.index(alpha), 0]
 
 
-def record(one: Meeting) -> dict[str, Any]:
-    """A meeting as plain data: alpha and gamma are decimals right to their last digit."""
+def record(one: ProvedPoint) -> dict[str, Any]:
+    """A point as plain data: alpha and gamma are decimals right to their last digit."""
     values = one.event.values
     with precision(_BITS):
         return {
@@ -84,7 +84,7 @@ def record(one: Meeting) -> dict[str, Any]:
         }
 
 
-def section4(exact: Mapping[str, str]) -> list[Meeting]:
+def section4(exact: Mapping[str, str]) -> list[ProvedPoint]:
     """The mass ratios at which the order of Section 4's last three bifurcations changes.
 
     Raises Unproved where one of the two is not proved.
@@ -92,4 +92,4 @@ def section4(exact: Mapping[str, str]) -> list[Meeting]:
     found, _ = approximate(Parameters(gamma=_BETWEEN), float(Fraction(1, 1000)), 2.0)
     (crossing,) = (one for one in found if one.type == CROSSING)
     curve = continue_bifurcation(crossing, "gamma", _RANGES)
-    return [prove_meeting(one, exact) for one in curve.codimension_two]
+    return [prove_codimension_two(one, exact) for one in curve.codimension_two]

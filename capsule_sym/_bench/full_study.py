@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import capsule_sym
-from capsule_sym._bench import machine, truth
+from capsule_sym._bench import machine, reference
 from capsule_sym._bench.goals import Goal, Width, goals, widths
-from capsule_sym._bench.growth import Growth, growth, plan
 from capsule_sym._bench.peers import own
 from capsule_sym._bench.ratios import Ratio, ratios
+from capsule_sym._bench.reference import Case
 from capsule_sym._bench.roots import Root, roots
+from capsule_sym._bench.scaling import Growth, growth, plan
 from capsule_sym._bench.study import LONG, Row, compare, strided
 from capsule_sym._bench.tools import MPMATH, ONE_ROW, OURS, Tool, for_sweeps, one_at_a_time, skipped
-from capsule_sym._bench.truth import Case
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import write_whole
 from capsule_sym._native import core
@@ -91,21 +91,21 @@ class Study:
         """Runs a part."""
         long = _QUICK_LONG if self.quick else LONG
         if part == "trajectory":
-            cases = truth.cases("case study")
+            cases = reference.cases("case study")
             chosen = _few(cases) if self.quick else lambda _: cases
             self.trajectory = compare(self.single, chosen, self.repeats, advance, long)
         elif part == "tangencies":
-            near = truth.cases("tangencies")
+            near = reference.cases("tangencies")
             chosen = _few(near) if self.quick else strided(near)
             self.tangencies = compare(self._near(), chosen, 1, advance, long)
         elif part == "sweep":
             self.sweep = compare(self.many, self._sweep_cases(), self.repeats, advance, long)
         elif part == "switches":
-            cases = [*truth.cases("case study"), *truth.cases("tangencies")]
+            cases = [*reference.cases("case study"), *reference.cases("tangencies")]
             cases = cases[::_QUICK] if self.quick else cases
             self.widths = widths(cases) if core else []
             advance()
-            starts = [case.start._replace(periods=1) for case in truth.cases("case study")]
+            starts = [case.start._replace(periods=1) for case in reference.cases("case study")]
             self.roots = roots(starts[::_QUICK] if self.quick else starts)
             advance()
         elif core:
@@ -120,12 +120,12 @@ class Study:
         return [tool for tool in self.single if tool.name != MPMATH]
 
     def _sweep_cases(self) -> Callable[[Tool], Sequence[Case]]:
-        sample = truth.cases("sweep")
+        sample = reference.cases("sweep")
         if self.quick:
             return _few(sample)
         if core is None:
             return lambda _: sample
-        every = truth.sweep()
+        every = reference.sweep()
         unknown = [case.start for case in every if not case.truth]
         ours = iter(own.simulated("c")(unknown))
         judged = [case if case.truth else Case(case.start, next(ours)) for case in every]

@@ -26,7 +26,7 @@ _PERIODS, _REPEATED = 512, (1e-9, 1e-6, 1e-4)  # changes over a period, as guess
 
 
 @dataclass(frozen=True)
-class Settled:
+class SteadyOrbit:
     """A stable orbit of one excitation period, proved: the fields of its segments in order of time.
 
     `speeds` bounds v_r where each segment begins, `state` is (x_r, v_r, v_c) at omega tau = 0,
@@ -38,7 +38,7 @@ class Settled:
     state: tuple[float, ...]
 
 
-def settled(values: Mapping[str, str]) -> Settled:
+def steady_orbit(values: Mapping[str, str]) -> SteadyOrbit:
     """The stable orbit near which the motion from rest settles; raises Unproved.
 
     `values` are the seven parameters by name, as decimals. It is not proved that the motion from
@@ -53,7 +53,7 @@ def settled(values: Mapping[str, str]) -> Settled:
         shooting = shooting_of(itinerary, [values[name] for name in PARAMETERS])
         tube = prove(shooting, guess_of_run(shooting, run, motion), {}).tube
         speeds = tuple(_bounds(node.state[V, 0]) for node in tube.wide.nodes)
-        return Settled(itinerary.fields, speeds, _at_crest(tube))
+        return SteadyOrbit(itinerary.fields, speeds, _at_crest(tube))
 
 
 def guess_of_run(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> list[Ball]:

@@ -1,6 +1,6 @@
-"""What is true: itineraries and final states by the 50-digit map, kept in truth.json.
+"""What is true: itineraries and final states by the 50-digit map, kept in reference.json.
 
-`python -m capsule_sym._bench.truth` computes them anew, in some minutes.
+`python -m capsule_sym._bench.reference` computes them anew, in some minutes.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ def sweep() -> list[Case]:
 
 
 def _file() -> Any:
-    return resources.files(__package__).joinpath("truth.json")
+    return resources.files(__package__).joinpath("reference.json")
 
 
 def compute() -> dict[str, Any]:
-    """The content of truth.json."""
+    """The content of reference.json."""
     from capsule_sym._bench import tangencies
 
     near = [start for name in tangencies.values() for start in tangencies.starts(name)]
@@ -93,7 +93,7 @@ def _run(start: Start) -> dict[str, Any]:
 
 
 def text(found: dict[str, Any]) -> str:
-    """The content of truth.json as JSON, a line for each run."""
+    """The content of reference.json as JSON, a line for each run."""
     parts = []
     for name, part in found.items():
         about = json.dumps({key: value for key, value in part.items() if key != "runs"})
@@ -103,7 +103,7 @@ def text(found: dict[str, Any]) -> str:
 
 
 def main() -> None:
-    """Writes truth.json."""
+    """Writes reference.json."""
     write_whole(Path(str(_file())), text(compute()))
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from capsule_sym import Curve, continue_bifurcation
-from capsule_sym._enclosures import meetings
+from capsule_sym._enclosures import codimension_two
 from capsule_sym._enclosures.balls import Unproved, arb
-from capsule_sym._enclosures.meetings import Meeting, prove_meeting, record
+from capsule_sym._enclosures.codimension_two import ProvedPoint, prove_codimension_two, record
 from capsule_sym._enclosures.section4 import EXACT
 from tests.orbits.branches import upwards
 
@@ -24,9 +24,11 @@ def curves() -> dict[str, Curve]:
 
 
 @pytest.fixture(scope="module")
-def proved(curves: dict[str, Curve]) -> list[Meeting]:
+def proved(curves: dict[str, Curve]) -> list[ProvedPoint]:
     found = curves["crossing-sliding"].codimension_two
-    return [prove_meeting(one, EXACT) for one in sorted(found, key=lambda one: one.values[1])]
+    return [
+        prove_codimension_two(one, EXACT) for one in sorted(found, key=lambda one: one.values[1])
+    ]
 
 
 def test_both_points_are_those_that_the_curves_meet_at(proved, curves) -> None:
@@ -65,13 +67,13 @@ def test_a_record_is_decimals(proved) -> None:
 
 def test_curves_that_touch_are_not_seen_to_cross(proved, curves, monkeypatch) -> None:
     found = curves["crossing-sliding"].codimension_two[0]
-    monkeypatch.setattr(meetings, "_slope", lambda *_: arb(1))
+    monkeypatch.setattr(codimension_two, "_slope", lambda *_: arb(1))
     with pytest.raises(Unproved, match="not seen to cross"):
-        prove_meeting(found, EXACT)
+        prove_codimension_two(found, EXACT)
 
 
 def test_one_leg_is_no_meeting(curves) -> None:
     curve = curves["crossing-sliding"]
     single = replace(curve.codimension_two[0], orbit=curve.points[0].orbit)
     with pytest.raises(Unproved, match="1 segments have the duration 0"):
-        prove_meeting(single, EXACT)
+        prove_codimension_two(single, EXACT)

@@ -7,16 +7,16 @@ import io
 from matplotlib.figure import Figure
 
 _DENSE = 2  # dots of the picture in each of the page, for screens that have so many
-_SHOWN = 96  # dots of a page in each inch
+_PAGE_DOTS = 96  # dots of a page in each inch
 
 
 def on_page(figure: Figure) -> tuple[int, int]:
     """How many dots of a page a figure takes across and down."""
-    across, down = (round(_SHOWN * float(inches)) for inches in figure.get_size_inches())
+    across, down = (round(_PAGE_DOTS * float(inches)) for inches in figure.get_size_inches())
     return across, down
 
 
-class Shown(Figure):
+class NotebookFigure(Figure):
     """A figure, and its picture where it is the value of a notebook's cell."""
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
@@ -25,6 +25,6 @@ class Shown(Figure):
 
         picture = io.BytesIO()
         with figure_style():
-            self.savefig(picture, format="png", dpi=_DENSE * _SHOWN)
+            self.savefig(picture, format="png", dpi=_DENSE * _PAGE_DOTS)
         across, down = on_page(self)
         return picture.getvalue(), {"width": across, "height": down}

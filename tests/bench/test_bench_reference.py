@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf
 
 from capsule_sym._bench import tangencies
+from capsule_sym._bench.reference import ALPHAS, SWEEP_ALPHAS, cases, sweep
 from capsule_sym._bench.study import wrong_switches
-from capsule_sym._bench.truth import ALPHAS, SWEEP_ALPHAS, cases, sweep
 from tests.judges import taylor_events
 
 PARTS = ("case study", "tangencies", "sweep")
@@ -19,7 +19,7 @@ PARTS = ("case study", "tangencies", "sweep")
 def record(part):
     from importlib import resources
 
-    file = resources.files("capsule_sym._bench").joinpath("truth.json")
+    file = resources.files("capsule_sym._bench").joinpath("reference.json")
     return json.loads(file.read_text("utf-8"))[part]
 
 
