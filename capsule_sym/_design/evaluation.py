@@ -101,7 +101,7 @@ class Motion:
         return float(abs(floquet_multipliers(self._orbit)[0]))
 
     @cached_property
-    def realised(self) -> bool:
+    def admissible(self) -> bool:
         """Whether the map follows this orbit, and stays near it."""
         if self.found is not None:
             return self.multiplier < 1  # it is the map that the core has closed
@@ -190,7 +190,7 @@ def _arrived(parameters: Parameters, marks: Vector, watch: Watch) -> Motion | No
 
 
 def beside(motion: Motion, parameters: Parameters, quick: bool = False) -> Motion | None:
-    """The orbit of the same itinerary at other parameters, realised or not; None if none.
+    """The orbit of the same itinerary at other parameters, admissible or not; None if none.
 
     A quick answer is None as well where the map of a motion of the core does not realise it.
     """
@@ -221,11 +221,11 @@ def follow(motion: Motion, parameters: Parameters, watch: Watch | None = None) -
         moved = _values(parameters) - _values(motion.parameters)
         state = motion.state + motion.found.by_parameter[0] @ moved
         found = _closed(parameters, state, motion.period_number, watch)
-        if found is not None and found.realised:
+        if found is not None and found.admissible:
             return found
         return settle(parameters, tuple(motion.state.tolist()), watch=watch)
     found = beside(motion, parameters)
-    if found is not None and found.realised:
+    if found is not None and found.admissible:
         return found
     assert motion.orbit is not None
     x_r, v_r, v_c, angle = (float(value) for value in motion.orbit.z[:4])

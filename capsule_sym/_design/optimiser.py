@@ -208,7 +208,7 @@ class Optimiser:
             and bool(np.all((place.u >= 0.0) & (place.u <= 1.0)))
             and _feasible(place)
             and float(place.objective.max()) <= float(near.objective.max()) + _WORSE
-            and all(motion.realised for motion in place.motions)
+            and all(motion.admissible for motion in place.motions)
             and self.confirmed(place)
         )
 

@@ -207,7 +207,7 @@ class Program:
         return self._moved(partial(evaluation.follow, watch=self.watch), motions, u)
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
-        """The orbits of the same itineraries at other variables, realised or not."""
+        """The orbits of the same itineraries at other variables, admissible or not."""
         return self._moved(evaluation.beside, motions, u)
 
     def _moved(

@@ -1,6 +1,6 @@
 """A branch of orbits proved without a gap: boxes of a parameter, each glued to the next.
 
-Next to a bifurcation at which a guard is touched, the segment that is born there has a duration
+Next to a bifurcation at which a guard is touched, the segment that is inserted there has a duration
 like the square root of the distance. There that duration is the parameter and alpha is solved for.
 """
 

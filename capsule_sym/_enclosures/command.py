@@ -68,9 +68,10 @@ def enclose(
     """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
 
     At both mass ratios, each bifurcation is enclosed with its type, line, order of contact and
-    coefficient (alpha moves by coefficient times duration^order as a segment is born), and on each
-    interval between them existence, uniqueness, itinerary and stability of the orbit are proved,
-    box by box, but for 6e-13 on either side of a bifurcation. Takes some two minutes on two cores.
+    coefficient (alpha moves by coefficient times duration^order as a segment is inserted), and on
+    each interval between them existence, uniqueness, itinerary and stability of the orbit are
+    proved, box by box, but for 6e-13 on either side of a bifurcation. Takes some two minutes on two
+    cores.
     The two mass ratios between them at which two bifurcations coincide are enclosed too, and the
     curves of both are proved to cross there. Exits with 1 where a step is left unproved.
 

@@ -25,7 +25,7 @@ from capsule_sym._orbits.continuation.events import (
     GRAZING_SLIDING,
     SWITCHING,
 )
-from capsule_sym._orbits.shooting.changes import around, exchanged
+from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 
@@ -162,7 +162,7 @@ def beyond(tube: Tube, segment: int) -> tuple[Shooting, list[Ball], list[int]]:
     n, nodes = len(itinerary), tube.wide.nodes
     durations = [hull[at] for at in shooting.durations]
     before, _, after = around(itinerary, segment)
-    exchange = exchanged(itinerary, np.zeros(n + 4), segment)
+    exchange = swap_segment(itinerary, np.zeros(n + 4), segment)
     kept, fields = list(range(n)), list(itinerary.fields)
     if exchange is not None:
         fields = list(exchange.itinerary.fields)

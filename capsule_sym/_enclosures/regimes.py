@@ -72,7 +72,7 @@ def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
 
 @dataclass(frozen=True)
 class _End:
-    """One end of an interval: the orbit there, and the segment born there like a square root."""
+    """One end of an interval: the orbit there, and the segment inserted like a square root."""
 
     shooting: Shooting
     columns: list[Ball]
@@ -85,8 +85,8 @@ def _ends(event: Event) -> tuple[_End, _End]:
     """Both sides of a bifurcation: the itinerary with the inserted segment, and the other one."""
     assert event.other is not None
     value = event.values["alpha"]
-    born = event.segments[0] if event.order == 2 else None
-    with_segment = _End(event.tube.shooting, event.tube.hull(), value, born, GAP)
+    zero_segment = event.segments[0] if event.order == 2 else None
+    with_segment = _End(event.tube.shooting, event.tube.hull(), value, zero_segment, GAP)
     return with_segment, _End(event.other.shooting, list(event.other.centre), value, None, GAP)
 
 

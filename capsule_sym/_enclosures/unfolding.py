@@ -1,4 +1,4 @@
-"""How the segment that is born at a bifurcation grows: the coefficient of its normal form.
+"""How the segment that is inserted at a bifurcation grows: the coefficient of its normal form.
 
 Beside the bifurcation alpha is a function of the segment's duration h, and
 alpha - alpha* = c h^order to leading order: linear where two guards meet, quadratic where one is
@@ -31,5 +31,5 @@ def growth(tube: Tube, segment: int, order: int, name: str) -> Ball:
         raise Unproved("unfolding", "the orbit with a short segment is not seen to be the event's")
     found = (there[at] - event[at]) / ahead[column] ** order
     if found.contains(0):
-        raise Unproved("unfolding", "on which side the segment is born is open")
+        raise Unproved("unfolding", "on which side the segment is inserted is open")
     return found

@@ -35,7 +35,7 @@ class SteadyMotion:
     progression: Number
 
     def __repr__(self) -> str:
-        itinerary = shortened(" ".join(self.itinerary))
+        itinerary = abbreviated(" ".join(self.itinerary))
         pace = f"{shown_progression(self):.6g} per excitation period"
         return f"<SteadyMotion {itinerary}: period number {self.period_number}, {pace}>"
 
@@ -174,6 +174,6 @@ def _steady(segments: tuple[Segment, ...], period_number: int) -> SteadyMotion:
     return SteadyMotion(segments[first:] + segments[:first], period_number, advance / period_number)
 
 
-def shortened(text: str, length: int = 60) -> str:
+def abbreviated(text: str, length: int = 60) -> str:
     """The text, cut off where it is longer."""
     return text if len(text) <= length else f"{text[: length - 4]} ..."

@@ -69,7 +69,7 @@ def test_the_case_study_agrees_segment_by_segment(alpha: float, gamma: float) ->
     np.testing.assert_allclose(fast.stroboscopic, reference.stroboscopic, rtol=0, atol=2e-13)
 
 
-class Beside(Run):
+class CheckedRun(Run):
     """A run every switch of which the core and 50 digits find too, from the same doubles."""
 
     worst = 0.0
@@ -97,7 +97,7 @@ class Beside(Run):
 
 @pytest.mark.parametrize("alpha", [0.3, 0.939, 1.5, 1.6148])
 def test_switching_times_keep_the_accuracy_contract(alpha: float) -> None:
-    run = Beside(NumpyBackend(), Parameters(alpha=alpha), escalate=True)
+    run = CheckedRun(NumpyBackend(), Parameters(alpha=alpha), escalate=True)
     run.go((0.0, 0.0, 0.0), 0.0, 3, 100)
     assert 0 < run.worst <= CONTRACT
 
@@ -115,7 +115,7 @@ def test_switching_times_of_random_motions_keep_the_accuracy_contract() -> None:
             gamma=random.uniform(0.2, 8),
             f_b=random.uniform(0.2, 2),
         )
-        run = Beside(NumpyBackend(), parameters, escalate=True)
+        run = CheckedRun(NumpyBackend(), parameters, escalate=True)
         run.go(tuple(random.uniform(-0.5, 0.5, 3).tolist()), 0.0, 1, 8)
         assert run.worst <= CONTRACT, parameters
 

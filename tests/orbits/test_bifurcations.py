@@ -16,7 +16,7 @@ from capsule_sym._orbits.continuation.bifurcations import (
 )
 from capsule_sym._orbits.continuation.events import CORNER, place, solve_event
 from capsule_sym._orbits.shooting.admissibility import DURATION, inequalities
-from capsule_sym._orbits.shooting.changes import exchanged, inserted, shortened
+from capsule_sym._orbits.shooting.changes import insert_segment, remove_segment, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
@@ -47,9 +47,9 @@ def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> N
     one = upwards(gamma).bifurcations[index]
     exact = refined(one)
     with backend("mpmath") as numbers:
-        other = exchanged(exact.itinerary, exact.z, one.segment)
+        other = swap_segment(exact.itinerary, exact.z, one.segment)
         if other is None:
-            other, _ = shortened(numbers, exact.itinerary, exact.z, exact.shot, one.segment)
+            other, _ = remove_segment(numbers, exact.itinerary, exact.z, exact.shot, one.segment)
         ahead = 1 if _same(other.itinerary, one.itinerary_after) else -1
         for side in (-1, 1):
             values = list(exact.values)
@@ -111,19 +111,19 @@ def test_a_leg_that_comes_in_can_be_taken_out(gamma: float, index: int) -> None:
     one = upwards(gamma).bifurcations[index]
     with backend("numpy") as numbers:
         itinerary, z, shot = one.orbit.itinerary, one.orbit.z, one.orbit.shot
-        other = exchanged(itinerary, z, one.segment)
+        other = swap_segment(itinerary, z, one.segment)
         if other is not None:
-            assert exchanged(other.itinerary, z, one.segment).itinerary == itinerary
+            assert swap_segment(other.itinerary, z, one.segment).itinerary == itinerary
             again = shooting(numbers, one.orbit.values, other.itinerary, z)
             assert max(abs(again.residual)) < 1e-12
             return
-        shorter, inequality = shortened(numbers, itinerary, z, shot, one.segment)
+        shorter, inequality = remove_segment(numbers, itinerary, z, shot, one.segment)
         short = shooting(numbers, one.orbit.values, shorter.itinerary, shorter.z)
         assert max(abs(short.residual)) < 1e-12
         found = inequalities(numbers, shorter.itinerary, short)
         kind, guard = inequality.kind, inequality.guard
         assert min(abs(i.value) for i in found if (i.kind, i.guard) == (kind, guard)) < 1e-12
-        longer, _ = inserted(numbers, shorter.itinerary, shorter.z, short, inequality)
+        longer, _ = insert_segment(numbers, shorter.itinerary, shorter.z, short, inequality)
         assert _same(longer.itinerary, itinerary)
 
 
@@ -133,7 +133,7 @@ def test_legs_keep_their_places_through_a_change() -> None:
     with backend("numpy") as numbers:
         for segment in range(len(itinerary)):
             try:
-                change, _ = shortened(numbers, itinerary, orbit.z, orbit.shot, segment)
+                change, _ = remove_segment(numbers, itinerary, orbit.z, orbit.shot, segment)
             except ValueError:
                 continue
             assert change.kept[segment] is None

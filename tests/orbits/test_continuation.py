@@ -297,7 +297,7 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
 
 def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(
-        "capsule_sym._orbits.continuation.following.corrected", lambda *arguments: None
+        "capsule_sym._orbits.continuation.stepping.corrected", lambda *arguments: None
     )
     branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.status is Ending.NOT_CONVERGED

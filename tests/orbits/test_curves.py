@@ -32,10 +32,10 @@ from capsule_sym._orbits.continuation.events import (
     RESONANCE_1_2,
     SWITCHING,
 )
-from capsule_sym._orbits.continuation.following import Follower
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
 from capsule_sym._orbits.continuation.states import Axis
+from capsule_sym._orbits.continuation.stepping import Continuation
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -71,17 +71,17 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
         for name, ends in zip(("alpha", "gamma"), RANGES, strict=True)
     )
     with backend("numpy") as numbers:
-        follower = Follower(numbers, one.orbit, axes, one.segment)
-        u = follower.unknowns(one.orbit.z, one.orbit.values)
-        begin = follower.state(u, -np.eye(len(u))[-1])
+        continuation = Continuation(numbers, one.orbit, axes, one.segment)
+        u = continuation.unknowns(one.orbit.z, one.orbit.values)
+        begin = continuation.state(u, -np.eye(len(u))[-1])
         states = [begin]
         for _ in range(2):
-            states.append(follower.advance(states[-1], 0.1, 0.1).state)
-        run = CurveRun(follower, GRAZING, 2)
+            states.append(continuation.advance(states[-1], 0.1, 0.1).state)
+        run = CurveRun(continuation, GRAZING, 2)
         old, new = states[1:]
-        middle = corrected(follower.equations, (old.u + new.u) / 2, new.u - old.u)
+        middle = corrected(continuation.equations, (old.u + new.u) / 2, new.u - old.u)
         assert middle is not None
-        first = follower.state(middle.u, begin.tangent, middle)
+        first = continuation.state(middle.u, begin.tangent, middle)
         assert run._between(old, new, first)
         assert not run._between(begin, old, first)
         assert not run._between(old, new, begin)

@@ -25,7 +25,7 @@ from capsule_sym._orbits.continuation.normal_forms import (
     PERSISTENCE,
     SUPERCRITICAL,
 )
-from capsule_sym._orbits.shooting.changes import around, exchanged
+from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.taylor import residual_series
 from tests.judges import CONTACT, DRIFT
@@ -99,7 +99,7 @@ def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
     assert max(map(abs, change)) < 1e-7
     for k in range(3):
         start[k] -= change[k]
-    long, other = mp.expm(during * h) * start, exchanged(itinerary, orbit.z, segment)
+    long, other = mp.expm(during * h) * start, swap_segment(itinerary, orbit.z, segment)
     if other is None:
         short = mp.expm(after * h) * start
     else:

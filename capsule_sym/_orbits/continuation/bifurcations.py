@@ -29,7 +29,7 @@ from capsule_sym._orbits.continuation.events import (
 )
 from capsule_sym._orbits.continuation.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.shooting.changes import exchanged, shortened
+from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment
 from capsule_sym._orbits.shooting.equations import Matrix, Vector, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.monodromy import monodromy_derivative
@@ -155,10 +155,10 @@ def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...
     orbit, segment = half, segment if its_segment is None else its_segment
     with backend("numpy") as numbers:
         itinerary, z = orbit.itinerary, orbit.z
-        if exchanged(itinerary, z, segment) is not None:
+        if swap_segment(itinerary, z, segment) is not None:
             return sorted_multipliers(whole_orbit(orbit))
         try:
-            change, _ = shortened(numbers, itinerary, z, orbit.shot, segment)
+            change, _ = remove_segment(numbers, itinerary, z, orbit.shot, segment)
         except InvalidInput:
             return ()
         shot = shooting(numbers, orbit.values, change.itinerary, change.z)
@@ -273,8 +273,8 @@ def zero_of_test_function(
         share = brent(step, 0.0, 1.0, 5e-16, LEAST)
         orbit = at(share)
         residual = abs(evaluate_test_functions(orbit)[name])
-        beside = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
-        slope = abs(test(beside[1]) - test(beside[0])) / (beside[1] - beside[0])
+        shares = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
+        slope = abs(test(shares[1]) - test(shares[0])) / (shares[1] - shares[0])
     except _Lost:
         if name == NEIMARK_SACKER and not (rotations(first) and rotations(last)):
             return None

@@ -25,13 +25,6 @@ from capsule_sym._orbits.continuation.bifurcations import (
 )
 from capsule_sym._orbits.continuation.doubling import halved
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING, place
-from capsule_sym._orbits.continuation.following import (
-    BESIDE,
-    FIRST,
-    Beside,
-    Follower,
-    first_half,
-)
 from capsule_sym._orbits.continuation.parameter_paths import Function, ParameterPath, parameter_path
 from capsule_sym._orbits.continuation.states import (
     OUT_OF_TIME,
@@ -41,6 +34,13 @@ from capsule_sym._orbits.continuation.states import (
     State,
     Stop,
     where,
+)
+from capsule_sym._orbits.continuation.stepping import (
+    FIRST,
+    NEIGHBOUR_STEP,
+    Continuation,
+    Neighbour,
+    first_half,
 )
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector
@@ -169,12 +169,12 @@ def continue_orbit(
     limit = Watch(checked_seconds(max_seconds))
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         start = first_half(orbit, (axis,)) or orbit
-        follower = Follower(numbers, start, (axis,))
-        u = follower.unknowns(start.z, start.values)
+        continuation = Continuation(numbers, start, (axis,))
+        u = continuation.unknowns(start.z, start.values)
         along = np.zeros(len(u))
         along[-1] = 1.0
         with limit:
-            found = Run(follower, u, along, points).go()  # says itself that the time was over
+            found = Run(continuation, u, along, points).go()  # says itself that the time was over
     return found
 
 
@@ -202,23 +202,23 @@ def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
 
 
 class Run:
-    """One run along a branch, from unknowns u of a follower on, to the side of `along`."""
+    """One run along a branch, from unknowns u of a continuation on, to the side of `along`."""
 
     def __init__(
-        self, follower: Follower, u: Vector, along: Vector, points: int, origin: str = ""
+        self, continuation: Continuation, u: Vector, along: Vector, points: int, origin: str = ""
     ) -> None:
-        self.follower, self.start, self.along = follower, u, along
-        (self.axis,) = follower.axes
+        self.continuation, self.start, self.along = continuation, u, along
+        (self.axis,) = continuation.axes
         self.largest, self.origin = 1 / points, origin
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
 
-    def go(self, beside: Beside | None = None) -> Branch:
+    def go(self, neighbour: Neighbour | None = None) -> Branch:
         """Follow the branch to its end; it may begin beside a point, with what lies between."""
         ending, detail = Ending.TOO_MANY_POINTS, f"{_MOST_POINTS} points"
         try:
-            state = self.follower.state(self.start, self.along)
-            self._pass(beside)
+            state = self.continuation.state(self.start, self.along)
+            self._pass(neighbour)
             self._add(state)
             step = FIRST
             while len(self.points) < _MOST_POINTS:
@@ -234,7 +234,7 @@ class Run:
         return self.axis.value(orbit.values)
 
     def _add(self, state: State) -> None:
-        tightest = self.follower.tightest(state)
+        tightest = self.continuation.tightest(state)
         if self.axis.path.ties:
             _ = state.orbit.parameters  # refuses what lies between the values that were tried
         self.points.append(
@@ -242,7 +242,7 @@ class Run:
         )
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
-        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        new, smooth, event, at_border, step = self.continuation.advance(state, step, self.largest)
         for name, one in smooth:
             self._record_smooth(name, one, state, new)
         if event is not None:
@@ -251,7 +251,7 @@ class Run:
         self._add(new)
         if at_border:
             ending = Ending.REACHED
-            if new.u[-1] < 0.5 and self.start[-1] < BESIDE:
+            if new.u[-1] < 0.5 and self.start[-1] < NEIGHBOUR_STEP:
                 # It runs the other way: to an orbit beyond a fold, however near, or along itself
                 # with the halves of a doubled orbit exchanged.
                 end, first = whole_orbit(new.orbit), self.points[0].orbit
@@ -306,12 +306,12 @@ class Run:
         """Record an event, and give the state beyond it."""
         located, beyond, failure = event.located, None, "there is no orbit"
         try:
-            beyond = self.follower.cross(event)
+            beyond = self.continuation.cross(event)
         except InvalidInput as error:
             failure = str(error)
         if beyond is not None:
             failure = failure_of(beyond.state)
-        beside = self.follower.symmetric(beyond.state) if beyond and not failure else None
+        neighbour = self.continuation.symmetric(beyond.state) if beyond and not failure else None
         what = place(located.itinerary, located.shot, event.segment)
         at = whole_orbit(located.orbit("numpy"))
         self.bifurcations.append(
@@ -326,37 +326,37 @@ class Run:
                 line=what.line if what else "",
                 surfaces=what.surfaces if what else (),
                 segment=event.segment,
-                symmetry=_symmetry(old, located.itinerary, beside),
+                symmetry=_symmetry(old, located.itinerary, neighbour),
                 interval=(self._value(old.orbit), self._value(new.orbit)),
                 failed=event.failed.named(old.orbit.itinerary),
                 itinerary_before=old.orbit.itinerary.whole,
-                itinerary_after=beside.orbit.itinerary.whole if beside else None,
+                itinerary_after=neighbour.orbit.itinerary.whole if neighbour else None,
                 multipliers_before=sorted_multipliers(old.orbit),
-                multipliers_after=sorted_multipliers(beside.orbit) if beside else (),
+                multipliers_after=sorted_multipliers(neighbour.orbit) if neighbour else (),
                 orbit=at,
                 path=self.axis.path,
             )
         )
-        if beyond is None or beside is None:
+        if beyond is None or neighbour is None:
             failed, spot = event.failed.named(old.orbit.itinerary), where(at, (self.axis,))
             detail = f"{failed} fails at {spot}; beyond, {failure}"
             raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
         self._pass(beyond)
-        self._add(beside)
-        return beside
+        self._add(neighbour)
+        return neighbour
 
-    def _pass(self, beside: Beside | None) -> None:
+    def _pass(self, neighbour: Neighbour | None) -> None:
         """Record what lies between a point and a state beside it."""
-        if beside is not None:
-            for name, one in beside.smooth:
-                self._record_smooth(name, one, beside.point, beside.state)
+        if neighbour is not None:
+            for name, one in neighbour.smooth:
+                self._record_smooth(name, one, neighbour.point, neighbour.state)
 
 
-def _symmetry(old: State, itinerary: Itinerary, beside: State | None) -> str:
+def _symmetry(old: State, itinerary: Itinerary, neighbour: State | None) -> str:
     """What becomes of the mirror symmetry at an event on the way from one state to another."""
     if itinerary.mirrored:
         return KEPT
-    sides = [state.orbit.itinerary.mirrored for state in (old, beside) if state]
+    sides = [state.orbit.itinerary.mirrored for state in (old, neighbour) if state]
     return BROKEN if any(sides) else ""
 
 

@@ -26,9 +26,9 @@ from capsule_sym._orbits.continuation.events import (
     Place,
     place,
 )
-from capsule_sym._orbits.continuation.following import FIRST, Follower
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Ending, Event, State, Stop, where
+from capsule_sym._orbits.continuation.stepping import FIRST, Continuation
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -46,10 +46,10 @@ _NEAR = 0.1  # how far from where a curve ends a degenerate point is looked for
 
 
 class CurveRun:
-    """One half of a curve of a bifurcation type, from a state of a follower on."""
+    """One half of a curve of a bifurcation type, from a state of a continuation on."""
 
-    def __init__(self, follower: Follower, kind: str, points: int) -> None:
-        self.follower, self.kind, self.axes = follower, kind, follower.axes
+    def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
+        self.continuation, self.kind, self.axes = continuation, kind, continuation.axes
         self.largest = 1 / points
         self.points: list[CurvePoint] = []
         self.meetings: list[CodimensionTwoPoint] = []
@@ -88,7 +88,7 @@ class CurveRun:
         if not 0 < share <= 1:
             return False
         there = old.u + share * step
-        solution = corrected(self.follower.equations, there, step / np.linalg.norm(step))
+        solution = corrected(self.continuation.equations, there, step / np.linalg.norm(step))
         return solution is not None and bool(np.linalg.norm(solution.u - first.u) < _CLOSED)
 
     def _place(self, orbit: Orbit, segment: int | None) -> Place:
@@ -102,13 +102,13 @@ class CurveRun:
         return first, second
 
     def _add(self, state: State) -> None:
-        tightest = self.follower.tightest(state)
-        segment, values = self.follower.born, self._values(state.orbit)
+        tightest = self.continuation.tightest(state)
+        segment, values = self.continuation.zero_segment, self._values(state.orbit)
         line = self._place(state.orbit, segment).line
         orbit, residual, status = state.orbit, float(state.orbit.residual), state.orbit.status
         orbit = whole_orbit(orbit)
-        if self.follower.critical is not None:
-            test = abs(state.tests[self.follower.critical])
+        if self.continuation.critical is not None:
+            test = abs(state.tests[self.continuation.critical])
             residual = max(residual, test)
             status = status if test <= noise(state.orbit) else OrbitStatus.NOT_CONVERGED
         self.points.append(
@@ -116,7 +116,7 @@ class CurveRun:
         )
 
     def _step(self, state: State, step: float) -> tuple[State, float]:
-        new, smooth, event, at_border, step = self.follower.advance(state, step, self.largest)
+        new, smooth, event, at_border, step = self.continuation.advance(state, step, self.largest)
         for name, one in smooth:
             self._meet_smooth(_named(self.kind, name, one.orbit), one, state, new)
         if self.kind == NEIMARK_SACKER and not rotations(new.orbit):
@@ -130,7 +130,7 @@ class CurveRun:
         return new, step
 
     def _meet_smooth(self, name: str, one: SmoothEvent, old: State, new: State) -> None:
-        here = self._place(one.orbit, self.follower.born)
+        here = self._place(one.orbit, self.continuation.zero_segment)
         values = np.array(self._values(one.orbit))
         moved = np.array(self._values(new.orbit)) - self._values(old.orbit)
         errors = np.array(one.uncertainties or abs(moved) * one.doubt)
@@ -148,7 +148,9 @@ class CurveRun:
                 itinerary_before=one.orbit.itinerary.whole,
                 itinerary_after=one.orbit.itinerary.whole,
                 orbit=whole_orbit(one.orbit),
-                segments=() if self.follower.born is None else (self.follower.born,),
+                segments=()
+                if self.continuation.zero_segment is None
+                else (self.continuation.zero_segment,),
             )
         )
 
@@ -156,28 +158,28 @@ class CurveRun:
         """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
         located = self._regular(event.located)
         at = located.orbit("numpy")
-        born = None if self.follower.born is None else located.segments[0]
-        here, there = self._place(at, born), self._place(at, event.segment)
-        stop, beyond, beside = None, None, None
+        zero_segment = None if self.continuation.zero_segment is None else located.segments[0]
+        here, there = self._place(at, zero_segment), self._place(at, event.segment)
+        stop, beyond, neighbour = None, None, None
         try:
-            beyond = self.follower.cross(event)
-            beside = self.follower.symmetric(beyond.state) if beyond else None
+            beyond = self.continuation.cross(event)
+            neighbour = self.continuation.symmetric(beyond.state) if beyond else None
         except InvalidInput as error:
             stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
         except Stop as error:
             stop = error
         if self.meetings and self.meetings[-1].types[1] == DEGENERATE and self._met(at):
             self.meetings.pop()
-        before, after = old.orbit.itinerary, beside.orbit.itinerary.whole if beside else None
+        before, after = old.orbit.itinerary, neighbour.orbit.itinerary.whole if neighbour else None
         failed = event.failed.named(before)
         self._meet_border(located, at, (here, there), failed, (before.whole, after))
-        if beyond is None or beside is None:
+        if beyond is None or neighbour is None:
             message = f"{failed} fails at {where(at, self.axes)}"
             raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
         for name, one in beyond.smooth:
             self._meet_smooth(_named(self.kind, name, one.orbit), one, beyond.point, beyond.state)
-        self._add(beside)
-        return beside
+        self._add(neighbour)
+        return neighbour
 
     def _regular(self, located: BorderCollision) -> BorderCollision:
         """Where two segments vanish together, by a system of equations that is regular there.
@@ -196,8 +198,8 @@ class CurveRun:
         """
         z = orbit.z.copy()
         z[[4 + segment for segment in segments]] = 0.0
-        follower = Follower(self.follower.numbers, orbit, self.axes, segments[0])
-        found = follower.solved(replace(orbit, z=z), (DEGENERATE,), segments)
+        continuation = Continuation(self.continuation.numbers, orbit, self.axes, segments[0])
+        found = continuation.solved(replace(orbit, z=z), (DEGENERATE,), segments)
         near = found is not None and max(abs(found.z - z)) < _NEAR
         return found if near else None
 
@@ -207,22 +209,30 @@ class CurveRun:
 
     def _ends_in_point(self, state: State) -> bool:
         """Whether the curve has ended in a degenerate point, which is then recorded."""
-        orbit, born = state.orbit, self.follower.born
+        orbit, zero_segment = state.orbit, self.continuation.zero_segment
         known = self.meetings and self.meetings[-1].itinerary_after is None
-        if known or born is None or orbit.itinerary.mirrored:
+        if known or zero_segment is None or orbit.itinerary.mirrored:
             return False
         n, found = len(orbit.itinerary), None
-        beside = [k for k in ((born - 1) % n, (born + 1) % n) if orbit.durations[k] < _NEAR]
-        for segments in (*((k, born) for k in beside), *((born, k) for k in beside), (born,)):
+        adjacent = [
+            k
+            for k in ((zero_segment - 1) % n, (zero_segment + 1) % n)
+            if orbit.durations[k] < _NEAR
+        ]
+        for segments in (
+            *((k, zero_segment) for k in adjacent),
+            *((zero_segment, k) for k in adjacent),
+            (zero_segment,),
+        ):
             found = found or self._degenerate(orbit, segments)
         if found is None:
             return False
-        others = [k for k in found.segments if k != born]
+        others = [k for k in found.segments if k != zero_segment]
         at = found.orbit("numpy")
         if not self._met(at):
-            here = self._place(at, born)
+            here = self._place(at, zero_segment)
             there = self._place(at, others[0]) if others else Place(DEGENERATE, "", ())
-            found = found._replace(segments=(born, *others))
+            found = found._replace(segments=(zero_segment, *others))
             self._meet_border(found, at, (here, there), "", (orbit.itinerary.whole, None))
         return True
 

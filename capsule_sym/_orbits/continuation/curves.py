@@ -28,11 +28,11 @@ from capsule_sym._orbits.continuation.events import (
     RESONANCE_1_1,
     RESONANCE_1_2,
 )
-from capsule_sym._orbits.continuation.following import Follower, vanishing
 from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Axis, Ending, State, Stop
+from capsule_sym._orbits.continuation.stepping import Continuation, vanishing
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
@@ -219,7 +219,7 @@ def _other(kind: str, meets: str) -> str:
 class _Start(NamedTuple):
     """A state of a curve to follow it from, and whether the curve's other half has it too."""
 
-    follower: Follower
+    continuation: Continuation
     state: State
     shared: bool
 
@@ -243,24 +243,24 @@ def _both_ways(
 ) -> list[_Start]:
     """The starts of both halves at an orbit; the first is that of a falling second parameter."""
     critical = kind if kind in SMOOTH else None
-    followers = [Follower(numbers, orbit, axes, segment, critical) for _ in range(2)]
-    u = followers[0].unknowns(orbit.z, orbit.values)
-    null = np.linalg.svd(followers[0].equations(u).by)[2][-1]
+    continuations = [Continuation(numbers, orbit, axes, segment, critical) for _ in range(2)]
+    u = continuations[0].unknowns(orbit.z, orbit.values)
+    null = np.linalg.svd(continuations[0].equations(u).by)[2][-1]
     ways = (-null, null) if null[-1] > 0 else (null, -null)
     return [
         _Start(one, one.state(u, way), shared=True)
-        for one, way in zip(followers, ways, strict=True)
+        for one, way in zip(continuations, ways, strict=True)
     ]
 
 
 def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
     """The curve of a type from one or two starts."""
-    runs = [CurveRun(start.follower, kind, points) for start in starts]
+    runs = [CurveRun(start.continuation, kind, points) for start in starts]
     endings = [runs[0].go(starts[0].state)]
     one, other = runs[0], runs[-1]
     if len(runs) > 1 and endings[0][0] is not Ending.RETURNED:
         endings.append(other.go(starts[1].state))
-    first = starts[0].follower.axes
+    first = starts[0].continuation.axes
     names = (first[0].name, first[1].name)
     if len(endings) == 1:
         begin = (Ending.RETURNED, "") if endings[0][0] is Ending.RETURNED else _BEGIN
@@ -294,21 +294,21 @@ def _beside_point(
     if not segments:
         return _both_ways(numbers, orbit, axes, kind, None) if smooth else []
     # The curve's own segment, of duration 0 here, is there on one side of the point only.
-    own, born = segments[0], None if smooth else segments[1]
+    own, zero_segment = segments[0], None if smooth else segments[1]
 
-    def follower() -> Follower:
-        return Follower(numbers, orbit, axes, born, kind if smooth else None)
+    def continuation() -> Continuation:
+        return Continuation(numbers, orbit, axes, zero_segment, kind if smooth else None)
 
     def crossed() -> Iterator[_Start]:
-        one = follower()
+        one = continuation()
         beyond = one.cross(vanishing(orbit, own))
         if beyond is not None:
             yield _Start(one, beyond.state, shared=False)
 
     def kept() -> Iterator[_Start]:
-        one = follower()
+        one = continuation()
         u = one.unknowns(orbit.z, orbit.values)
-        index = 4 + own - (born is not None and born < own)
+        index = 4 + own - (zero_segment is not None and zero_segment < own)
         for state in one.around(u):
             if state.u[index] > _THERE:
                 yield _Start(one, state, shared=False)
@@ -329,16 +329,16 @@ def _doubled_folds(numbers: Backend, orbit: Orbit, axes: tuple[Axis, ...]) -> li
     is next to the point: the parameters differ by the square of that.
     """
     whole = doubled(numbers, orbit)
-    follower = Follower(numbers, whole, axes, critical=FOLD)
-    u = follower.unknowns(whole.z, whole.values)
+    continuation = Continuation(numbers, whole, axes, critical=FOLD)
+    u = continuation.unknowns(whole.z, whole.values)
     along = np.append(np.linalg.svd(whole.shot.by_z)[2][-1], np.zeros(len(axes)))
     for distance in _APART:
-        solution = corrected(follower.equations, u + distance * along, along, _LOOSE)
+        solution = corrected(continuation.equations, u + distance * along, along, _LOOSE)
         if solution is None or not all(0 <= q <= 1 for q in solution.u[-len(axes) :]):
             continue
-        state = follower.state(solution.u, along, solution)
+        state = continuation.state(solution.u, along, solution)
         if _holds(state):
-            return [_Start(follower, state, shared=False)]
+            return [_Start(continuation, state, shared=False)]
     return []
 
 

@@ -51,9 +51,9 @@ _WATCHED = {
 class Family:
     """Orbits of one itinerary with free parameters, and a condition for each but one of them.
 
-    The condition is that the segment `born` has the duration 0, or that the test function
+    The condition is that the segment `zero_segment` has the duration 0, or that the test function
     `critical` of a smooth bifurcation vanishes. The unknowns u are z, without the duration of a
-    segment `born`, and q of each axis.
+    segment `zero_segment`, and q of each axis.
     """
 
     def __init__(
@@ -61,25 +61,25 @@ class Family:
         numbers: Backend,
         orbit: Orbit,
         axes: tuple[Axis, ...],
-        born: int | None = None,
+        zero_segment: int | None = None,
         critical: str | None = None,
     ) -> None:
         self.numbers, self.axes = numbers, axes
-        self.itinerary, self.born, self.critical = orbit.itinerary, born, critical
+        self.itinerary, self.zero_segment, self.critical = orbit.itinerary, zero_segment, critical
         self.values = [float(value) for value in orbit.values]
 
     def unknowns(self, z: Vector, values: tuple[float, ...]) -> Vector:
         """The unknowns of an orbit."""
         z = np.array(z, dtype=float)
-        kept = z if self.born is None else np.delete(z, 4 + self.born)
+        kept = z if self.zero_segment is None else np.delete(z, 4 + self.zero_segment)
         return np.array([*kept, *(axis.share(values) for axis in self.axes)])
 
     def orbit(self, u: Vector) -> Orbit:
         """The orbit, or what is to become one, of these unknowns."""
         count = len(self.axes)
         z, values = u[:-count], list(self.values)
-        if self.born is not None:
-            z = np.insert(z, 4 + self.born, 0.0)
+        if self.zero_segment is not None:
+            z = np.insert(z, 4 + self.zero_segment, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
             values = axis.placed(values, float(q))
         shot = shooting(self.numbers, values, self.itinerary, z)
@@ -89,7 +89,11 @@ class Family:
         """The equations at u, and the orbit."""
         orbit = self.orbit(u)
         shot = orbit.shot
-        by_z = shot.by_z if self.born is None else np.delete(shot.by_z, 4 + self.born, axis=1)
+        by_z = (
+            shot.by_z
+            if self.zero_segment is None
+            else np.delete(shot.by_z, 4 + self.zero_segment, axis=1)
+        )
         by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
         by, residual = np.column_stack([by_z, *by_q]), shot.residual
         if self.critical is not None:
@@ -102,7 +106,7 @@ class Family:
         """Gradient of a test function by the unknowns."""
         row = self._gradient(orbit, name)
         row[-len(self.axes) :] *= [axis.end - axis.begin for axis in self.axes]
-        return row if self.born is None else np.delete(row, 4 + self.born)
+        return row if self.zero_segment is None else np.delete(row, 4 + self.zero_segment)
 
     def _gradient(self, orbit: Orbit, name: str) -> Vector:
         """Gradient of a test function of the monodromy matrix by z and what varies."""
@@ -114,7 +118,7 @@ class Family:
         """The state at u, which a solution may be of, with its tangent in the direction `along`."""
         _, by, orbit = solution.at if solution else self.equations(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
-        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.born)
+        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.zero_segment)
         try:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
@@ -126,7 +130,7 @@ class Family:
         """The test functions that are looked at along the path."""
         if self.critical is not None:
             return _WATCHED[self.critical]
-        return SMOOTH if self.born is None else (*SMOOTH, DEGENERATE)
+        return SMOOTH if self.zero_segment is None else (*SMOOTH, DEGENERATE)
 
     def tests(self, orbit: Orbit) -> dict[str, float]:
         """The test functions at an orbit of the path."""
@@ -135,8 +139,8 @@ class Family:
         return found | {name: self._test(name, orbit) for name in others}
 
     def _test(self, name: str, orbit: Orbit) -> float:
-        if name == DEGENERATE and self.born is not None:
-            return degeneracy(self.numbers, orbit, self.born)
+        if name == DEGENERATE and self.zero_segment is not None:
+            return degeneracy(self.numbers, orbit, self.zero_segment)
         if name == GENERALIZED_DOUBLING:
             there = cubic(self.numbers, orbit)
             return there.term / there.closing

@@ -12,10 +12,10 @@ from capsule_sym._map.backend import Number, backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.continuation import Branch, Run, check_points
-from capsule_sym._orbits.continuation.following import Follower, first_half
 from capsule_sym._orbits.continuation.parameter_paths import Function, parameter_path
 from capsule_sym._orbits.continuation.path import Vector, corrected
 from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop, where
+from capsule_sym._orbits.continuation.stepping import Continuation, first_half
 from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.identity import same
@@ -63,11 +63,11 @@ def follow_both_ways(
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         start = first_half(orbit, (axis,)) or orbit
         for side in (1.0, -1.0):
-            follower = Follower(numbers, start, (axis,))
-            u = follower.unknowns(start.z, start.values)
+            continuation = Continuation(numbers, start, (axis,))
+            u = continuation.unknowns(start.z, start.values)
             along = np.zeros(len(u))
             along[-1] = side
-            run = _PassingRun(follower, u, along, points)
+            run = _PassingRun(continuation, u, along, points)
             with limit:
                 found.append(run.go())  # says itself that the time was over
             passed += run.passed
@@ -105,8 +105,8 @@ def checked_axis(
 class _PassingRun(Run):
     """A run that notices every orbit at the value where it began, and ends at the first again."""
 
-    def __init__(self, follower: Follower, u: Vector, along: Vector, points: int) -> None:
-        super().__init__(follower, u, along, points)
+    def __init__(self, continuation: Continuation, u: Vector, along: Vector, points: int) -> None:
+        super().__init__(continuation, u, along, points)
         self.passed: list[Orbit] = []
         self._before: State | None = None
 
@@ -129,7 +129,7 @@ class _PassingRun(Run):
         """The orbit between two neighbours at the value where the run began; None if none."""
         mark = self.start[-1]
         for state, other in ((before, after), (after, before)):
-            follower = Follower(self.follower.numbers, state.orbit, (self.axis,))
+            continuation = Continuation(self.continuation.numbers, state.orbit, (self.axis,))
             step = state.tangent / state.tangent[-1]
             if state.orbit.itinerary == other.orbit.itinerary:
                 step = (other.u - state.u) / (other.u[-1] - state.u[-1])
@@ -137,7 +137,7 @@ class _PassingRun(Run):
             guess[-1] = mark
             normal = np.zeros(len(guess))
             normal[-1] = 1.0
-            solution = corrected(follower.equations, guess, normal)
+            solution = corrected(continuation.equations, guess, normal)
             if solution is None:
                 continue
             orbit: Orbit = whole_orbit(solution.at.made)

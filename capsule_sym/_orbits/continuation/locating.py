@@ -31,7 +31,7 @@ from capsule_sym._orbits.shooting.admissibility import (
     Inequality,
     inequalities,
 )
-from capsule_sym._orbits.shooting.changes import Change, inserted
+from capsule_sym._orbits.shooting.changes import Change, insert_segment
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
@@ -78,8 +78,8 @@ def _meeting(
         first, last = abs(old.tests[name]), abs(new.tests[name])
     guess = between(first / (first + last))
     conditions = tuple(one for one in (family.critical, name) if one is not None)
-    born = () if family.born is None else (family.born,)
-    found = family.solved(guess, conditions, born) if guess is not None else None
+    zero_segment = () if family.zero_segment is None else (family.zero_segment,)
+    found = family.solved(guess, conditions, zero_segment) if guess is not None else None
     if found is None:
         return None
     step = new.u - old.u
@@ -121,7 +121,7 @@ def hides(family: Family, old: State, new: State, event: Event) -> bool:
         if solution is None:
             return True
         orbit = solution.at.made
-        held = inequalities(family.numbers, orbit.itinerary, orbit.shot, family.born)
+        held = inequalities(family.numbers, orbit.itinerary, orbit.shot, family.zero_segment)
         if any(one.value <= 0 for one in held):
             return True
     return False
@@ -142,12 +142,12 @@ def _locate(
         )
     else:
         try:
-            change, segment = inserted(family.numbers, itinerary, orbit.z, there.shot, failed)
+            change, segment = insert_segment(family.numbers, itinerary, orbit.z, there.shot, failed)
         except InvalidInput:
             return None
     segments: tuple[int, ...] = (segment,)
-    if family.born is not None:
-        before = change.kept[family.born]
+    if family.zero_segment is not None:
+        before = change.kept[family.zero_segment]
         if before is None:
             return None
         segments = (before, segment)

@@ -1,7 +1,7 @@
 """Normal forms of bifurcations: what a bifurcation says of the orbits beside it.
 
 Beside a bifurcation the parameter is a function of one amplitude s: parameter - value = growth
-s^order to leading order. At a border collision s is the duration of the segment that is born. At a
+s^order to leading order. At a border collision s is the duration of the inserted segment. At a
 fold it is the length of the change of all durations, and at a period doubling that by which the
 durations of a doubled orbit's half differ from those of the orbit that doubles.
 """
@@ -26,7 +26,7 @@ from capsule_sym._orbits.continuation.events import (
     SWITCHING,
 )
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.shooting.changes import around, exchanged
+from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector, shooting, solve
 from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
@@ -148,13 +148,13 @@ def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
 
 
 def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
-    """(parameter - value) / duration^order of the segment that is born."""
-    z, born = orbit.z, 4 + segment
-    rest = [i for i in range(len(z)) if i != born]
+    """(parameter - value) / duration^order of the segment that is inserted."""
+    z, column = orbit.z, 4 + segment
+    rest = [i for i in range(len(z)) if i != column]
     matrix = np.column_stack([orbit.shot.by_z[:, rest], _by_path(orbit, path)])
     many = order + 1 + orbit.itinerary.zeros(segment)
     along = 0 * z
-    along[born] = 1
+    along[column] = 1
     for power in range(1, order + 1):
         series = residual_series(numbers, orbit, _along(z, along, many=many))
         change = -solve(numbers, matrix, series[power])
@@ -232,8 +232,8 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
 
     def closed(k: int) -> float:
         z, values = orbit.z + k * step * moved, tuple(path.placed(orbit.values, value + k * step))
-        beside = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.shot, numbers.name))
-        return float(left @ beside.shot.by_z @ along)
+        at = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.shot, numbers.name))
+        return float(left @ at.shot.by_z @ along)
 
     slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * closing)
     scenario = SUPERCRITICAL if coefficient > 0 else SUBCRITICAL
@@ -287,7 +287,7 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
         quotient(off, np.array([row[:3] @ direction for row in rows])), direction
     )
     s = np.eye(many)[1]
-    change = exchanged(itinerary, orbit.z, segment)
+    change = swap_segment(itinerary, orbit.z, segment)
     if change is None:
         other = carried(start, s, after)
     else:

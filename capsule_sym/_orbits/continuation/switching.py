@@ -25,16 +25,16 @@ from capsule_sym._orbits.continuation.continuation import (
 )
 from capsule_sym._orbits.continuation.doubling import apart
 from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.following import (
-    Beside,
-    Follower,
-    first_half,
-    vanishing,
-)
 from capsule_sym._orbits.continuation.normal_forms import doubled
 from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Axis, Ending, State, Stop
+from capsule_sym._orbits.continuation.stepping import (
+    Continuation,
+    Neighbour,
+    first_half,
+    vanishing,
+)
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -46,11 +46,11 @@ _DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its double
 
 
 class _Start(NamedTuple):
-    """A state beside a point, the follower that it belongs to, and what lies between, if asked."""
+    """A state beside a point, its continuation, and what lies between, if asked."""
 
-    follower: Follower
+    continuation: Continuation
     state: State
-    beside: Beside | None = None
+    neighbour: Neighbour | None = None
 
 
 def continue_from(
@@ -91,7 +91,9 @@ def continue_from(
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
         found = [
-            Run(start.follower, start.state.u, start.state.tangent, points, name).go(start.beside)
+            Run(start.continuation, start.state.u, start.state.tangent, points, name).go(
+                start.neighbour
+            )
             for start, name in zip(ahead, names, strict=True)
         ]
         if not starts:
@@ -157,7 +159,7 @@ def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> It
             lost = f"no doubled orbit is found beside {one.label}"
             yield Branch(axis, (), (), Ending.NOT_CONVERGED, lost, origin)
             continue
-        new = Run(start.follower, start.state.u, start.state.tangent, points, origin).go()
+        new = Run(start.continuation, start.state.u, start.state.tangent, points, origin).go()
         if new.status is Ending.PERIOD_HALVED:
             at = _arrival(new, branch)
             if at is not None:
@@ -182,7 +184,7 @@ def _leaving(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> 
         found += [doubled] if doubled else []
     for start in found:
         if _lives(start.state):
-            yield start._replace(state=start.follower.symmetric(start.state))
+            yield start._replace(state=start.continuation.symmetric(start.state))
 
 
 def _lives(state: State) -> bool:
@@ -198,48 +200,48 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
     orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
     if segment is None:
         orbit = first_half(orbit, (axis,)) or orbit
-        follower = Follower(numbers, orbit, (axis,))
-        u = follower.unknowns(orbit.z, orbit.values)
-        for along in follower.directions(u):
-            one = Follower(numbers, orbit, (axis,))
-            beside = one.beside(u, along)
-            if beside is not None:
-                yield _Start(one, beside.state)
+        continuation = Continuation(numbers, orbit, (axis,))
+        u = continuation.unknowns(orbit.z, orbit.values)
+        for along in continuation.directions(u):
+            one = Continuation(numbers, orbit, (axis,))
+            neighbour = one.neighbour(u, along)
+            if neighbour is not None:
+                yield _Start(one, neighbour.state)
         return
     assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
         orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
         segment = segment if half_segment is None else half_segment
-    follower = Follower(numbers, orbit, (axis,))
-    u = follower.unknowns(orbit.z, orbit.values)
+    continuation = Continuation(numbers, orbit, (axis,))
+    u = continuation.unknowns(orbit.z, orbit.values)
     along = np.zeros(len(u))
     along[4 + segment] = 1.0
-    beside = follower.beside(u, along)
-    if beside is not None:
-        yield _Start(follower, beside.state, beside)
-    follower = Follower(numbers, orbit, (axis,))
+    neighbour = continuation.neighbour(u, along)
+    if neighbour is not None:
+        yield _Start(continuation, neighbour.state, neighbour)
+    continuation = Continuation(numbers, orbit, (axis,))
     try:
-        beside = follower.cross(vanishing(orbit, segment))
+        neighbour = continuation.cross(vanishing(orbit, segment))
     except (InvalidInput, Stop):
         return
-    if beside is not None:
-        yield _Start(follower, beside.state, beside)
+    if neighbour is not None:
+        yield _Start(continuation, neighbour.state, neighbour)
 
 
 def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
     """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
     whole = doubled(numbers, orbit)
-    follower = Follower(numbers, whole, (axis,))
-    u = follower.unknowns(whole.z, whole.values)
-    by = follower.equations(u).by
+    continuation = Continuation(numbers, whole, (axis,))
+    u = continuation.unknowns(whole.z, whole.values)
+    by = continuation.equations(u).by
     # Of the doubled equations two curves of solutions meet there; along one only the parameter
     # stands still, and the halves move apart.
     along = np.append(np.linalg.svd(by[:, :-1])[2][-1], 0.0)
     for distance in _DISTANCES:
-        solution = corrected(follower.equations, u + distance * along, along)
+        solution = corrected(continuation.equations, u + distance * along, along)
         if solution is None or not apart(solution.at.made, distance / 2):
             continue
-        state = follower.state(solution.u, along, solution)
+        state = continuation.state(solution.u, along, solution)
         if not failure_of(state):
-            return _Start(follower, state)
+            return _Start(continuation, state)
     return None

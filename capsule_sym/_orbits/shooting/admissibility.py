@@ -44,27 +44,27 @@ class Inequality(NamedTuple):
 
 
 def inequalities(
-    numbers: Backend, itinerary: Itinerary, shot: Shooting, born: int | None = None
+    numbers: Backend, itinerary: Itinerary, shot: Shooting, zero_segment: int | None = None
 ) -> list[Inequality]:
     """All inequalities of an itinerary at a solution of its equations, shape (many,).
 
     The minima are those inside the segment, proved to be all; at its ends the itinerary's equations
     and the other inequalities hold the guards. Next to a segment of negative duration there are
-    none. The segment with index `born`, if given, has the duration 0: what is 0 with it is left
-    out. Of a motion that is its own mirror image what comes in pairs is looked at in the first
+    none. The segment with index `zero_segment`, if given, has the duration 0: what is 0 with it is
+    left out. Of a motion that is its own mirror image what comes in pairs is looked at in the first
     half, the gap in both; where beta = 0 the gap is free.
     """
     found = []
     n, spans = len(itinerary), shot.spans
     for i, span in enumerate(spans):
-        if i == born:
+        if i == zero_segment:
             continue
         before, after = (i - 1) % n, (i + 1) % n
         found.append(Inequality(DURATION, i, None, span.h, span.h))
         # A segment of negative duration takes the inequalities of its neighbours with it.
-        if any(spans[k].h <= 0 for k in (before, i, after) if k != born):
+        if any(spans[k].h <= 0 for k in (before, i, after) if k != zero_segment):
             continue
-        if span.segment.guard is Guard.DRIFT and after != born:
+        if span.segment.guard is Guard.DRIFT and after != zero_segment:
             found.append(Inequality(LANDING, i, None, _landing(itinerary, spans, i), span.h))
         if itinerary.mirrored and span.c.beta != 0:
             found += _gaps(numbers, itinerary, span, i)
@@ -72,7 +72,9 @@ def inequalities(
             if itinerary.mirrored and guard is Guard.GAP:
                 continue
             near = _NEAR * span.h
-            if (before == born and time < near) or (after == born and span.h - time < near):
+            if (before == zero_segment and time < near) or (
+                after == zero_segment and span.h - time < near
+            ):
                 continue
             # A drift that sets off the wrong way fails by the landing before it.
             if guard is not Guard.DRIFT or not _reversed_wrongly(itinerary, spans, before):

@@ -41,7 +41,7 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
     )
 
 
-def inserted(
+def insert_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, failed: Inequality
 ) -> tuple[Change, int]:
     """The itinerary with the segment inserted where a MINIMUM or LANDING is 0, and that segment.
@@ -78,7 +78,7 @@ def _comes(field: int, guard: Guard | None) -> int:
     return FIELDS[contact(field), 1 if guard is Guard.UPPER else -1]
 
 
-def exchanged(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
+def swap_segment(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
     """The itinerary with contact and drift changed in the other order at a segment of duration 0.
 
     None unless both change there.
@@ -94,7 +94,7 @@ def exchanged(itinerary: Itinerary, z: Vector, segment: int) -> Change | None:
     return Change(other, z, tuple(range(len(itinerary))))
 
 
-def shortened(
+def remove_segment(
     numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, segment: int
 ) -> tuple[Change, Inequality]:
     """The itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.

@@ -8,7 +8,7 @@ in the image of its start, so that what happens twice by symmetry happens once i
 
 Where a guard vanishes at the segment's start already, that root is divided out: the equations then
 stay regular as the segment shrinks to nothing, and go on beyond, to durations below zero. A motion
-whose segment has the duration 0 is the bifurcation at which that segment is born.
+whose segment has the duration 0 is the bifurcation at which that segment is inserted.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.itinerary import cyclic_start
-from capsule_sym._map.steady import SteadyMotion, shortened
+from capsule_sym._map.steady import SteadyMotion, abbreviated
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}
@@ -116,7 +116,7 @@ class Itinerary:
 
     def __repr__(self) -> str:
         times = f", {self.period_number}" if self.period_number != 1 else ""
-        return f"Itinerary({shortened(str(self))}{times})"
+        return f"Itinerary({abbreviated(str(self))}{times})"
 
     def __len__(self) -> int:
         return len(self.segments)

@@ -147,9 +147,9 @@ def _guard(
         margin = formulas.force_change(c, state[:, 0], state[:, 1])
         margin[0] = span.closed.margin
         gained = gained - product(duration, margin) / c.gamma
-    born = duration[0] == 0
+    no_duration = duration[0] == 0
     for _ in range(zeros):
-        both = (_shifted(gained), _shifted(duration)) if born else (gained, duration)
+        both = (_shifted(gained), _shifted(duration)) if no_duration else (gained, duration)
         gained = quotient(*both)
     return gained
 

@@ -21,13 +21,13 @@ from capsule_sym._orbits.continuation.path import (
 )
 from capsule_sym._orbits.continuation.states import Axis, Ending, Event, State, Step, Stop, where
 from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
-from capsule_sym._orbits.shooting.changes import Change, exchanged, shortened
+from capsule_sym._orbits.shooting.changes import Change, remove_segment, swap_segment
 from capsule_sym._orbits.shooting.itinerary import contact
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import half_orbit, halved_at
 
 FIRST = 0.01  # length of a step at the begin and after an event
-BESIDE = 1e-4  # distance from an event at which its two sides are looked at
+NEIGHBOUR_STEP = 1e-4  # distance from an event at which its two sides are looked at
 _NEARER = (1.0, 0.1, 1e-2, 1e-3)  # shares of that, where another event is within it
 _LEAST, _LONGEST = 1e-8, 0.2  # lengths of steps
 _SHARE = 0.004  # of large unknowns that a longer step may be
@@ -53,7 +53,7 @@ def first_half(orbit: Orbit, axes: tuple[Axis, ...]) -> Orbit | None:
 
 
 def vanishing(orbit: Orbit, segment: int) -> Event:
-    """What a follower that comes with the segment of duration 0 crosses."""
+    """What a continuation that comes with the segment of duration 0 crosses."""
     itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
     same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
     located = BorderCollision(
@@ -63,7 +63,7 @@ def vanishing(orbit: Orbit, segment: int) -> Event:
     return Event(failed, segment, same_itinerary, located, 0.0)
 
 
-class Beside(NamedTuple):
+class Neighbour(NamedTuple):
     """A state a little further on from a point, the point itself, and what lies between, in order.
 
     No inequalities are asked of the point.
@@ -74,7 +74,7 @@ class Beside(NamedTuple):
     smooth: list[tuple[str, SmoothEvent]]
 
 
-class Follower(Family):
+class Continuation(Family):
     """A family that is followed step by step, from one itinerary to the next."""
 
     unlocated: Sequence[str] = ()
@@ -181,7 +181,7 @@ class Follower(Family):
         ahead = (found.u - state.u) @ state.tangent
         return found if ahead > _AHEAD * np.linalg.norm(step) else None
 
-    def cross(self, event: Event) -> Beside | None:
+    def cross(self, event: Event) -> Neighbour | None:
         """Go on in the itinerary beyond an event, to a little further on; None if there is nothing.
 
         Raises Stop where the itineraries on the two sides do not share the condition.
@@ -191,37 +191,40 @@ class Follower(Family):
         if (
             self.itinerary.mirrored
             and not located.itinerary.mirrored
-            and (self.born is not None or self.critical)
+            and (self.zero_segment is not None or self.critical)
         ):
             raise Stop(Ending.CODIMENSION_TWO, "beyond, the orbit is not its own mirror image")
         self._keep(event.change)
         self.itinerary = located.itinerary
         if failed.kind == DURATION:
-            other = exchanged(self.itinerary, z, segment)
+            other = swap_segment(self.itinerary, z, segment)
             if other is None:
-                change, inequality = shortened(
+                change, inequality = remove_segment(
                     self.numbers, self.itinerary, z, located.shot, segment
                 )
                 self._keep(change)
                 self.itinerary = change.itinerary
                 u = self.unknowns(change.z, located.values)
-                both = [self.beside(u, side) for side in self.directions(u)]
+                both = [self.neighbour(u, side) for side in self.directions(u)]
                 return max(both, key=lambda one: _margin(one, inequality))
             self.itinerary = other.itinerary
         u = self.unknowns(z, located.values)
-        index = 4 + segment - (self.born is not None and self.born < segment)
+        index = 4 + segment - (self.zero_segment is not None and self.zero_segment < segment)
         along = np.zeros(len(u))
         along[index] = 1.0
-        return self.beside(u, along)
+        return self.neighbour(u, along)
 
     def symmetric(self, state: State) -> State:
         """The state by the first half of its orbit, where that is its own mirror image."""
         if self.itinerary.mirrored or self.critical is not None:
             return state
-        if self.born is None:
+        if self.zero_segment is None:
             half = first_half(state.orbit, self.axes)
         else:
-            half, self.born = halved_at(state.orbit, self.born) or (None, self.born)
+            half, self.zero_segment = halved_at(state.orbit, self.zero_segment) or (
+                None,
+                self.zero_segment,
+            )
         if half is None:
             return state
         self.itinerary, count = half.itinerary, len(self.axes)
@@ -230,10 +233,10 @@ class Follower(Family):
         return self.state(u, along)
 
     def _keep(self, change: Change) -> None:
-        if self.born is None:
+        if self.zero_segment is None:
             return
-        self.born = change.kept[self.born]
-        if self.born is None:
+        self.zero_segment = change.kept[self.zero_segment]
+        if self.zero_segment is None:
             raise Stop(Ending.CODIMENSION_TWO, "the segment of duration 0 merges with another")
 
     def directions(self, u: Vector) -> list[Vector]:
@@ -258,7 +261,7 @@ class Follower(Family):
             if solution is not None:
                 yield self.state(solution.u, way, solution)
 
-    def beside(self, u: Vector, along: Vector) -> Beside | None:
+    def neighbour(self, u: Vector, along: Vector) -> Neighbour | None:
         """What is a little further on from u, in the direction that `along` points to.
 
         Nearer to u where another event is that near.
@@ -270,7 +273,7 @@ class Follower(Family):
             return None
         states = []
         for share in _NEARER:
-            solution = corrected(self.equations, u + share * BESIDE * direction, direction)
+            solution = corrected(self.equations, u + share * NEIGHBOUR_STEP * direction, direction)
             if solution is not None:
                 states.append(self.state(solution.u, direction, solution))
                 if all(one.value > 0 for one in states[-1].held):
@@ -283,13 +286,13 @@ class Follower(Family):
         found = smooth_between(self, point, state, 1.0)
         # Where the point is a degenerate one its own test function is rounding.
         smooth = [(name, one) for name, one in found if name != DEGENERATE]
-        return Beside(state, point, smooth)
+        return Neighbour(state, point, smooth)
 
 
-def _margin(beside: Beside | None, inequality: Inequality) -> tuple[bool, float]:
+def _margin(neighbour: Neighbour | None, inequality: Inequality) -> tuple[bool, float]:
     """Whether all holds at a state, and by how much an inequality does; the greater the better."""
-    if beside is None:
+    if neighbour is None:
         return False, -float("inf")
-    held = beside.state.held
+    held = neighbour.state.held
     found = matching(held, inequality)
     return all(one.value > 0 for one in held), float(found.value) if found else float("inf")
