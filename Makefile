@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel packaging fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel packaging fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -106,6 +106,9 @@ types: $(READY)  ## check types, strictly
 contract: $(READY)  ## check which package imports which
 	$(BIN)/lint-imports
 
+lines: $(READY)  ## count the lines of each room, long functions, circles of imports and the like
+	@$(BIN)/python -m benchmarks.lines
+
 generate: $(READY)  ## derive and write generated/
 	$(BIN)/python -m capsule_sym.codegen
 
@@ -155,7 +158,7 @@ explorer-measure: $(EXPLORER)  ## measure the page in headless Chromium
 
 clean:  ## remove the environment, builds and caches; results/ stays
 	rm -rf .venv build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
-	find capsule_sym generated tests -name __pycache__ -prune -exec rm -rf {} +
+	find benchmarks capsule_sym generated tests -name __pycache__ -prune -exec rm -rf {} +
 
 # An environment that works is kept, whoever made it; one without pip is made again.
 $(READY): pyproject.toml

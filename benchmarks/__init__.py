@@ -1,0 +1,1 @@
+"""Tools for developers that no wheel holds: `make` lists them."""
