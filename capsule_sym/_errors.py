@@ -41,13 +41,13 @@ def _shown(value: object) -> str:
 class Stopped(CapsuleError, RuntimeError):
     """A run came to a point that no field leaves with certainty, before its periods were over."""
 
-    def __init__(self, turns: int, periods: int) -> None:
-        super().__init__(turns, periods)
-        self.turns, self.periods = turns, periods
+    def __init__(self, passed: int, periods: int) -> None:
+        super().__init__(passed, periods)
+        self.passed, self.periods = passed, periods
 
     def __str__(self) -> str:
         return (
-            f"the run stopped undecided after {self.turns} of {self.periods} periods: "
+            f"the run stopped undecided after {self.passed} of {self.periods} periods: "
             "simulate says where, and returns what came before"
         )
 

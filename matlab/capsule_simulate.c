@@ -21,7 +21,7 @@ static mxArray *table_of(const capsule_segment *segments, size_t count, double o
         column_of[k] = column(table, names[k], count, k == 6 || k == 7 ? 3 : 1);
     for (size_t i = 0; i < count; i++) {
         const capsule_segment *s = segments + i;
-        const double time = (6.283185307179586 * (double)s->start_turn + s->start_angle) / omega;
+        const double time = (6.283185307179586 * (double)s->start_period + s->start_angle) / omega;
         const double values[] = {s->field, s->source, s->target, s->outcome, time, s->duration};
         for (int k = 0; k < 6; k++)
             column_of[k][i] = values[k];
@@ -69,7 +69,7 @@ void mexFunction(int results, mxArray *result[], int count, const mxArray *given
     const char *const names[] = {"status", "period", "final", "segments", "y"};
     result[0] = mxCreateStructMatrix(1, 1, 5, (const char **)names);
     mxSetField(result[0], 0, "status", mxCreateString(STATUS[stop]));
-    *column(result[0], "period", 1, 1) = (double)state.turn;
+    *column(result[0], "period", 1, 1) = (double)state.period;
     double *final = column(result[0], "final", 1, 4);
     final[0] = state.x_r, final[1] = state.v_r, final[2] = state.v_c, final[3] = state.position;
     mxSetField(result[0], 0, "segments", table_of(segments, held, parameters.omega));

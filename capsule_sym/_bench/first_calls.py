@@ -168,7 +168,7 @@ def _states(kept: Mapping[str, Evaluate], tool: str, times: NDArray[np.float64])
 def _begins(run: Trajectory) -> NDArray[np.float64]:
     """When the segments begin, and the run ends."""
     p, records = run.parameters, run.records
-    starts = records["start_turn"] * p.period + records["start_angle"] / p.omega
+    starts = records["start_period"] * p.period + records["start_angle"] / p.omega
     return np.append(starts, run.final[0].period * p.period + run.final[0].phase)
 
 

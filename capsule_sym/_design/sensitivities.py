@@ -118,7 +118,9 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     if order is not None:
         slopes = np.empty_like(found)
         slopes[order] = found
-    ends = records["end_turn"] * run.parameters.period + records["end_angle"] / run.parameters.omega
+    ends = (
+        records["end_period"] * run.parameters.period + records["end_angle"] / run.parameters.omega
+    )
     rates = slopes[..., 11]
     return Sensitivities(times, states, slopes[..., :11], rates, ends[:-1], switches, status)
 
@@ -136,7 +138,7 @@ def differentiated(
         forms = ClosedForms(numbers, tuple(run.parameters.to_dict().values()))
         state, time = np.eye(4, 11), np.zeros(11)
         state[3, 3] = 0.0
-        begins = records["start_turn"] * run.parameters.period + records["start_angle"] / omega
+        begins = records["start_period"] * run.parameters.period + records["start_angle"] / omega
         of = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
         for i, record in enumerate(records):
             check_time()

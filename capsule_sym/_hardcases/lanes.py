@@ -46,7 +46,7 @@ def first_switch(numbers: Backend, start: Start, lanes: int) -> LaneSwitch | Non
     if not event["field"]:
         return LaneSwitch(int(end["field"]), 0, numbers.number(0), False)
     angle = numbers.number(float(end["angle"])) + numbers.number(float(end["angle_rest"]))
-    turned = int(end["turn"]) * numbers.full_turn + angle
+    turned = int(end["period"]) * numbers.full_turn + angle
     began = numbers.number(start.phase) * numbers.number(p.omega)
     duration = (turned - began) / numbers.number(p.omega)
     return LaneSwitch(int(event["field"]), int(event["plane"]), duration, bool(end["plane"]))

@@ -108,22 +108,22 @@ def final_states(
 
     # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
     # side by side.
-    hands = min(threads, max(1, count // _SIDE_BY_SIDE))
+    shares = min(threads, max(1, count // _SIDE_BY_SIDE))
 
-    def hand(i: int) -> int:
+    def run_share(i: int) -> int:
         marks = None if strobe is None else strobe[i:]
         return int(
             core().run_many(
-                rows[i:], records[i:], periods, stops[i:], marks, positions, hands, watch
+                rows[i:], records[i:], periods, stops[i:], marks, positions, shares, watch
             )
         )
 
-    if hands == 1:
-        still_open = hand(0)
+    if shares == 1:
+        still_open = run_share(0)
     else:
-        with ThreadPoolExecutor(hands) as pool:
+        with ThreadPoolExecutor(shares) as pool:
             try:
-                still_open = sum(pool.map(hand, range(hands)))
+                still_open = sum(pool.map(run_share, range(shares)))
             except BaseException:
                 watch.stop()  # Ctrl-C comes here, where nothing runs
                 raise
@@ -135,8 +135,8 @@ def final_states(
     for k, name in enumerate(("x_r", "v_r", "v_c")):
         reached[:, k] = records[name]
     where = records["position"].copy() if positions else np.full(count, np.nan)
-    turns = records["turn"].copy()
-    return Finals(reached, where, turns < periods, turns)
+    passed = records["period"].copy()
+    return Finals(reached, where, passed < periods, passed)
 
 
 def _alone(
@@ -166,8 +166,8 @@ def final_state(
         run = Run(NumpyBackend(), parameters, escalate=True)
         record = core().Map(np.array(_row(parameters))).state_at(*values, phase)
         _finish(run, record, periods, None, False)
-        if record["turn"] < periods:
-            raise Stopped(int(record["turn"]), periods)
+        if record["period"] < periods:
+            raise Stopped(int(record["period"]), periods)
         return float(record["x_r"]), float(record["v_r"]), float(record["v_c"])
     return found
 
@@ -183,14 +183,14 @@ def _finish(
     """Takes a run on by the reference map wherever the core leaves a switch open."""
     native = core().Map(np.array(list(run.parameters.to_dict().values())))
     run.marks = 0 if strobe is None else periods
-    while record["turn"] < periods and not (watch and watch.over):
+    while record["period"] < periods and not (watch and watch.over):
         run.segments.clear()
         run.stroboscopic.clear()
         run.stroboscopic_periods.clear()
         run_state = step(run, record, periods)
         if strobe is not None:
             passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
-            strobe[run_state.turns - len(passed) + 1 : run_state.turns + 1] = passed
+            strobe[run_state.periods - len(passed) + 1 : run_state.periods + 1] = passed
         write(record, run_state)
         if run_state.begin is None:
             return

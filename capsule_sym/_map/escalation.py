@@ -20,15 +20,15 @@ def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) ->
     More, up to `most`, as long as 50 digits have to escalate them, or they do not advance: a record
     has no digits, nor a count of such segments, to go on from.
     """
-    x_r, gap, v_r, v_c, angle, rest, position, turn, bound, plane, _ = record.tolist()
+    x_r, gap, v_r, v_c, angle, rest, position, period, bound, plane, _ = record.tolist()
     source = plane_name(plane)
     state = State(x_r, gap, v_r, v_c, angle, bound, rest)
-    run_state = run.begin_segment(state, source, turn, position)
+    run_state = run.begin_segment(state, source, period, position)
     if run_state.begin is not None and not source and v_c == 0:
         run_state = run_state._replace(source=f"Σ{run_state.begin.field}")
     run_state, taken = run.follow(run_state, periods, 1), 1
     while (run.exact is not None or run.still) and taken < most:
-        if run_state.begin is None or run_state.turns >= periods:
+        if run_state.begin is None or run_state.periods >= periods:
             break
         taken += 1
         run_state = run.follow(run_state, periods, taken)
@@ -40,5 +40,8 @@ def write(record: NDArray[np.void], run_state: RunState) -> None:
     state, source = run_state.state, run_state.source
     plane = plane_number(source)
     field = run_state.begin.field if run_state.begin else 0
-    rest, place = state.angle_rest, (run_state.position, run_state.turns, state.bound, plane, field)
+    rest, place = (
+        state.angle_rest,
+        (run_state.position, run_state.periods, state.bound, plane, field),
+    )
     record[...] = (*state[:5], rest, *place)

@@ -105,7 +105,7 @@ def by_numpy(
     parameters: Parameters, records: Records, times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The same by the NumPy kernels, in one call for each field."""
-    starts = records["start_turn"] * parameters.period + records["start_angle"] / parameters.omega
+    starts = records["start_period"] * parameters.period + records["start_angle"] / parameters.omega
     index = np.searchsorted(starts, times.ravel(), side="right") - 1
     rows = records[np.maximum(index, 0)]
     h = np.clip(times.ravel() - starts[np.maximum(index, 0)], 0.0, rows["duration"])

@@ -68,9 +68,9 @@ class NativeRun:
         if phase == 0.0:
             keeper.strobe(np.array([values]), np.array([0]))
         status, message = self._run(native, record, periods, most, keeper)
-        x_r, v_r, v_c, angle, position, turn = record[_FINAL].item()
-        end = instant(turn, angle, omega)
-        kept = keeper.kept(native, turn * self.parameters.period + end.phase)
+        x_r, v_r, v_c, angle, position, period = record[_FINAL].item()
+        end = instant(period, angle, omega)
+        kept = keeper.kept(native, period * self.parameters.period + end.phase)
         evaluation.give_back(native)
         return Trajectory(
             self.parameters,
@@ -90,7 +90,7 @@ class NativeRun:
         """Goes on to the end of the periods, or as far as it comes; and how it ended."""
         # Whatever is kept, a run pauses at the same places, and so comes to the same state.
         strobe = np.empty((min(periods + 1, core().ROWS), 3))
-        while record["turn"] < periods:
+        while record["period"] < periods:
             left = min(most, keeper.most) - keeper.count
             stop = self._piece(native, record, periods, left, strobe, keeper)
             found = None
@@ -109,8 +109,8 @@ class NativeRun:
                     found = run.ended(run_state, periods, most)
                 write(record, run_state)
             if self.progress is not None:
-                self.progress(int(record["turn"]))
-            if record["turn"] < periods:
+                self.progress(int(record["period"]))
+            if record["period"] < periods:
                 if found is None and keeper.count == most:
                     found = Status.SEGMENT_LIMIT, after(most)
                 if found is None and keeper.full:
@@ -135,7 +135,7 @@ class NativeRun:
         stop, count, _ = native.run(
             record, periods, room, strobe=strobe, watch=self.watch, precision=self.precision
         )
-        first, last, rows = int(before["turn"]) + 1, int(record["turn"]), len(strobe)
+        first, last, rows = int(before["period"]) + 1, int(record["period"]), len(strobe)
         if last - first >= rows and count > 1:
             # The last segment rests for ever, and its states took the places of those before it.
             record[...] = before
@@ -146,4 +146,4 @@ class NativeRun:
         return int(stop)
 
 
-_FINAL = ["x_r", "v_r", "v_c", "angle", "position", "turn"]
+_FINAL = ["x_r", "v_r", "v_c", "angle", "position", "period"]

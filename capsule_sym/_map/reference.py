@@ -40,7 +40,7 @@ class RunState(NamedTuple):
     state: State
     begin: SegmentStart | None
     source: str
-    turns: int
+    periods: int
     position: Number
 
 
@@ -111,7 +111,7 @@ class Run:
 
     def ended(self, run_state: RunState, periods: int, most: int) -> tuple[Status, str]:
         """How the run ended, and why."""
-        if run_state.turns >= periods:
+        if run_state.periods >= periods:
             return Status.FINISHED, FINISHED
         if self.watch.over:
             return Status.TIME_LIMIT, TIME_IS_UP

@@ -40,9 +40,9 @@ class Instant(NamedTuple):
     phase: Number
 
 
-def instant(turns: int, angle: Number, omega: Number) -> Instant:
-    """The time at a forcing angle in [0, 2 pi) after whole turns."""
-    return Instant(turns, angle / omega if angle else angle * 0)
+def instant(periods: int, angle: Number, omega: Number) -> Instant:
+    """The time at a forcing angle in [0, 2 pi) after whole periods."""
+    return Instant(periods, angle / omega if angle else angle * 0)
 
 
 @dataclass(frozen=True)
@@ -141,15 +141,17 @@ class Segments(Sequence[Segment]):
     def _made(self, index: int, values: tuple[Any, ...]) -> Segment:
         from capsule_sym.generated.py.kernels import Start
 
-        turn, end_turn, angle, end_angle, start, end, duration, position, advance = values[:9]
+        start_period, end_period, angle, end_angle, start, end, duration, position, advance = (
+            values[:9]
+        )
         gap, margin, cosine, sine, field, source, target, outcome, evaluations, _ = values[9:]
         x_r, v_r, v_c = start.tolist()
         return Segment(
             field=field,
             source=plane_name(source),
             target=plane_name(target),
-            start=instant(turn, angle, self.omega),
-            end=instant(end_turn, end_angle, self.omega),
+            start=instant(start_period, angle, self.omega),
+            end=instant(end_period, end_angle, self.omega),
             start_state=(x_r, v_r, v_c),
             end_state=tuple(end.tolist()),
             duration=duration,
@@ -210,7 +212,7 @@ def switches_of(records: Records) -> Records:
     """The switches that end segments: records of `SWITCH`."""
     ended = records[records["target"] != 0]
     events = np.empty(len(ended), SWITCH)
-    events["period"], events["angle"] = ended["end_turn"], ended["end_angle"]
+    events["period"], events["angle"] = ended["end_period"], ended["end_angle"]
     events["field"], events["plane"] = ended["field"], ended["target"]
     return events
 
@@ -222,7 +224,7 @@ def columns_of(records: Records, omega: float) -> dict[str, NDArray[Any]]:
     outcomes = np.array([str(outcome) for outcome in _OUTCOMES])
     start = records["start"]
     return {
-        "period": records["start_turn"],
+        "period": records["start_period"],
         "phase": records["start_angle"] / omega,
         "duration": records["duration"],
         "field": fields[records["field"]],

@@ -158,7 +158,7 @@ def _last_period(run: Trajectory) -> Segment:
 
 def _last_periods(run: Trajectory, period_number: int, back: int) -> tuple[Segment, ...]:
     """The segments that end in the given number of whole periods before the run's end."""
-    ends, switched = run.records["end_turn"], run.records["target"] != 0
+    ends, switched = run.records["end_period"], run.records["target"] != 0
     stop = int(ends[-1]) - back * period_number
     first, beyond = np.searchsorted(ends, (stop - period_number, stop)).tolist()
     return tuple(run.segments[i] for i in range(first, beyond) if switched[i])

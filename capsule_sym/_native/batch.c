@@ -51,18 +51,18 @@ static void schedule(capsule_workspace *workspace, int slot, int field, int key)
 }
 
 /* The state that a segment of a field began at. */
-static capsule_state state_of(const double *began, int field, int64_t turn)
+static capsule_state state_of(const double *began, int field, int64_t period)
 {
     const int way = (int)began[WAY], zeros = (int)began[SECOND_ZEROS];
     return (capsule_state){
         .x_r = began[X_R], .gap = began[FAR], .v_r = began[V_R], .v_c = began[V_C],
         .angle = began[ANGLE], .angle_rest = began[ANGLE_REST], .position = began[POSITION],
-        .turn = turn, .bound = way == 0 ? zeros : zeros == 2 ? way : 0, .field = field};
+        .period = period, .bound = way == 0 ? zeros : zeros == 2 ? way : 0, .field = field};
 }
 
 static capsule_state start_of(const capsule_workspace *workspace, int slot)
 {
-    return state_of(workspace->run[slot].begun, workspace->run[slot].field, workspace->run[slot].begun_turn);
+    return state_of(workspace->run[slot].begun, workspace->run[slot].field, workspace->run[slot].begun_period);
 }
 
 typedef struct {
@@ -143,7 +143,7 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
                 finish_run(w, slot, stop, &state);
                 return;
             }
-        } else if (state.turn >= w->periods) {
+        } else if (state.period >= w->periods) {
             stop = CAPSULE_DONE;
         }
         const int field = state.field ? state.field : capsule_code_here(0)->field_at(&workspace->map, &state);
@@ -173,7 +173,7 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
             [ALPHA] = c->alpha, [DELTA] = c->delta, [BOUND] = c->f_b};
         memcpy(workspace->run[slot].number, numbers, sizeof numbers);
         memcpy(workspace->run[slot].begun, numbers, sizeof numbers);
-        workspace->run[slot].turn = workspace->run[slot].begun_turn = state.turn;
+        workspace->run[slot].period = workspace->run[slot].begun_period = state.period;
         workspace->run[slot].expansions = 0;
         schedule(workspace, slot, field, state.gap == 0.0);
         return;
@@ -203,17 +203,17 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
     }
     if (out->passed >> l & 1) {
         const double *end = out->end[l];
-        const int64_t turn = ++workspace->run[slot].turn;
+        const int64_t period = ++workspace->run[slot].period;
         if (w->batch->strobe) {
-            const size_t row = workspace->run[slot].row * (size_t)(w->periods + 1) + (size_t)turn;
+            const size_t row = workspace->run[slot].row * (size_t)(w->periods + 1) + (size_t)period;
             double *mark = w->batch->strobe[row];
             mark[0] = end[0];
             mark[1] = end[2];
             mark[2] = end[3];
         }
-        if (turn == w->periods) {
+        if (period == w->periods) {
             const capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
-                                        .v_c = end[3], .position = end[4], .turn = turn,
+                                        .v_c = end[3], .position = end[4], .period = period,
                                         .field = crossing ? 0 : field};
             finish_run(w, slot, CAPSULE_DONE, &last);
             return;
@@ -226,15 +226,15 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
         field = FIELD_OF[out->contact >> l & 1][(int)number[WAY] + 1];
         if (w->batch->first) {
             const double v_r = number[V_R], v_c = number[V_C];
-            const capsule_state start = state_of(number, field, workspace->run[slot].turn);
+            const capsule_state start = state_of(number, field, workspace->run[slot].period);
             w->batch->first[workspace->run[slot].row] = (capsule_event){
-                .turn = start.turn, .angle = number[ANGLE], .field = left,
+                .period = start.period, .angle = number[ANGLE], .field = left,
                 .plane = v_c == 0.0 ? field : IMPACT_PLANE[v_c > 0.0][v_r > 0.0]};
             finish_run(w, slot, CAPSULE_FULL, &start);
             return;
         }
         memcpy(workspace->run[slot].begun, number, sizeof workspace->run[slot].begun);
-        workspace->run[slot].begun_turn = workspace->run[slot].turn;
+        workspace->run[slot].begun_period = workspace->run[slot].period;
         workspace->run[slot].expansions = 0;
     } else if (expansions == MOST_IN_LANES) {
         start_run(w, slot, start_of(workspace, slot), 1);
@@ -282,7 +282,7 @@ static void run_queues(batch_progress *w, size_t end)
         for (int l = 0; l < w->lanes; l++) { /* lanes without a run repeat the first */
             slot[l] = queue[waiting - 1 - (l < count ? l : 0)];
             runs[l] = workspace->run[slot[l]].number;
-            ends |= workspace->run[slot[l]].turn + 1 == w->periods;
+            ends |= workspace->run[slot[l]].period + 1 == w->periods;
         }
         workspace->waiting[fullest] -= count;
         const int clear = fullest >= CLEAR_QUEUE;

@@ -163,7 +163,7 @@ typedef struct {
         double number[CAPSULE_RUN_NUMBERS], begun[CAPSULE_RUN_NUMBERS]; /* now; at its start */
         double guess[6][5]; /* by field, and how many expansions came before */
         size_t row;
-        int64_t turn, begun_turn;
+        int64_t period, begun_period;
         int field, key, expansions; /* of the present segment; the key of its guess */
     } run[CAPSULE_BATCH_SIZE];
     int16_t queue[4 * CAPSULE_LEVELS + 4][CAPSULE_BATCH_SIZE], idle[CAPSULE_BATCH_SIZE];
@@ -176,10 +176,10 @@ typedef struct {
 capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods, capsule_workspace *workspace);
 
 /* Finds the periodic motion that a run is in at the end of a period, from its states at the ends
-   of the last `count` periods: the least multiple, of at most count/2 periods, after which the
+   of the last `count` periods: the least period number, of at most count/2 periods, after which the
    last of them repeat within `tolerance`, and the next switches exactly in field and plane.
    `events` holds those of one period of the motion, from the end of the run on; there must be
-   room for those of two. No multiple is found of a motion that dies away through ever more switches,
+   room for those of two. No period number is found of a motion that dies away through ever more switches,
    as off rest at alpha = delta = 0. CAPSULE_FULL says that there is not, CAPSULE_OPEN that a switch stayed
    open on the way. `watch` may be null. */
 capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
@@ -230,7 +230,7 @@ typedef struct {
 
 /* Closes the periodic motion of so many excitation periods near a state (x_r, v_r, v_c) at forcing
    angle 0 by Newton's method, and computes its metrics. Returns CAPSULE_DONE with what became of it in
-   `orbit->closing`, or why its run came back; CAPSULE_OPEN also at a segment that is very slow beside
+   `orbit->status`, or why its run came back; CAPSULE_OPEN also at a segment that is very slow beside
    its flow, so that its integrals or peaks would take too long. */
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);

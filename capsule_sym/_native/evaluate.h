@@ -70,14 +70,14 @@ typedef struct {
 
 /* How long a time is after so many periods and a forcing angle: the whole periods are taken off
    without an error that grows with them. */
-static double since(const period_parts *c, int64_t turn, double angle, double time)
+static double since(const period_parts *c, int64_t periods, double angle, double time)
 {
-    return fma(-(double)turn, c->period, time) - ((double)turn * c->rest + angle / c->omega);
+    return fma(-(double)periods, c->period, time) - ((double)periods * c->rest + angle / c->omega);
 }
 
 static int begun(const period_parts *c, const capsule_segment *s, double time)
 {
-    return since(c, s->start_turn, s->start_angle, time) >= 0.0;
+    return since(c, s->start_period, s->start_angle, time) >= 0.0;
 }
 
 /* The last segment that has begun: from `at` on, looked for ever further ahead, or just before. */
@@ -120,9 +120,9 @@ static size_t states_at(const capsule_map *map, const capsule_segment *segments,
         const capsule_segment *s = &segments[at];
         if (s->field < 1 || s->field > 6)
             return i;
-        if (more && at == count - 1 && since(&c, s->end_turn, s->end_angle, time) >= 0.0)
+        if (more && at == count - 1 && since(&c, s->end_period, s->end_angle, time) >= 0.0)
             return i;
-        double h = since(&c, s->start_turn, s->start_angle, time);
+        double h = since(&c, s->start_period, s->start_angle, time);
         if (h >= s->duration) {
             const double end[4] = {s->end[0], s->end[1], s->end[2], s->position + s->advance};
             memcpy(states[i], end, sizeof end);

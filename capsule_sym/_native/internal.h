@@ -76,7 +76,7 @@ int capsule_allowed(const capsule_map *map, const capsule_state *state);
 void capsule_rest(capsule_context *context, double x_r, double v_r, double angle, double angle_rest,
                   capsule_state *state, capsule_result *p);
 
-/* Writes a state to the strobe's row of a turn. */
-void capsule_write_strobe(const capsule_request *request, int64_t turn, double x_r, double v_r, double v_c);
+/* Writes a state to the strobe's row of a period. */
+void capsule_write_strobe(const capsule_request *request, int64_t period, double x_r, double v_r, double v_c);
 
 #endif

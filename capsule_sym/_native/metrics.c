@@ -131,7 +131,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     capsule_slopes_of_run(run, &at);
     for (size_t i = 0; i < run->count; i++) {
         const capsule_segment *s = &run->segments[i];
-        const double start = ((double)s->start_turn * TWO_PI + s->start_angle) / p->omega;
+        const double start = ((double)s->start_period * TWO_PI + s->start_angle) / p->omega;
         const double way = DRIFT_OF[s->field - 1];
         const double friction = friction_at(&run->map->field[s->field - 1], way);
         advance += s->advance;

@@ -97,13 +97,13 @@ static int repeats_sooner(const capsule_closed_run *run, const double x[3], doub
 static capsule_stop run_once(const capsule_orbit_request *request, const double x[3],
                              capsule_closed_run *run, double end[3], double slopes[4][COLUMNS_AT])
 {
-    const capsule_request wish = {
+    const capsule_request segments = {
         .segments = request->segments, .room = request->room, .watch = request->watch};
     capsule_state state = capsule_state_at(run->map, x[0], x[1], x[2], 0.0);
     capsule_outcome open;
     capsule_slopes at;
     const capsule_stop stop =
-        capsule_run(run->map, &state, run->periods, &wish, &run->count, &open);
+        capsule_run(run->map, &state, run->periods, &segments, &run->count, &open);
     if (stop != CAPSULE_DONE)
         return stop;
     capsule_slopes_of_run(run, &at);
@@ -132,10 +132,10 @@ static capsule_stop complete(const capsule_orbit_request *request, const capsule
     for (size_t i = 0; i < run->count; i++)
         orbit->sticks |= DRIFT_OF[run->segments[i].field - 1] == 0;
     if (!solved(a, orbit->by_parameter, PARAMETERS))
-        orbit->closing = CAPSULE_TANGENTIAL;
+        orbit->status = CAPSULE_TANGENTIAL;
     const capsule_stop stop = capsule_metrics(run, request, orbit, metric);
     if (stop != CAPSULE_DONE)
-        orbit->closing = CAPSULE_UNKNOWN;
+        orbit->status = CAPSULE_UNKNOWN;
     if (stop != CAPSULE_DONE || !request->gradients)
         return stop;
     for (int m = 0; m < METRICS; m++)
@@ -180,7 +180,7 @@ capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], 
         for (int i = 0; i < 3; i++)
             by[i] -= x[i];
         return_matrix(slopes, a);
-        orbit->closing = CAPSULE_TANGENTIAL;
+        orbit->status = CAPSULE_TANGENTIAL;
         if (!solved(a, by, 1))
             return CAPSULE_DONE;
         for (int i = 0; i < 3; i++)
@@ -188,7 +188,7 @@ capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], 
         orbit->correction = size;
         if (size <= ROUNDINGS * UNIT * scale || (size >= 0.5 * last && size <= STAGNANT * scale)) {
             const int same = passed == first && !repeats_sooner(&run, x, scale);
-            orbit->closing = same ? CAPSULE_CLOSED : CAPSULE_CHANGED;
+            orbit->status = same ? CAPSULE_CLOSED : CAPSULE_CHANGED;
             memcpy(orbit->state, x, sizeof x);
             return complete(request, &run, slopes, orbit);
         }
@@ -196,6 +196,6 @@ capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], 
             x[i] += by[i];
         last = size;
     }
-    orbit->closing = CAPSULE_NOT_CONVERGED;
+    orbit->status = CAPSULE_NOT_CONVERGED;
     return CAPSULE_DONE;
 }

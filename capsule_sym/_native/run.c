@@ -30,15 +30,15 @@ int capsule_allowed(const capsule_map *map, const capsule_state *s)
     return map && s && capsule_parameters_allowed(&map->parameters) && isfinite(s->x_r) &&
            isfinite(s->gap) && isfinite(s->v_r) && isfinite(s->v_c) && isfinite(s->position) &&
            s->angle >= 0.0 && s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI &&
-           fabs(s->angle_rest) <= 1.0 && s->turn >= 0 && s->turn <= CAPSULE_PERIODS &&
+           fabs(s->angle_rest) <= 1.0 && s->period >= 0 && s->period <= CAPSULE_PERIODS &&
            s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
            s->plane >= 0 && s->plane <= 10 && s->field >= 0 && s->field <= 6;
 }
 
-void capsule_write_strobe(const capsule_request *request, int64_t turn, double x_r, double v_r, double v_c)
+void capsule_write_strobe(const capsule_request *request, int64_t period, double x_r, double v_r, double v_c)
 {
     if (request->strobe) {
-        double *state = request->strobe[request->rows ? turn % request->rows : turn];
+        double *state = request->strobe[request->rows ? period % request->rows : period];
         state[0] = x_r;
         state[1] = v_r;
         state[2] = v_c;
@@ -71,23 +71,23 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
     double cosine, sine, x, v;
     sine_cosine(angle, angle_rest, &sine, &cosine);
     forced(k, cosine, sine, &x, &v);
-    const int64_t from = state->turn;
-    int64_t turn = request->strobe ? from + 1 : context->periods;
-    if (request->rows && turn < context->periods + 1 - request->rows)
-        turn = context->periods + 1 - request->rows;
-    for (; turn <= context->periods; turn++) {
-        const double turns = (double)(turn - from), rest = turns * TWO_PI_REST - angle_rest;
+    const int64_t from = state->period;
+    int64_t period = request->strobe ? from + 1 : context->periods;
+    if (request->rows && period < context->periods + 1 - request->rows)
+        period = context->periods + 1 - request->rows;
+    for (; period <= context->periods; period++) {
+        const double turns = (double)(period - from), rest = turns * TWO_PI_REST - angle_rest;
         const double h = ((turns * TWO_PI - angle) + rest) / k->omega;
         resting_state(k, x_r - x, v_r - v, h, state);
-        capsule_write_strobe(request, turn, state->x_r, state->v_r, 0.0);
-        if (turn < context->periods && capsule_asked(request->watch, 1)) {
+        capsule_write_strobe(request, period, state->x_r, state->v_r, 0.0);
+        if (period < context->periods && capsule_asked(request->watch, 1)) {
             p->stopped = 1;
             return;
         }
-        if (turn == context->periods)
+        if (period == context->periods)
             p->duration += h;
     }
-    state->turn = context->periods;
+    state->period = context->periods;
     state->bound = state->plane = 0;
     state->field = field;
     p->outcome = CAPSULE_NEVER;
@@ -123,9 +123,9 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
     const capsule_code *const code = capsule_code_here(0), *const wide_code = capsule_code_here(1);
     capsule_wide_table tables[4];
     context.wide = tables;
-    const int64_t pause = request->strobe && request->rows ? state->turn + request->rows / 2 : periods;
-    while (state->turn < periods) {
-        if (((request->segments || request->events) && *written == request->room) || state->turn >= pause)
+    const int64_t pause = request->strobe && request->rows ? state->period + request->rows / 2 : periods;
+    while (state->period < periods) {
+        if (((request->segments || request->events) && *written == request->room) || state->period >= pause)
             return CAPSULE_FULL;
         capsule_result p;
         const capsule_state before = *state;
@@ -150,7 +150,7 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
         }
         if (request->segments) {
             request->segments[(*written)++] = (capsule_segment){
-                .start_turn = before.turn, .end_turn = state->turn,
+                .start_period = before.period, .end_period = state->period,
                 .start_angle = before.angle, .end_angle = state->angle,
                 .start = {before.x_r, before.v_r, before.v_c},
                 .end = {state->x_r, state->v_r, state->v_c},
@@ -160,9 +160,9 @@ capsule_stop capsule_run(const capsule_map *map, capsule_state *state, int64_t p
                 .outcome = p.outcome, .evaluations = p.evaluations, .wide = wide};
         } else if (request->events && p.switched) {
             request->events[(*written)++] =
-                (capsule_event){state->turn, state->angle, p.field, state->plane};
+                (capsule_event){state->period, state->angle, p.field, state->plane};
         }
-        if (capsule_asked(request->watch, 1 + p.evaluations) && state->turn < periods)
+        if (capsule_asked(request->watch, 1 + p.evaluations) && state->period < periods)
             return CAPSULE_STOPPED;
     }
     return CAPSULE_DONE;

@@ -265,7 +265,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     const point from = point_at(c, field, &start, context), *here = &from;
     point later[2], *next = later;
     double *guess = &context->guess[field][state->plane];
-    int64_t turn = state->turn;
+    int64_t period = state->period;
     double duration = 0.0, lost = 0.0; /* by how much it is too long, from rounding its sum */
     outcome o = {0};
     p->field = field;
@@ -278,7 +278,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         }
         if (can_rest && rests_forever(c, k, here)) {
             capsule_state end = *state;
-            end.turn = turn;
+            end.period = period;
             p->duration = duration;
             capsule_rest(context, near_to(here->x_r), near_to(here->v_r), near_to(here->angle),
                          here->angle_rest, &end, p);
@@ -286,7 +286,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
                 *state = end;
             return;
         }
-        const int ends = request->strobe || context->periods - turn == 1;
+        const int ends = request->strobe || context->periods - period == 1;
         one_step(c, b, t, drift, context->position, ends, way, *guess, here, next, &o);
         if (o.open) {
             p->outcome = o.corner ? CAPSULE_CORNER : CAPSULE_UNDECIDED;
@@ -295,11 +295,11 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         p->evaluations++;
         double spent = near_to(o.h);
         if (o.passed) {
-            turn++;
+            period++;
             if (ends) {
-                capsule_write_strobe(request, turn, near_to(o.end.x_r), near_to(o.end.v_r),
+                capsule_write_strobe(request, period, near_to(o.end.x_r), near_to(o.end.v_r),
                                near_to(o.end.v_c));
-                if (turn == context->periods)
+                if (period == context->periods)
                     spent = near_to(o.end_h);
             }
         }
@@ -308,7 +308,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
         duration = before + spent;
         lost = (duration - before) - spent;
         p->duration = duration;
-        if (o.passed && turn == context->periods) {
+        if (o.passed && period == context->periods) {
             p->outcome = CAPSULE_END;
             if (can_rest) {
                 /* What rests for ever does so at the end too, wherever the expansions stood. */
@@ -322,7 +322,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
             /* A switch may come within a rounding, so that the state is past it: it tells then. */
             *state = (capsule_state){.x_r = near_to(o.end.x_r), .gap = near_to(o.end.gap),
                                      .v_r = near_to(o.end.v_r), .v_c = near_to(o.end.v_c),
-                                     .position = state->position + p->advance, .turn = turn,
+                                     .position = state->position + p->advance, .period = period,
                                      .field = o.crossing ? 0 : field};
             context->exact.known = 0;
             return;
@@ -350,7 +350,7 @@ static void run_segment(capsule_context *context, capsule_state *state, capsule_
     *state = (capsule_state){
         .x_r = near_to(next->x_r), .gap = near_to(next->gap), .v_r = v_r, .v_c = v_c,
         .angle = near_to(next->angle), .angle_rest = next->angle_rest,
-        .position = state->position + p->advance, .turn = turn, .bound = (int)o.bound_at,
+        .position = state->position + p->advance, .period = period, .bound = (int)o.bound_at,
         /* Eq. (24): by the field to come where the capsule rests. */
         .plane = v_c == 0.0 ? following : IMPACT_PLANE[v_c > 0.0][v_r > 0.0], .field = following};
     context->exact.known = 0;

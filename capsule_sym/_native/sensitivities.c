@@ -27,7 +27,7 @@ static passing passing_of(const capsule_map *map, const capsule_segment *s,
     passing p = {.c = &map->field[s->field - 1],
                  .start = {s->start[0], s->gap, s->start[1], s->start[2], s->margin, s->cosine,
                            s->sine},
-                 .time = ((double)s->start_turn * TWO_PI + s->start_angle) / omega,
+                 .time = ((double)s->start_period * TWO_PI + s->start_angle) / omega,
                  .at = at};
     for (int k = 0; k < N; k++)
         p.angle_by[k] = omega * at->time[k];
@@ -134,7 +134,7 @@ size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segm
         if (!is_field(s) || !(last || is_field(s + 1)) || capsule_asked(watch, 4))
             return i;
         const passing p = passing_of(map, s, at);
-        const double end = ((double)s->end_turn * TWO_PI + s->end_angle) / omega;
+        const double end = ((double)s->end_period * TWO_PI + s->end_angle) / omega;
         for (; done < n && (last || times[done] < end); done++) {
             double rows[4][COLUMNS], earlier[N];
             for (int k = 0; k < N; k++)

@@ -3,11 +3,11 @@
 
 #include "capsule.h"
 
-/* Largest change of the last `multiple` states from those `after` periods before. */
-static double change(double (*states)[3], int count, int after, int multiple)
+/* Largest change of the last `period_number` states from those `after` periods before. */
+static double change(double (*states)[3], int count, int after, int period_number)
 {
     double most = 0.0;
-    for (int k = count - multiple; k < count; k++)
+    for (int k = count - period_number; k < count; k++)
         for (int i = 0; i < 3; i++)
             most = fmax(most, fabs(states[k][i] - states[k - after][i]));
     return most;
@@ -15,33 +15,33 @@ static double change(double (*states)[3], int count, int after, int multiple)
 
 /* Slow alternating convergence to a shorter period looks almost periodic too: states within the
    period must differ by a thousand tolerances. */
-static int repeats(double (*states)[3], int count, int multiple, double tolerance)
+static int repeats(double (*states)[3], int count, int period_number, double tolerance)
 {
-    if (!(change(states, count, multiple, multiple) <= tolerance))
+    if (!(change(states, count, period_number, period_number) <= tolerance))
         return 0;
-    for (int divisor = 1; divisor < multiple; divisor++)
-        if (multiple % divisor == 0 &&
-            change(states, count, divisor, multiple) <= 1e3 * tolerance)
+    for (int divisor = 1; divisor < period_number; divisor++)
+        if (period_number % divisor == 0 &&
+            change(states, count, divisor, period_number) <= 1e3 * tolerance)
             return 0;
     return 1;
 }
 
-/* What the run does in the next `multiple` periods, and whether it does so again after them. */
-static capsule_stop motion_of(const capsule_map *map, capsule_state state, int multiple,
+/* What the run does in the next `period_number` periods, and whether it does so again after them. */
+static capsule_stop motion_of(const capsule_map *map, capsule_state state, int period_number,
                               capsule_event *events, size_t room, capsule_watch *watch,
                               capsule_motion *motion, capsule_outcome *open)
 {
     size_t first, second;
     capsule_request request = {.events = events, .room = room, .position = 1, .watch = watch};
-    state.turn = 0;
+    state.period = 0;
     state.position = 0.0;
-    capsule_stop stop = capsule_run(map, &state, multiple, &request, &first, open);
+    capsule_stop stop = capsule_run(map, &state, period_number, &request, &first, open);
     if (stop != CAPSULE_DONE)
         return stop;
     const double advance = state.position;
     request.events += first;
     request.room -= first;
-    stop = capsule_run(map, &state, 2 * multiple, &request, &second, open);
+    stop = capsule_run(map, &state, 2 * period_number, &request, &second, open);
     if (stop != CAPSULE_DONE && !(stop == CAPSULE_FULL && second > first))
         return stop;
     int same = first == second;
@@ -49,7 +49,7 @@ static capsule_stop motion_of(const capsule_map *map, capsule_state state, int m
         same = events[i].field == events[first + i].field &&
                events[i].plane == events[first + i].plane;
     if (same) {
-        motion->multiple = multiple;
+        motion->period_number = period_number;
         motion->switches = (int32_t)first;
         motion->advance = advance;
     }
@@ -67,7 +67,7 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
     size_t written;
     capsule_state probe = *state;
     *motion = (capsule_motion){0};
-    probe.turn = 0;
+    probe.period = 0;
     capsule_stop stop = capsule_run(
         map, &probe, 1, &(capsule_request){.segments = &next, .room = 1, .watch = watch}, &written,
         open);
@@ -75,12 +75,12 @@ capsule_stop capsule_steady(const capsule_map *map, const capsule_state *state,
         return stop;
     motion->field = next.field;
     motion->never = next.outcome == CAPSULE_NEVER;
-    for (int multiple = 1; multiple <= count / 2 && !motion->multiple; multiple++) {
-        if (capsule_asked(watch, 1 + multiple / 64))
+    for (int period_number = 1; period_number <= count / 2 && !motion->period_number; period_number++) {
+        if (capsule_asked(watch, 1 + period_number / 64))
             return CAPSULE_STOPPED;
-        if (!repeats(states, count, multiple, tolerance))
+        if (!repeats(states, count, period_number, tolerance))
             continue;
-        stop = motion_of(map, *state, multiple, events, room, watch, motion, open);
+        stop = motion_of(map, *state, period_number, events, room, watch, motion, open);
         if (stop != CAPSULE_DONE)
             return stop;
     }

@@ -116,13 +116,13 @@ class _Cells:
         core.start_many(rows, self.states[order], self.phases[order], records, watch)
         core.run_many(rows, records, self.part.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
-        records["turn"] = 0
+        records["period"] = 0
         core.run_many(rows, records, last, stops, strobe, watch=watch)
         stops[ahead] = core.OPEN
         tolerance = self.part.tolerance
         core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
         self.look()
-        self.columns["period_number"][order] = motions["multiple"]
+        self.columns["period_number"][order] = motions["period_number"]
         if OF_ORBIT & set(self.part.compute):
             self.close_many(order, rows, records, motions, stops, switches)
             self.look()
@@ -135,7 +135,7 @@ class _Cells:
         )
         columns = self.columns
         columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
-        period_number = motions["multiple"]
+        period_number = motions["period_number"]
         periodic = period_number > 0
         columns["progression"][periodic] = (motions["advance"] / np.maximum(period_number, 1))[
             periodic
@@ -171,11 +171,11 @@ class _Cells:
         `close`.
         """
         assert core is not None
-        chosen = np.flatnonzero((stops == core.DONE) & (motions["multiple"] > 0))
+        chosen = np.flatnonzero((stops == core.DONE) & (motions["period_number"] > 0))
         found = performance_many(
             rows[chosen],
             np.stack([records[name][chosen] for name in ("x_r", "v_r", "v_c")], axis=-1),
-            motions["multiple"][chosen],
+            motions["period_number"][chosen],
             energies="energies" in self.part.compute,
             forces="forces" in self.part.compute,
             watch=self.watch,

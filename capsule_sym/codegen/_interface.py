@@ -103,10 +103,10 @@ def python_interface(config: dict[str, list[Entry]]) -> str:
             f"    {name.upper().replace('-', '_')} = {value}\n"
             for value, name in enumerate(enum["values"])
         )
-        title = enum["name"].capitalize()
+        title = enum["name"].title().replace("_", "")
         parts.append(f'class {title}(IntEnum):\n    """{enum["doc"]}"""\n\n{rows}')
         words = "".join(f'    "{name}",\n' for name in enum["values"])
-        several = re.sub("y$", "ie", enum["name"]).upper()
+        several = re.sub("s$", "se", re.sub("y$", "ie", enum["name"])).upper()
         parts.append(f"{several}S = (\n{words})\n")
     for struct in config["struct"]:
         rows = "".join(

@@ -68,7 +68,7 @@ EXPORT(closed) int closed(void)
 {
     const int first = page_cycle();
     if (first < 0 ||
-        !page_orbit_from(page.segments + first, page.motion.switches, page.motion.multiple, &orbit))
+        !page_orbit_from(page.segments + first, page.motion.switches, page.motion.period_number, &orbit))
         return 0;
     double energies[3];
     page_energies(first, page.motion.switches, energies);

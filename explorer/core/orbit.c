@@ -6,7 +6,7 @@
 
 #include "number.h"
 
-#define UNKNOWNS (LONGEST_WORD + 5) /* x_r, v_r, v_c, theta, durations, and one parameter */
+#define UNKNOWNS (LONGEST_ITINERARY + 5) /* x_r, v_r, v_c, theta, durations, and one parameter */
 #define STEPS 30
 
 typedef enum { GAP, REST, BOUND, NONE } guard_kind;
@@ -271,7 +271,7 @@ static int system_of(page_orbit *o, double values[7], int free)
         time[4 + i] = omega;
     if (free == 1)
         time[unknowns - 1] = elapsed;
-    time[unknowns] = o->multiple * TWO_PI - omega * elapsed;
+    time[unknowns] = o->period_number * TWO_PI - omega * elapsed;
     if (event >= 0) {
         double *const nothing = matrix[n + 4];
         memset(nothing, 0, (size_t)unknowns * sizeof(double));
@@ -346,16 +346,16 @@ void page_linearize(page_orbit *o, double values[7])
     system_of(o, values, -1);
 }
 
-int page_orbit_from(const capsule_segment *s, int n, int multiple, page_orbit *o)
+int page_orbit_from(const capsule_segment *s, int n, int period_number, page_orbit *o)
 {
     int first = 0;
-    if (n < 2 || n > LONGEST_WORD)
+    if (n < 2 || n > LONGEST_ITINERARY)
         return 0;
     while (first < n && drift_of(s[first].field))
         first++;
     first %= n;
     memset(o, 0, sizeof *o);
-    o->n = n, o->multiple = multiple, o->zero = o->pin = -1;
+    o->n = n, o->period_number = period_number, o->zero = o->pin = -1;
     for (int i = 0; i < n; i++) {
         const capsule_segment *from = &s[(first + i) % n];
         o->field[i] = from->field;

@@ -10,20 +10,20 @@
 #define ROOM 4096        /* segments that are kept */
 #define STROBES 32       /* states at the ends of the last periods, from which steadiness is judged */
 #define NUMBERS (1 << 17)/* numbers that the page reads */
-#define LONGEST_WORD 256 /* segments of a motion whose orbit is closed */
+#define LONGEST_ITINERARY 256 /* segments of a motion whose orbit is closed */
 
 /* Where a run stands, and the motion that it has come to. */
 typedef struct {
     capsule_map map;
     capsule_state state;
-    double passed; /* periods before `state.turn` was set to 0 */
+    double passed; /* periods before `state.period` was set to 0 */
     double strobe[STROBES + 1][3];
     int strobes; /* rows of it that are there */
     capsule_segment segments[ROOM];
     size_t count;
     capsule_motion motion;
     capsule_outcome open;
-    int hastened;
+    int by_newton;
 } page_run;
 
 extern page_run page;
@@ -37,11 +37,11 @@ capsule_stop page_record(int periods);
 
 /* A periodic orbit, closed by Newton's method on the equations of its itinerary. */
 typedef struct {
-    int n, multiple, zero; /* segments, periods, and the segment of zero duration or -1 */
+    int n, period_number, zero; /* segments, periods, and the segment of zero duration or -1 */
     int pin; /* which of x_r, v_r, v_c and the angle at the start is held at `pinned`; -1: none */
     double pinned;
-    int field[LONGEST_WORD];
-    double start[3], angle, h[LONGEST_WORD];
+    int field[LONGEST_ITINERARY];
+    double start[3], angle, h[LONGEST_ITINERARY];
     double monodromy[3][3];
     double residual, advance;
     double event[3], event_force; /* state and P where the segment of zero duration stands */
@@ -49,7 +49,7 @@ typedef struct {
 } page_orbit;
 
 /* From the recorded segments of one period of a motion; 0 where they are no orbit. */
-int page_orbit_from(const capsule_segment *segments, int n, int multiple, page_orbit *orbit);
+int page_orbit_from(const capsule_segment *segments, int n, int period_number, page_orbit *orbit);
 
 /* Closes it at the parameters `values`. With a segment of zero duration, or a part of the start that
    is held, the parameter `free` is an unknown as well, and is written to. 0 where Newton's method
@@ -67,7 +67,7 @@ void page_carried(double product[3][3]);
 
 /* The periodic motion that the run has come to, or comes to: where it settles slowly, Newton's method
    on the map of so many periods leads to the stable motion beside it, which is run like any other.
-   `page.hastened` says whether that was so. */
+   `page.by_newton` says whether that was so. */
 capsule_stop page_motion(double tolerance);
 
 /* Of the recorded segments from `first` on, n of them: drive's work, damper's and friction's loss. */

@@ -43,15 +43,15 @@ capsule_stop page_settle(double periods)
     const int64_t first = (int64_t)(periods - last);
     capsule_request request = {.position = 1, .watch = &page_watch};
     size_t written;
-    page.passed += (double)page.state.turn;
-    page.state.turn = 0;
+    page.passed += (double)page.state.period;
+    page.state.period = 0;
     if (first > 0) {
         const capsule_stop stop =
             capsule_run(&page.map, &page.state, first, &request, &written, &page.open);
         if (stop != CAPSULE_DONE)
             return stop;
         page.passed += (double)first;
-        page.state.turn = 0;
+        page.state.period = 0;
     }
     request.strobe = page.strobe;
     page.strobes = (int)last;
@@ -59,7 +59,7 @@ capsule_stop page_settle(double periods)
         capsule_run(&page.map, &page.state, (int64_t)last, &request, &written, &page.open);
     if (stop == CAPSULE_DONE) {
         page.passed += last;
-        page.state.turn = 0;
+        page.state.period = 0;
     }
     return stop;
 }
@@ -75,12 +75,12 @@ capsule_stop page_steady(double tolerance)
 EXPORT(steady) int steady(double tolerance)
 {
     const capsule_stop stop = page_motion(tolerance);
-    numbers[0] = page.motion.multiple;
+    numbers[0] = page.motion.period_number;
     numbers[1] = page.motion.advance;
     numbers[2] = page.motion.switches;
     numbers[3] = page.motion.field;
     numbers[4] = page.motion.never;
-    numbers[5] = page.hastened;
+    numbers[5] = page.by_newton;
     return stop;
 }
 
@@ -89,8 +89,8 @@ capsule_stop page_record(int periods)
 {
     const capsule_request request = {.segments = page.segments, .room = ROOM, .position = 1,
                                .watch = &page_watch};
-    page.passed += (double)page.state.turn;
-    page.state.turn = 0;
+    page.passed += (double)page.state.period;
+    page.state.period = 0;
     page.count = 0;
     return capsule_run(&page.map, &page.state, periods, &request, &page.count, &page.open);
 }
@@ -101,7 +101,7 @@ EXPORT(why_open) int why_open(void) { return page.open; }
 EXPORT(where) void where(void)
 {
     const double row[] = {page.state.x_r, page.state.v_r, page.state.v_c, page.state.angle,
-                          page.state.position, page.passed + (double)page.state.turn,
+                          page.state.position, page.passed + (double)page.state.period,
                           page.state.field, page.state.plane};
     memcpy(numbers, row, sizeof row);
 }
@@ -113,7 +113,7 @@ EXPORT(segments) int segments(void)
         const capsule_segment *s = &page.segments[i];
         const double row[SEGMENT_NUMBERS] = {
             s->field, s->source, s->target, s->outcome, s->wide, s->evaluations,
-            (double)s->start_turn, (double)s->end_turn, s->start_angle, s->end_angle,
+            (double)s->start_period, (double)s->end_period, s->start_angle, s->end_angle,
             s->start[0], s->start[1], s->start[2], s->end[0], s->end[1], s->end[2],
             s->duration, s->position, s->advance, s->margin, s->gap};
         memcpy(numbers + i * SEGMENT_NUMBERS, row, sizeof row);
@@ -133,7 +133,7 @@ EXPORT(points) int points(double step)
         const capsule_constants *c = &page.map.field[s->field - 1];
         const capsule_start from = {s->start[0], s->gap, s->start[1], s->start[2],
                                     s->margin, s->cosine, s->sine};
-        const double begin = ((double)s->start_turn * full + s->start_angle) / omega;
+        const double begin = ((double)s->start_period * full + s->start_angle) / omega;
         const int pieces = 1 + (int)fmin(ceil(s->duration / step), 4096.0);
         for (int k = 0; k <= pieces; k++) {
             if ((rows + 1) * POINT_NUMBERS > NUMBERS)

@@ -8,7 +8,7 @@
 #define CELL_HEAD 8
 #define STATES 32
 #define IMPACTS 1024
-#define WORD ROOM /* as long as what is recorded: no itinerary is cut */
+#define ITINERARY_ROOM ROOM /* as long as what is recorded: no itinerary is cut */
 #define BLOCK 64
 
 /* Whether the run repeats to the last bit: as it is a function of its state, what follows is known.
@@ -41,7 +41,7 @@ static capsule_stop settle_by_blocks(double periods)
 }
 
 /* The itinerary of the motion as field + 16 * plane of each segment's end, from the recorded cycle. */
-static int put_word(double *to, int room, int first)
+static int put_itinerary(double *to, int room, int first)
 {
     const int n = page.motion.switches;
     for (int i = 0; i < n && i < room; i++)
@@ -54,7 +54,7 @@ EXPORT(column) int column(double periods, double tolerance)
 {
     static page_orbit orbit;
     double *const states = numbers + HEAD, *const impacts = states + 3 * STATES;
-    double *const word = impacts + IMPACTS;
+    double *const itinerary = impacts + IMPACTS;
     memset(numbers, 0, HEAD * sizeof *numbers);
     capsule_stop stop = settle_by_blocks(periods);
     if (stop == CAPSULE_DONE)
@@ -63,7 +63,7 @@ EXPORT(column) int column(double periods, double tolerance)
     numbers[11] = page.state.x_r, numbers[12] = page.state.v_r, numbers[13] = page.state.v_c;
     if (stop != CAPSULE_DONE)
         return stop;
-    const int m = page.motion.multiple, kept = m && m < STATES ? m : STATES;
+    const int m = page.motion.period_number, kept = m && m < STATES ? m : STATES;
     numbers[1] = m;
     numbers[2] = page.motion.switches;
     numbers[3] = page.motion.never ? page.motion.field : 0;
@@ -111,10 +111,10 @@ EXPORT(column) int column(double periods, double tolerance)
     numbers[7] = touch / spent;
     numbers[9] = hits;
     if (m) {
-        numbers[10] = put_word(word, WORD, first);
+        numbers[10] = put_itinerary(itinerary, ITINERARY_ROOM, first);
         if (page_orbit_from(page.segments + first, n, m, &orbit)) {
             page_linearize(&orbit, given);
-            memcpy(word + WORD, orbit.monodromy, sizeof orbit.monodromy);
+            memcpy(itinerary + ITINERARY_ROOM, orbit.monodromy, sizeof orbit.monodromy);
             numbers[14] = 1;
         }
     }
@@ -124,7 +124,7 @@ EXPORT(column) int column(double periods, double tolerance)
 /* The mean of the motion's states at phase 0, by which motions that coexist are told apart. */
 static void put_mean(double out[3])
 {
-    const int m = page.motion.multiple, rows = m < 1 ? 1 : m < page.strobes ? m : page.strobes;
+    const int m = page.motion.period_number, rows = m < 1 ? 1 : m < page.strobes ? m : page.strobes;
     for (int i = 0; i < 3; i++) {
         out[i] = 0.0;
         for (int k = 0; k < rows; k++)
@@ -145,10 +145,10 @@ EXPORT(cell) int cell(double periods)
         left -= now;
         if (stop == CAPSULE_DONE)
             stop = left > 0.0 ? page_steady(1e-12) : page_motion(1e-9);
-        if (page.motion.multiple || page.motion.never)
+        if (page.motion.period_number || page.motion.never)
             break;
     }
-    const int m = page.motion.multiple;
+    const int m = page.motion.period_number;
     numbers[0] = stop;
     numbers[1] = m;
     numbers[2] = page.motion.never ? page.motion.field : 0;
@@ -162,7 +162,7 @@ EXPORT(cell) int cell(double periods)
         const capsule_stop end = page_record(2 * m + 1);
         const int first = end == CAPSULE_DONE || end == CAPSULE_FULL ? page_cycle() : -1;
         if (first >= 0)
-            numbers[4] = put_word(numbers + CELL_HEAD, WORD, first);
+            numbers[4] = put_itinerary(numbers + CELL_HEAD, ITINERARY_ROOM, first);
         else
             numbers[0] = stop = CAPSULE_FULL;
     }

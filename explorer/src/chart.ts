@@ -14,8 +14,8 @@ const STEEP = 0.15; // of all progressions' spread: corners that differ by more 
 const SAME = 1e-5; // relative: what two cells' motions may differ by and be one attractor
 
 export interface Region {
-  word: string;
-  multiple: number;
+  itinerary: string;
+  periodNumber: number;
   /** The motion of the first cell that was found in it. */
   cell: Cell;
   /** Whether it is one attractor, and not all motions of its itinerary. */
@@ -94,8 +94,8 @@ export class Chart {
   private order(): void {
     const counts = new Array<number>(this.regions.length).fill(0);
     for (const region of this.of) if (region >= 0) counts[region] = (counts[region] ?? 0) + 1;
-    const word = (region: number): string => this.regions[region]?.word ?? "";
-    const order = counts.map((_, region) => region).sort((a, b) => (counts[b] ?? 0) - (counts[a] ?? 0) || (word(a) < word(b) ? -1 : word(a) > word(b) ? 1 : 0));
+    const itinerary = (region: number): string => this.regions[region]?.itinerary ?? "";
+    const order = counts.map((_, region) => region).sort((a, b) => (counts[b] ?? 0) - (counts[a] ?? 0) || (itinerary(a) < itinerary(b) ? -1 : itinerary(a) > itinerary(b) ? 1 : 0));
     order.forEach((region, place) => (this.ranks[region] = place));
   }
 
@@ -227,23 +227,23 @@ export class Chart {
   private take([i, j]: readonly [number, number], cell: Cell): void {
     const k = j * this.size + i;
     this.known[k] = 1;
-    this.progressions[k] = cell.stop === "done" && cell.multiple ? cell.progression : NaN;
-    this.of[k] = cell.stop !== "done" ? -3 : cell.multiple ? this.number(cell) : -2;
+    this.progressions[k] = cell.stop === "done" && cell.periodNumber ? cell.progression : NaN;
+    this.of[k] = cell.stop !== "done" ? -3 : cell.periodNumber ? this.number(cell) : -2;
   }
 
   private number(cell: Cell): number {
-    const word = digits(cell.fields);
+    const itinerary = digits(cell.fields);
     const alone = this.state?.c_by === "attractor" && ofStarts(this.state);
-    const known = this.numbers.get(word) ?? [];
+    const known = this.numbers.get(itinerary) ?? [];
     for (const number of known) if (!alone || near(this.regions[number]?.cell, cell)) return number;
-    const number = this.regions.push({ word, multiple: cell.multiple, cell, alone }) - 1;
-    this.numbers.set(word, [...known, number]);
+    const number = this.regions.push({ itinerary, periodNumber: cell.periodNumber, cell, alone }) - 1;
+    this.numbers.set(itinerary, [...known, number]);
     return number;
   }
 }
 
 /** Whether two motions of one system are one: of equal itinerary, period number and mean state at phase 0. */
 function near(one: Cell | undefined, other: Cell): boolean {
-  return one?.multiple === other.multiple
+  return one?.periodNumber === other.periodNumber
     && one.mean.every((value, k) => Math.abs(value - (other.mean[k] ?? NaN)) <= SAME * (1 + Math.abs(value)));
 }

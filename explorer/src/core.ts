@@ -58,13 +58,13 @@ export interface Segment {
 
 export interface Steady {
   /** Excitation periods of the motion; 0 if it is not periodic. */
-  multiple: number;
+  periodNumber: number;
   advance: number;
   switches: number;
   /** The field at the end of the run, if it is proved never to be left. */
   never: number;
   /** Whether Newton's method led to it, from a run that settles slowly. */
-  hastened: boolean;
+  byNewton: boolean;
 }
 
 export interface Closed {
@@ -90,7 +90,7 @@ export interface Event {
 
 export interface Column {
   stop: Stop;
-  multiple: number;
+  periodNumber: number;
   progression: number;
   work: number;
   stick: number;
@@ -104,7 +104,7 @@ export interface Column {
 
 export interface Cell {
   stop: Stop;
-  multiple: number;
+  periodNumber: number;
   /** Per period; NaN where a motion never leaves a field in which the capsule drifts. */
   progression: number;
   fields: number[];
@@ -171,8 +171,8 @@ export class Core {
 
   steady(tolerance = 1e-9): Steady {
     this.c.steady(tolerance);
-    const [multiple = 0, advance = 0, switches = 0, field = 0, never = 0, hastened = 0] = this.numbers;
-    return { multiple, advance, switches, never: never ? field : 0, hastened: hastened !== 0 };
+    const [periodNumber = 0, advance = 0, switches = 0, field = 0, never = 0, byNewton = 0] = this.numbers;
+    return { periodNumber, advance, switches, never: never ? field : 0, byNewton: byNewton !== 0 };
   }
 
   where(): { state: Triple; position: number; periods: number } {
@@ -264,18 +264,18 @@ export class Core {
     const end = stop(this.c.column(periods, 1e-9));
     const n = this.numbers;
     const at = (k: number): number => n[k] ?? NaN;
-    const [states, impacts, word] = [HEAD, HEAD + 3 * STATES, HEAD + 3 * STATES + IMPACTS];
+    const [states, impacts, itinerary] = [HEAD, HEAD + 3 * STATES, HEAD + 3 * STATES + IMPACTS];
     return {
       stop: end,
-      multiple: at(1),
+      periodNumber: at(1),
       progression: at(4),
       work: at(5),
       stick: at(6),
       contact: at(7),
       states: Array.from({ length: at(8) }, (_, i): Triple => [at(states + 3 * i), at(states + 3 * i + 1), at(states + 3 * i + 2)]),
       impacts: [...n.subarray(impacts, impacts + at(9))],
-      fields: at(1) && !at(10) && at(3) ? [at(3)] : fieldsOf(n.subarray(word, word + at(10))),
-      matrix: at(14) ? [...n.subarray(word + WORD, word + WORD + 9)] : null,
+      fields: at(1) && !at(10) && at(3) ? [at(3)] : fieldsOf(n.subarray(itinerary, itinerary + at(10))),
+      matrix: at(14) ? [...n.subarray(itinerary + ITINERARY_ROOM, itinerary + ITINERARY_ROOM + 9)] : null,
       end: [at(11), at(12), at(13)],
     };
   }
@@ -283,9 +283,9 @@ export class Core {
   cell(periods: number): Cell {
     const end = stop(this.c.cell(periods));
     const n = this.numbers;
-    const [, multiple = 0, never = 0, progression = 0, count = 0, x = 0, v = 0, w = 0] = n;
+    const [, periodNumber = 0, never = 0, progression = 0, count = 0, x = 0, v = 0, w = 0] = n;
     const fields = !count && never ? [never] : fieldsOf(n.subarray(CELL_HEAD, CELL_HEAD + count));
-    return { stop: end, multiple: never && !multiple ? 1 : multiple, progression, fields, mean: [x, v, w] };
+    return { stop: end, periodNumber: never && !periodNumber ? 1 : periodNumber, progression, fields, mean: [x, v, w] };
   }
 }
 
@@ -294,7 +294,7 @@ const HEAD = 16;
 const CELL_HEAD = 8;
 const STATES = 32;
 const IMPACTS = 1024;
-const WORD = 4096;
+const ITINERARY_ROOM = 4096;
 
 const stop = (code: number): Stop => STOPS[code] ?? "refused";
 const fieldsOf = (codes: Float64Array): number[] => Array.from(codes, (code) => code % 16);

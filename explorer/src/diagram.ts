@@ -112,11 +112,11 @@ export class Diagram {
 
   /** Looks for the events between neighbouring columns whose itineraries differ. */
   private look(pass: Pass, base: ReturnType<typeof parameters>, periods: number): void {
-    const words = pass.columns.map(wordOf);
-    for (let i = 1; i < words.length; i++) {
+    const itineraries = pass.columns.map(itineraryOf);
+    for (let i = 1; i < itineraries.length; i++) {
       const [a, b] = [pass.values[i - 1] ?? 0, pass.values[i] ?? 0];
       const before = pass.columns[i - 1];
-      if (words[i] === words[i - 1] || !before || (!words[i] && !words[i - 1])) continue;
+      if (itineraries[i] === itineraries[i - 1] || !before || (!itineraries[i] && !itineraries[i - 1])) continue;
       this.looking++;
       this.ask({ kind: "mark", base, x: this.x, from: a, to: b, start: before.end, periods }, (answer) => {
         if ("marks" in answer) this.take(answer.marks);
@@ -179,7 +179,7 @@ export class Diagram {
       case "velocity":
         return [(column.progression * (this.x === "omega" ? x : this.omega)) / (2 * Math.PI)];
       case "period":
-        return column.multiple ? [column.multiple] : [];
+        return column.periodNumber ? [column.periodNumber] : [];
       case "multiplier":
         return column.matrix ? multipliers(column.matrix).slice(0, 1).map(modulus) : [];
       default:
@@ -188,5 +188,5 @@ export class Diagram {
   }
 }
 
-export const wordOf = (column: Column | undefined): string =>
-  column && column.stop === "done" && column.multiple ? digits(column.fields) : "";
+export const itineraryOf = (column: Column | undefined): string =>
+  column && column.stop === "done" && column.periodNumber ? digits(column.fields) : "";

@@ -56,9 +56,9 @@ export function digits(fields: readonly number[]): string {
   return rotated(fields, cyclicStart(fields)).join("");
 }
 
-export const spelled = (word: string): string => [...word].map((digit) => `F${digit}`).join(" ");
+export const spelled = (itinerary: string): string => [...itinerary].map((digit) => `F${digit}`).join(" ");
 
-/** Whether one word is the other one twice. */
+/** Whether one itinerary is the other one twice. */
 export const doubled = (long: string, short: string): boolean =>
   short !== "" && long === short + short;
 

@@ -6,7 +6,7 @@ import { smooth } from "./smooth.ts";
 
 export interface Side {
   value: number;
-  word: string;
+  itinerary: string;
   end: Triple;
 }
 
@@ -47,39 +47,39 @@ function search(core: Runner, job: MarkJob, marks: Mark[]): void {
   split(core, job, low, high, marks, 0);
 }
 
-/** The motion's word at a value; "" where it has not become periodic. */
+/** The motion's itinerary at a value; "" where it has not become periodic. */
 function side(core: Runner, job: MarkJob, value: number, start: Triple, patience = 4): Side {
   core.prepare(parametersAt(job, value));
   core.start(start);
   let column = core.column(job.periods);
   // Next to a bifurcation a motion settles slowly.
-  for (let tries = 0; tries < 3 && !column.multiple && column.stop === "done"; tries++) {
+  for (let tries = 0; tries < 3 && !column.periodNumber && column.stop === "done"; tries++) {
     core.start(column.end);
     column = core.column(patience * job.periods);
   }
   if (column.stop !== "done") throw new Unfinished();
-  return { value, word: column.multiple ? digits(column.fields) : "", end: column.end };
+  return { value, itinerary: column.periodNumber ? digits(column.fields) : "", end: column.end };
 }
 
 function split(core: Runner, job: MarkJob, low: Side, high: Side, marks: Mark[], depth: number): void {
-  if (low.word === high.word || marks.length >= MOST) return;
+  if (low.itinerary === high.itinerary || marks.length >= MOST) return;
   const width = high.value - low.value;
   const middle = low.value + width / 2;
   const last = depth > 40 || width <= NARROW * Math.abs(job.to - job.from) || middle <= low.value || middle >= high.value;
-  const found = (depth >= 4 && low.word && high.word) || last ? solved(core, job, low, high) : null;
+  const found = (depth >= 4 && low.itinerary && high.itinerary) || last ? solved(core, job, low, high) : null;
   if (found) {
     marks.push(found);
     return;
   }
   if (last) {
-    const name = low.word && high.word ? "jump to another motion" : "end of a periodic motion";
-    marks.push({ value: middle, doubt: width / 2, exact: false, name, before: low.word, after: high.word, start: low.end });
+    const name = low.itinerary && high.itinerary ? "jump to another motion" : "end of a periodic motion";
+    marks.push({ value: middle, doubt: width / 2, exact: false, name, before: low.itinerary, after: high.itinerary, start: low.end });
     return;
   }
   const between = side(core, job, middle, job.from < job.to ? low.end : high.end);
-  if (between.word === "" && (low.word === "" || high.word === "")) {
+  if (between.itinerary === "" && (low.itinerary === "" || high.itinerary === "")) {
     // On one side nothing periodic: the last periodic motion is looked for.
-    if (low.word === "") split(core, job, between, high, marks, depth + 1);
+    if (low.itinerary === "") split(core, job, between, high, marks, depth + 1);
     else split(core, job, low, between, marks, depth + 1);
     return;
   }
@@ -95,7 +95,7 @@ function joined(core: Runner, job: MarkJob, marks: Mark[]): Mark[] {
     if (!one || !other || one.after || other.before || !one.before || !other.after) continue;
     const up = job.from < job.to;
     const arrived = side(core, job, (one.value + other.value) / 2, one.start, LONG);
-    if (arrived.word !== (up ? other.after : one.before)) continue;
+    if (arrived.itinerary !== (up ? other.after : one.before)) continue;
     // The mark at which the way merely took too long is none.
     const event = up ? one : other;
     kept.splice(i, 2, { ...event, before: one.before, after: other.after, name: event.exact ? event.name : "jump to another motion" });
@@ -105,12 +105,12 @@ function joined(core: Runner, job: MarkJob, marks: Mark[]): Mark[] {
 
 /** The one event between two sides, solved for along the orbit of one of them. */
 function solved(core: Runner, job: MarkJob, low: Side, high: Side): Mark | null {
-  const marked = (event: { value: number; doubt: number; name: string }): Mark => ({ ...event, exact: true, before: low.word, after: high.word, start: low.end });
-  const sides = [low, high].filter((one) => one.word).sort((a, b) => b.word.length - a.word.length);
+  const marked = (event: { value: number; doubt: number; name: string }): Mark => ({ ...event, exact: true, before: low.itinerary, after: high.itinerary, start: low.end });
+  const sides = [low, high].filter((one) => one.itinerary).sort((a, b) => b.itinerary.length - a.itinerary.length);
   const settled = (from: Side): boolean => settle(core, job, from);
   const width = high.value - low.value;
-  if (doubled(high.word, low.word) || doubled(low.word, high.word)) {
-    // A motion still settling shows the longer word on the wrong side of its birth.
+  if (doubled(high.itinerary, low.itinerary) || doubled(low.itinerary, high.itinerary)) {
+    // A motion still settling shows the longer itinerary on the wrong side of its birth.
     const early = Math.max(4 * width, width <= SETTLED * Math.abs(job.to - job.from) ? EARLY * Math.abs(job.to - job.from) : 0);
     const found = smooth(core, job, sides[1] ?? low, [low.value - early, high.value + early], settled, ["period doubling"]);
     return found && marked(found);
@@ -136,8 +136,8 @@ function settle(core: Runner, job: MarkJob, from: Side): boolean {
   core.prepare(parametersAt(job, from.value));
   core.start(from.end);
   if (core.settle(job.periods) !== "done") return false;
-  const { multiple } = core.steady();
-  return multiple > 0 && core.record(2 * multiple + 1) === "done" && core.closed()?.converged === true;
+  const { periodNumber } = core.steady();
+  return periodNumber > 0 && core.record(2 * periodNumber + 1) === "done" && core.closed()?.converged === true;
 }
 
 const parametersAt = (job: MarkJob, value: number): Parameters => ({ ...job.base, [job.x]: value });

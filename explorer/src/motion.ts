@@ -19,7 +19,7 @@ export interface Motion {
   /** What stayed open, where the run ended early. */
   why: string;
   /** Excitation periods of the motion; 0 where it has not become periodic. */
-  multiple: number;
+  periodNumber: number;
   progression: number; // per excitation period
   velocity: number;
   work: number; // per excitation period
@@ -35,7 +35,7 @@ export interface Motion {
   points: Float64Array; // POINT numbers each
   wide: number; // how many of the switches drawn 106 bits decided
   passed: number; // periods before what is drawn
-  hastened: boolean; // whether Newton's method led to it
+  byNewton: boolean; // whether Newton's method led to it
   end: Triple; // state at phase 0 where the drawing begins
 }
 
@@ -51,20 +51,20 @@ export function motionAt(core: Core, state: State): Motion {
   const { x_r, v_r, v_c, phase } = startOf(state);
   core.start([x_r, v_r, v_c], phase);
   const ended = core.settle(state.periods);
-  const steady = ended === "done" ? core.steady() : { multiple: 0, advance: 0, switches: 0, never: 0, hastened: false };
-  const resting = !steady.multiple && steady.never ? 1 : steady.multiple;
+  const steady = ended === "done" ? core.steady() : { periodNumber: 0, advance: 0, switches: 0, never: 0, byNewton: false };
+  const resting = !steady.periodNumber && steady.never ? 1 : steady.periodNumber;
   const begin = core.where();
   const turns = ended === "done" ? resting || UNSETTLED : 0;
   const units = state.units === "device" ? unitsOf(state) : PLAIN_UNITS;
-  return taken(core, p, units, ended, steady.never && !steady.switches ? 1 : resting, turns, begin.state, begin.periods, steady.hastened);
+  return taken(core, p, units, ended, steady.never && !steady.switches ? 1 : resting, turns, begin.state, begin.periods, steady.byNewton);
 }
 
-function taken(core: Core, p: Parameters, units: Units, ended: Stop, multiple: number, turns: number, begin: Triple, passed: number, hastened: boolean): Motion {
+function taken(core: Core, p: Parameters, units: Units, ended: Stop, periodNumber: number, turns: number, begin: Triple, passed: number, byNewton: boolean): Motion {
   const period = (2 * Math.PI) / p.omega;
-  const base = { parameters: p, units, period, multiple, turns, end: begin, passed, hastened };
-  const again = turns ? core.record(multiple ? 2 * turns + 1 : turns) : "done";
+  const base = { parameters: p, units, period, periodNumber, turns, end: begin, passed, byNewton };
+  const again = turns ? core.record(periodNumber ? 2 * turns + 1 : turns) : "done";
   const stop = ended !== "done" ? ended : again === "full" ? "done" : again;
-  const closed = multiple && stop === "done" ? core.closed() : null;
+  const closed = periodNumber && stop === "done" ? core.closed() : null;
   const all = core.segments();
   const cycle = closed ? cycleOf(all, closed) : all;
   const drawn = turns ? core.record(turns) : "done"; // goes on: the same motion, from phase 0
@@ -72,8 +72,8 @@ function taken(core: Core, p: Parameters, units: Units, ended: Stop, multiple: n
   const points = core.points(period / PER_PERIOD).slice();
   shift(points, segments);
   const total = segments.reduce((sum, s) => sum + s.advance, 0);
-  const progression = closed ? closed.advance / multiple : turns ? total / turns : 0;
-  const per = multiple || 1;
+  const progression = closed ? closed.advance / periodNumber : turns ? total / turns : 0;
+  const per = periodNumber || 1;
   return {
     ...base,
     stop: stop === "done" && drawn !== "done" && drawn !== "full" ? drawn : stop,
@@ -85,7 +85,7 @@ function taken(core: Core, p: Parameters, units: Units, ended: Stop, multiple: n
     frictionLoss: closed ? closed.frictionLoss / per : NaN,
     multipliers: closed?.converged ? multipliers(closed.matrix) : null,
     cycle,
-    globalMap: closed ? globalMap(cycle) : resting(segments, multiple),
+    globalMap: closed ? globalMap(cycle) : resting(segments, periodNumber),
     segments,
     points,
     wide: segments.filter((s) => s.wide).length,
@@ -93,9 +93,9 @@ function taken(core: Core, p: Parameters, units: Units, ended: Stop, multiple: n
 }
 
 /** A field that is never left is a motion of one segment. */
-function resting(segments: readonly Segment[], multiple: number): string {
+function resting(segments: readonly Segment[], periodNumber: number): string {
   const only = segments[0];
-  return multiple && only && segments.every((s) => s.field === only.field)
+  return periodNumber && only && segments.every((s) => s.field === only.field)
     ? `Id_{Σ${only.field},F${only.field},Σ${only.field}}`
     : "";
 }

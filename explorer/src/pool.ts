@@ -3,13 +3,13 @@ import type { Answer, Ask, Job } from "./jobs.ts";
 
 type Listener = (answer: Answer) => void;
 
-interface Hand {
+interface Member {
   worker: Worker;
   jobs: Set<number>; // given and not done
 }
 
 export class Pool {
-  private readonly hands: Hand[] = [];
+  private readonly members: Member[] = [];
   private readonly listeners = new Map<number, Listener>();
   private next = 1;
 
@@ -23,31 +23,31 @@ export class Pool {
     const url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
     for (let i = 0; i < size; i++) {
       const worker = new Worker(url);
-      const hand: Hand = { worker, jobs: new Set() };
-      worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(hand, data);
+      const member: Member = { worker, jobs: new Set() };
+      worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(member, data);
       worker.onerror = (event) => {
         event.preventDefault();
-        this.lose(hand, event.message || "it could not be started");
+        this.lose(member, event.message || "it could not be started");
       };
-      worker.onmessageerror = () => this.lose(hand, "its answer could not be read");
+      worker.onmessageerror = () => this.lose(member, "its answer could not be read");
       send(worker, { code });
-      this.hands.push(hand);
+      this.members.push(member);
     }
   }
 
   get size(): number {
-    return this.hands.length;
+    return this.members.length;
   }
 
   /** Gives a job to the worker with the fewest; its number cancels it. */
   give(ask: Job, listener: Listener): number {
     const job = this.next++;
     this.listeners.set(job, listener);
-    const [first, ...others] = this.hands;
+    const [first, ...others] = this.members;
     if (first) {
-      const hand = others.reduce((least, one) => (one.jobs.size < least.jobs.size ? one : least), first);
-      hand.jobs.add(job);
-      send(hand.worker, { job, ask });
+      const member = others.reduce((least, one) => (one.jobs.size < least.jobs.size ? one : least), first);
+      member.jobs.add(job);
+      send(member.worker, { job, ask });
     } else {
       queueMicrotask(() => this.end(job));
     }
@@ -57,19 +57,19 @@ export class Pool {
   /** The job's answers are not heard any more, and its worker leaves it soon. */
   cancel(job: number): void {
     if (!this.listeners.delete(job)) return;
-    for (const { worker } of this.hands) send(worker, { cancel: job });
+    for (const { worker } of this.members) send(worker, { cancel: job });
   }
 
-  private hear(hand: Hand, answer: Answer): void {
+  private hear(member: Member, answer: Answer): void {
     if ("ready" in answer) return;
     if ("failed" in answer) {
       const wanted = this.listeners.has(answer.job);
-      this.hear(hand, { job: answer.job, done: true });
+      this.hear(member, { job: answer.job, done: true });
       if (wanted) this.failed(answer.failed);
       return;
     }
     if ("done" in answer) {
-      hand.jobs.delete(answer.job);
+      member.jobs.delete(answer.job);
       this.end(answer.job);
     } else this.listeners.get(answer.job)?.(answer);
   }
@@ -81,11 +81,11 @@ export class Pool {
   }
 
   /** A worker that died leaves its jobs undone: they end here, and the page says why. */
-  private lose(hand: Hand, why: string): void {
-    const at = this.hands.indexOf(hand);
-    if (at >= 0) this.hands.splice(at, 1);
-    hand.worker.terminate();
-    for (const job of hand.jobs) this.end(job);
+  private lose(member: Member, why: string): void {
+    const at = this.members.indexOf(member);
+    if (at >= 0) this.members.splice(at, 1);
+    member.worker.terminate();
+    for (const job of member.jobs) this.end(job);
     this.failed(why);
   }
 }

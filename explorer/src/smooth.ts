@@ -46,10 +46,10 @@ function passes(core: Runner, job: MarkJob, from: Side, value: number): boolean 
   const turn = 2 * Math.PI;
   core.prepare(p);
   core.start([x, v, w], Math.min((((angle % turn) + turn) % turn) / p.omega, (turn / p.omega) * (1 - 2 ** -52)));
-  const n = from.word.length;
+  const n = from.itinerary.length;
   const stop = core.record(PERIODS);
   const run = core.segments().slice(0, n).map(({ field }) => field);
-  return (stop === "done" || stop === "full") && run.length === n && digits(run) === from.word;
+  return (stop === "done" || stop === "full") && run.length === n && digits(run) === from.itinerary;
 }
 
 /** Whether an orbit is another one twice: where a doubled one is born. */

@@ -23,19 +23,19 @@ const packed = /eN[A-Za-z0-9+/=]{20000,}/.exec(page)?.[0] ?? "";
 const library = Core.load(new WebAssembly.Module(inflateSync(Buffer.from(packed, "base64"))));
 const study: Parameters = { alpha: 0.7, omega: 0.8, delta: 0.02, zeta: 0.05, beta: 1.5, gamma: 3.3, f_b: 1 };
 
-// Runs that stand for the library's: a word for every value of the parameter, or none in time.
+// Runs that stand for the library's: an itinerary for every value of the parameter, or none in time.
 
 const column = (fields: number[], stop: Column["stop"] = "done"): Column => ({
-  stop, multiple: fields.length ? 1 : 0, progression: 0, work: 0, stick: 0, contact: 0, states: [], impacts: [], fields, matrix: null, end: [0, 0, 0],
+  stop, periodNumber: fields.length ? 1 : 0, progression: 0, work: 0, stick: 0, contact: 0, states: [], impacts: [], fields, matrix: null, end: [0, 0, 0],
 });
 
-function runner(wordAt: (alpha: number) => number[] | null): Runner {
+function runner(itineraryAt: (alpha: number) => number[] | null): Runner {
   let alpha = NaN;
   const nothing = (): never => { throw new Error("not asked for"); };
   return {
     prepare: (p: Parameters) => { alpha = p.alpha; },
     start: () => undefined,
-    column: () => { const word = wordAt(alpha); return column(word ?? [], word ? "done" : "stopped"); },
+    column: () => { const itinerary = itineraryAt(alpha); return column(itinerary ?? [], itinerary ? "done" : "stopped"); },
     settle: () => "stopped", // no orbit is closed
     steady: nothing, record: nothing, closed: nothing, follow: nothing, along: nothing,
     orbitStart: nothing, orbitWithin: nothing, durations: nothing, bifurcation: nothing, segments: nothing,
@@ -84,7 +84,7 @@ test("a motion that never leaves its field is measured where it can be, and not 
   assert.ok(Number.isNaN(found.work));
   core.start([0, 0, 0]);
   const cell = core.cell(100);
-  assert.deepEqual([cell.fields, cell.progression, cell.multiple], [[2], 0, 1]);
+  assert.deepEqual([cell.fields, cell.progression, cell.periodNumber], [[2], 0, 1]);
 });
 
 test("no itinerary is cut", async () => {
@@ -121,7 +121,7 @@ function charted(known: Known, change: Partial<State>): { chart: Chart; runs: nu
       queue.push(() => {
         const { places } = ask as CellsJob;
         runs += places.length;
-        const cells = places.map(([x, y]): Cell => ({ stop: "done", multiple: 1, progression: 0, fields: [2], mean: [0, 0, 0], ...known(x, y) }));
+        const cells = places.map(([x, y]): Cell => ({ stop: "done", periodNumber: 1, progression: 0, fields: [2], mean: [0, 0, 0], ...known(x, y) }));
         listener({ job, cells } as Answer);
         listener({ job, done: true });
       });
@@ -157,21 +157,21 @@ test("a region is whole wherever its border is met", () => {
   assert.ok(runs < 0.3 * 128 * 128);
   chart.of.forEach((region, k) => {
     const [x, y] = chart.place(k % 128, Math.floor(k / 128));
-    assert.equal(chart.regions[region]?.word, inside(x, y) ? "52" : "2");
+    assert.equal(chart.regions[region]?.itinerary, inside(x, y) ? "52" : "2");
   });
 });
 
 test("the colours follow the areas, whatever is found first", () => {
   // The first corner is in the smallest region.
-  const word = (x: number, y: number): number[] => (x < 0.3 && y < 1.6 ? [2] : x < 0.8 ? [5, 2] : [5, 4, 1, 2]);
-  const { chart } = charted((x, y) => ({ fields: word(x, y) }), {});
-  assert.deepEqual(chart.regions.map(({ word }) => word), ["2", "52", "5412"]);
+  const itinerary = (x: number, y: number): number[] => (x < 0.3 && y < 1.6 ? [2] : x < 0.8 ? [5, 2] : [5, 4, 1, 2]);
+  const { chart } = charted((x, y) => ({ fields: itinerary(x, y) }), {});
+  assert.deepEqual(chart.regions.map(({ itinerary }) => itinerary), ["2", "52", "5412"]);
   assert.deepEqual(chart.regions.map((_, region) => chart.rank(region)), [2, 1, 0]);
 });
 
 test("what is left open is shown as open, and never taken from its neighbours", () => {
   const open = (x: number, y: number): boolean => Math.hypot(x - 1.2, y - 3) < 0.5;
-  const { chart } = charted((x, y) => (open(x, y) ? { stop: "open", multiple: 0, fields: [] } : {}), {});
+  const { chart } = charted((x, y) => (open(x, y) ? { stop: "open", periodNumber: 0, fields: [] } : {}), {});
   chart.of.forEach((region, k) => {
     const [x, y] = chart.place(k % 128, Math.floor(k / 128));
     assert.equal(region === -3, open(x, y));
@@ -242,7 +242,7 @@ for (const dark of [false, true]) {
     ["fields", theme.fields, 10],
     ["ways of a diagram and its bifurcations", [theme.accent, theme.fields[5] ?? "", theme.soft, theme.mark, theme.paper], 10],
     ["curves of a history", [theme.ink, theme.accent, theme.mark], 10],
-    ["regions", theme.words, 10],
+    ["regions", theme.itineraries, 10],
   ] as const)
     test(`${what} are told apart by all eyes, ${name}`, () => {
       const [away, one, other] = nearest(colours);

@@ -115,7 +115,7 @@ static int stopped_and_resumed(int i)
         capsule_run_many(&many, RUNS, PERIODS, &workspace);
         for (int k = 0; k < RUNS; k++) {
             going |= stops[k] == CAPSULE_STOPPED;
-            if (stops[k] == CAPSULE_STOPPED && states[k].turn >= PERIODS)
+            if (stops[k] == CAPSULE_STOPPED && states[k].period >= PERIODS)
                 return failed("stopped at its end", &rows[k]);
         }
     }
@@ -142,7 +142,7 @@ static int refused(void)
         capsule_state state = capsule_state_at(&map, 0, 0, i == 7, i == 5 || i == 6 ? -1e308 : 0);
         state.plane = i == 0 ? 1000000 : state.plane;
         state.bound = i == 1 ? -2 : i == 7; /* |P| = f_b is a fact of the capsule at rest */
-        state.turn = i == 2 ? -1000000 : 0;
+        state.period = i == 2 ? -1000000 : 0;
         state.v_r = i == 3 ? NAN : 0;
         if (capsule_run(&map, &state, 10, i == 4 ? &rows : &request, &count, &open) !=
             CAPSULE_REFUSED)
@@ -180,7 +180,7 @@ static int nulls(void)
     if (capsule_map_make(&good, &map) != CAPSULE_DONE)
         return failed("refused", &good);
     first = late = state = capsule_state_at(&map, 0, 0, 0, 0);
-    late.turn = INT64_MAX;
+    late.period = INT64_MAX;
     if (capsule_run(&map, &state, 1, &request, &written, &open) != CAPSULE_FULL || written < 2)
         return failed("no two segments", &good);
     state = first;
@@ -310,7 +310,7 @@ static int evaluated(const capsule_map *map, const capsule_segment *segments, si
     double times[ROOM], states[ROOM][4];
     for (size_t k = 0; k < count; k++) {
         const capsule_segment *s = &segments[count - 1 - k];
-        times[k] = ((double)s->start_turn * 6.283185307179586 + s->start_angle) /
+        times[k] = ((double)s->start_period * 6.283185307179586 + s->start_angle) /
                    map->parameters.omega;
     }
     if (capsule_evaluate(map, segments, count, 0, times, count, states, NULL) != count)
@@ -348,7 +348,7 @@ static int orbits(void)
             segments, MOST, .energies = 1, .forces = 1, .gradients = 1, .watch = &watch};
         capsule_orbit orbit;
         const capsule_stop stop = capsule_solve_orbit(&map, end, 1 + i % 2, &request, &orbit);
-        if (stop == CAPSULE_DONE && orbit.closing == CAPSULE_CLOSED) {
+        if (stop == CAPSULE_DONE && orbit.status == CAPSULE_CLOSED) {
             closed++;
             double sum = orbit.work + orbit.peak_force + orbit.peak_contact;
             for (int k = 0; k < GRADIENTS; k++)
@@ -403,7 +403,7 @@ int main(int argc, char **argv)
                 return failed("evaluation leads elsewhere", &p);
         } while (stop == CAPSULE_FULL);
         open_runs += stop == CAPSULE_OPEN;
-        if (stop != end || once.turn != paused.turn ||
+        if (stop != end || once.period != paused.period ||
             (p.beta < 20 && p.zeta > 0.05 && fabs(once.x_r - paused.x_r) > 1e-6))
             return failed("a pause changes the run", &p);
         if (!isfinite(once.x_r + once.v_r + once.v_c + once.position))

@@ -183,10 +183,10 @@ static int NAMED(PROBE, _alike)(const capsule_parameters *p, int field, const pr
         return 0;
     if (stop != CAPSULE_FULL) /* no switch comes */
         return 2;
-    if (event.turn != alone.turn ||
+    if (event.period != alone.period ||
         event.field != alone.field || event.plane != alone.plane || state.field != other.field)
         return 0;
-    return memcmp(&state, &other, offsetof(capsule_state, turn)) == 0 ? 2
+    return memcmp(&state, &other, offsetof(capsule_state, period)) == 0 ? 2
            : fabs(event.angle - alone.angle) < 1e-9;
 }
 

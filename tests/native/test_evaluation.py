@@ -320,7 +320,7 @@ def test_what_a_run_keeps_is_what_the_whole_one_has(backend: str) -> None:
 def test_times_are_kept_across_the_pieces_of_a_run() -> None:
     """Times at switches and between, of a run in several pieces."""
     whole = simulate(Parameters(), periods=600)
-    switches = whole.records["start_turn"] * whole.parameters.period
+    switches = whole.records["start_period"] * whole.parameters.period
     switches += whole.records["start_angle"] / whole.parameters.omega
     times = np.concatenate([switches, times_of(whole, 300), [600 * whole.parameters.period]])
     found = simulate(Parameters(), periods=600, keep=times)

@@ -34,7 +34,7 @@ MUTANTS = {
     ),
     "the expansion before": ("if (p.of != s || p.node != node)", "if (p.of != s)"),
     "the constants of another field": ("p->c = &map->field[s->field - 1]", "p->c = &map->field[0]"),
-    "whole periods without their rest": ("((double)turn * c->rest + ", "(0.0 * c->rest + "),
+    "whole periods without their rest": ("((double)periods * c->rest + ", "(0.0 * c->rest + "),
     "times beyond a duration": ("if (h >= s->duration) {", "if (0) {"),
     "times before a start": ("h = h > 0.0 ? h : 0.0;", ""),
     "x_c from the segment's start": ("            p->begin.position +=", "            (void)"),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from capsule_sym import Parameters, floquet_multipliers, performance, simulate, solve_orbit
 from capsule_sym._native import core
 from capsule_sym._orbits.metrics.many import METRICS, multipliers_of
-from capsule_sym.generated.interface import ORBIT, SEGMENT, Closing
+from capsule_sym.generated.interface import ORBIT, SEGMENT, OrbitStatus
 from tests.native import KERNELS, LIBRARY
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
@@ -230,7 +230,7 @@ def off(library: Library, motions: list[Known], slowly: NDArray[np.float64]) -> 
     worst = 0.0
     for p, state, periods, expected in motions:
         record = library.orbit(p, state, periods)
-        if record["closing"][0] != Closing.CLOSED:
+        if record["status"][0] != OrbitStatus.CLOSED:
             return np.inf
         values = np.array([record[name][0] for name in METRICS])[:, None]
         table = np.hstack([values, record["gradients"].reshape(7, 7)])
@@ -239,11 +239,11 @@ def off(library: Library, motions: list[Known], slowly: NDArray[np.float64]) -> 
         difference = abs(np.concatenate(found) - expected) / (1 + abs(expected))
         worst = max(worst, float(difference.max()))
     p, state, periods, _ = motions[0]
-    twice = library.orbit(p, state, 2 * periods)["closing"][0]
-    far = library.orbit(p, (1.3358, 0.3703, -0.0298), periods)["closing"][0]
-    closed = library.orbit(p, CROOKED, periods)["closing"][0]
-    slow = library.orbit(SLOWLY, slowly * (1 + 1e-7), 1)["closing"][0]
-    as_known = twice == far == Closing.CHANGED and closed == slow == Closing.CLOSED
+    twice = library.orbit(p, state, 2 * periods)["status"][0]
+    far = library.orbit(p, (1.3358, 0.3703, -0.0298), periods)["status"][0]
+    closed = library.orbit(p, CROOKED, periods)["status"][0]
+    slow = library.orbit(SLOWLY, slowly * (1 + 1e-7), 1)["status"][0]
+    as_known = twice == far == OrbitStatus.CHANGED and closed == slow == OrbitStatus.CLOSED
     return worst if as_known else np.inf
 
 

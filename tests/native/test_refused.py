@@ -18,7 +18,7 @@ NONE = [
     ("plane", 10**6),
     ("plane", -1),
     ("bound", 7),
-    ("turn", -(10**6)),
+    ("period", -(10**6)),
     ("angle", -1e308),
     ("angle", 6.3),
     ("angle_rest", 1e300),
@@ -51,7 +51,7 @@ def test_a_record_that_is_no_state_is_refused(name: str, value: float) -> None:
         ROWS, records, marks, 1e-9, stops, motions, np.zeros((len(ROWS), 64), np.uint8)
     )
     # The motion is counted from the end of the run on.
-    assert (stops[3] == core.REFUSED) == (name != "turn")
+    assert (stops[3] == core.REFUSED) == (name != "period")
 
 
 @pytest.mark.parametrize("place", range(7))

@@ -81,7 +81,7 @@ def test_a_watch_stops_runs_in_threads_and_they_go_on_from_where_they_were() -> 
     assert watch.over
     assert (stops == core.STOPPED).all()
     # On to the end of one period for all, as runs that nothing stopped come there.
-    end = int(records["turn"].max()) + 1
+    end = int(records["period"].max()) + 1
     core.run_many(ROWS, records, end, stops, None, True)
     assert (stops == core.DONE).all()
     finals = final_states(ROWS, periods=end, positions=True)
@@ -123,11 +123,11 @@ def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end() -> None:
     """The time is over from the start: the core goes on for the work between two looks only."""
     native, watch, periods = core.Map(ROWS[0]), Watch(-1.0), 20_000
     record = native.state_at(0.0, 0.0, 0.0, 0.0)
-    turns = [0]
+    passed = [0]
     while native.run(record, periods, position=True, watch=watch)[0] == core.STOPPED:
-        turns.append(int(record["turn"]))
-    assert len(turns) > 5
-    assert 0 < max(np.diff(turns)) < 10_000
+        passed.append(int(record["period"]))
+    assert len(passed) > 5
+    assert 0 < max(np.diff(passed)) < 10_000
     whole = native.state_at(0.0, 0.0, 0.0, 0.0)
     assert native.run(whole, periods, position=True)[0] == core.DONE
     for name in ("x_r", "v_r", "v_c", "position"):
@@ -147,10 +147,10 @@ def test_a_motion_at_rest_takes_no_room_for_its_periods() -> None:
     assert run.final[0] == (FOR_EVER, 0.0)
     assert run.steady() is not None
     # The states of the segments before it are those of a short run, and none of them is lost.
-    turn = run.segments[-1].start.period
-    assert turn > 2
-    np.testing.assert_array_equal(run.stroboscopic[: turn + 1], short.stroboscopic[: turn + 1])
-    assert turn + 32 < len(run.stroboscopic) < 20_000
+    period = run.segments[-1].start.period
+    assert period > 2
+    np.testing.assert_array_equal(run.stroboscopic[: period + 1], short.stroboscopic[: period + 1])
+    assert period + 32 < len(run.stroboscopic) < 20_000
     reference = simulate(parameters, start, periods=FOR_EVER, backend="numpy")
     np.testing.assert_allclose(run.stroboscopic[-32:], reference.stroboscopic[-32:], atol=1e-15)
 

@@ -9,7 +9,7 @@ from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.itineraries import code
 from capsule_sym._sweeps.quantities import VARIABLES, CellOutcome
-from capsule_sym.generated.interface import Closing
+from capsule_sym.generated.interface import OrbitStatus
 from tests.sweeps import chart
 
 RANGES = {
@@ -209,7 +209,7 @@ def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(
     def other(*given: object, **more: object) -> Performances:
         found = many(*given, **more)  # type: ignore[arg-type]
         found.fields[1, 0] = 7 - found.fields[1, 0]
-        found.records["closing"][2] = Closing.CHANGED
+        found.records["status"][2] = OrbitStatus.CHANGED
         return found
 
     monkeypatch.setattr(cells, "performance_many", other)

@@ -20,7 +20,7 @@ from capsule_sym._map.itinerary import begun
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
-from capsule_sym.generated.interface import CLOSINGS, ORBIT, STOPS, Closing, Stop
+from capsule_sym.generated.interface import ORBIT, ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
 MOST_SEGMENTS = 256
 """In one period of a motion, from forcing angle 0 on; of a longer one nothing is found."""
@@ -59,12 +59,12 @@ class Performances:
     @property
     def closed(self) -> NDArray[np.bool_]:
         """Whether the motion is closed, and switches as from the given state on, shape (n,)."""
-        return np.asarray(self.records["closing"] == Closing.CLOSED)
+        return np.asarray(self.records["status"] == OrbitStatus.CLOSED)
 
     @property
     def status(self) -> NDArray[np.str_]:
         """What became of each, as a word, shape (n,)."""
-        words = np.array(CLOSINGS)[self.records["closing"]]
+        words = np.array(ORBIT_STATUSES)[self.records["status"]]
         return np.where(self.stops == Stop.DONE, words, np.array(STOPS)[self.stops])
 
     @property

@@ -146,7 +146,7 @@ def lyapunov_exponents(
     `max_seconds` of the clock they are those of the part that was passed. Raises InvalidInput where
     no segment is left.
     """
-    first = int(np.searchsorted(trajectory.records["start_turn"], transient))
+    first = int(np.searchsorted(trajectory.records["start_period"], transient))
     segments = trajectory.segments[first:]
     if not segments:
         raise InvalidInput("transient", transient, "less than the periods of the run")

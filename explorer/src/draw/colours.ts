@@ -10,7 +10,7 @@ export interface Theme {
   mark: string;
   fields: readonly string[]; // by field - 1
   tints: readonly string[]; // the same behind curves
-  words: readonly string[]; // regions of a chart, plain and then striped
+  itineraries: readonly string[]; // regions of a chart, plain and then striped
   open: string; // what is not periodic
 }
 
@@ -24,7 +24,7 @@ const LIGHT: Theme = {
   mark: "#b3261e",
   fields: ["#0072B2", "#D55E00", "#CC79A7", "#009E73", "#000000", "#E69F00"],
   tints: ["#0072B21c", "#D55E001c", "#CC79A72a", "#009E731e", "#00000016", "#E69F0026"],
-  words: ["#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288", "#44aa99", "#aa4499", "#999933", "#882255"],
+  itineraries: ["#88ccee", "#ddcc77", "#117733", "#cc6677", "#332288", "#44aa99", "#aa4499", "#999933", "#882255"],
   open: "#f4f4f6",
 };
 
@@ -38,7 +38,7 @@ const DARK: Theme = {
   mark: "#ff7d8f",
   fields: ["#3f98e0", "#f07b3f", "#f0b0d8", "#1fc397", "#f5f5f5", "#f2bd45"],
   tints: ["#3f98e024", "#f07b3f22", "#f0b0d824", "#1fc39722", "#f5f5f51c", "#f2bd4524"],
-  words: LIGHT.words,
+  itineraries: LIGHT.itineraries,
   open: "#232c37",
 };
 

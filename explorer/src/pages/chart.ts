@@ -10,7 +10,7 @@ import type { Axis } from "../fields.ts";
 import { spelled } from "../itinerary.ts";
 import { choiceControl, numberControl } from "../ui/controls.ts";
 import { showKnown } from "../ui/presets.ts";
-import { LEFT_OPEN, drawChart, periodColour, progressionRange, striped, wordColour } from "../views/chart.ts";
+import { LEFT_OPEN, drawChart, itineraryColour, periodColour, progressionRange, striped } from "../views/chart.ts";
 import { PARTS } from "../ui/sidebar.ts";
 import { ofStarts, parameters, startOf } from "../state.ts";
 import type { State } from "../state.ts";
@@ -131,24 +131,24 @@ export class ChartPage {
     if (c_by === "period") {
       const periods = new Map<number, number>();
       for (const [region, count] of found) {
-        const multiple = chart.regions[region]?.multiple ?? 1;
-        periods.set(multiple, (periods.get(multiple) ?? 0) + count);
+        const periodNumber = chart.regions[region]?.periodNumber ?? 1;
+        periods.set(periodNumber, (periods.get(periodNumber) ?? 0) + count);
       }
-      return [...[...periods].sort((a, b) => a[0] - b[0]).map(([multiple, count]) => item(periodColour(multiple), `period ${multiple}, ${shareOf(count)}`)), ...others];
+      return [...[...periods].sort((a, b) => a[0] - b[0]).map(([periodNumber, count]) => item(periodColour(periodNumber), `period ${periodNumber}, ${shareOf(count)}`)), ...others];
     }
     const listed = found.sort((a, b) => b[1] - a[1]);
     const items = listed.slice(0, LISTED).map(([region, count]) => {
       const one = chart.regions[region];
-      const text = `${spelled(one?.word ?? "")}${one && one.multiple > 1 ? ` (period ${one.multiple})` : ""}${one?.alone ? `, progression ${pretty(one.cell.progression, 5)}${chart.plainly}` : ""}`;
+      const text = `${spelled(one?.itinerary ?? "")}${one && one.periodNumber > 1 ? ` (period ${one.periodNumber})` : ""}${one?.alone ? `, progression ${pretty(one.cell.progression, 5)}${chart.plainly}` : ""}`;
       const rank = chart.rank(region);
-      return item(wordColour(rank, app.theme), `${text}, ${shareOf(count)}`, striped(rank, app.theme));
+      return item(itineraryColour(rank, app.theme), `${text}, ${shareOf(count)}`, striped(rank, app.theme));
     });
     const more = listed.length - items.length;
     return [
       ...items,
       ...others,
       ...(more > 0 ? [make("li", {}, `and ${more} more, all smaller`)] : []),
-      ...(listed.length > 2 * app.theme.words.length ? [make("li", {}, `There are ${2 * app.theme.words.length} colours, plain and striped: some stand for several of these. Choose a point to see which.`)] : []),
+      ...(listed.length > 2 * app.theme.itineraries.length ? [make("li", {}, `There are ${2 * app.theme.itineraries.length} colours, plain and striped: some stand for several of these. Choose a point to see which.`)] : []),
     ];
   }
 
@@ -181,7 +181,7 @@ export class ChartPage {
       const number = this.chart.of[this.chart.at(...this.cursor)] ?? -1;
       const region = this.chart.regions[number];
       const at = this.chart.place(...this.cursor).map((value) => pretty(value, 4)).join(", ");
-      const what = region ? spelled(region.word) : number === LEFT_OPEN ? "left open" : number === -1 ? "not run yet" : "not periodic";
+      const what = region ? spelled(region.itinerary) : number === LEFT_OPEN ? "left open" : number === -1 ? "not run yet" : "not periodic";
       byId("chart-status").textContent = `${NUMBERS[this.chart.x].symbol}, ${NUMBERS[this.chart.y].symbol} = ${at}: ${what}. Enter shows the motion.`;
       this.panel.draw();
     });

@@ -1,7 +1,7 @@
 // The view of a bifurcation diagram.
 import type { App } from "../app.ts";
 import type { Triple } from "../core.ts";
-import { Diagram, wordOf } from "../diagram.ts";
+import { Diagram, itineraryOf } from "../diagram.ts";
 import type { Place } from "../diagram.ts";
 import { byId, make, pretty } from "../dom.ts";
 import type { Frame } from "../draw/axes.ts";
@@ -129,7 +129,7 @@ export class DiagramPage {
   private row(mark: Mark, i: number, printed: string | null): HTMLElement {
     const sign = NUMBERS[this.diagram.x].symbol;
     const value = mark.exact ? `${sign} = ${mark.value.toFixed(12)}` : `${sign} = ${pretty(mark.value, 8)} ± ${mark.doubt.toExponential(0).replace("-", "−")}`;
-    const words = mark.before || mark.after ? `${spelled(mark.before) || "not periodic"} → ${spelled(mark.after) || "not periodic"}` : "—";
+    const itineraries = mark.before || mark.after ? `${spelled(mark.before) || "not periodic"} → ${spelled(mark.after) || "not periodic"}` : "—";
     const about = eventTerm(mark.name);
     const name = about ? make("details", {}, make("summary", {}, mark.name), make("p", { class: "about" }, about)) : mark.name;
     const show = make("button", { type: "button", click: () => this.open(mark.value, mark.start), "aria-label": `Show the motion at bifurcation ${i + 1}` }, "Show");
@@ -137,7 +137,7 @@ export class DiagramPage {
       make("th", { scope: "row", role: "rowheader" }, String(i + 1)),
       cell("value", value),
       cell("event", name),
-      cell("itinerary", words),
+      cell("itinerary", itineraries),
       ...(printed === null ? [] : [cell("printed", printed)]),
       cell("", show),
     );
@@ -160,9 +160,9 @@ export class DiagramPage {
 
   private say(place: Place): void {
     const { value, column } = this.diagram.column(place);
-    const word = wordOf(column);
+    const itinerary = itineraryOf(column);
     const way = WAYS[this.diagram.passes[place.pass]?.way ?? "up"];
-    byId("diagram-status").textContent = `${NUMBERS[this.diagram.x].symbol} = ${pretty(value, 6)}, ${way}: ${word ? spelled(word) : column && column.stop !== "done" ? "left open" : "not periodic"}. Enter shows the motion.`;
+    byId("diagram-status").textContent = `${NUMBERS[this.diagram.x].symbol} = ${pretty(value, 6)}, ${way}: ${itinerary ? spelled(itinerary) : column && column.stop !== "done" ? "left open" : "not periodic"}. Enter shows the motion.`;
   }
 
   private picking(): void {

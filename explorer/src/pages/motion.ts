@@ -78,7 +78,7 @@ export class MotionPage {
     this.rounds = 0;
     this.show(motion, app.state);
     const all = performance.now() - begun;
-    byId("timing").textContent = `${app.state.periods} periods${motion.hastened ? ", Newton's method" : ""} and orbit in ${computed.toFixed(1)} ms`;
+    byId("timing").textContent = `${app.state.periods} periods${motion.byNewton ? ", Newton's method" : ""} and orbit in ${computed.toFixed(1)} ms`;
     performance.measure("picture", { start: begun, duration: all });
     document.documentElement.dataset["motions"] = String(Number(document.documentElement.dataset["motions"] ?? 0) + 1);
   }

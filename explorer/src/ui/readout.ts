@@ -20,8 +20,8 @@ const REASONS: Record<string, string> = {
 /** What kind of motion it is, in one sentence. */
 export function verdict(motion: Motion): string {
   if (motion.stop !== "done") return `${REASONS[motion.stop] ?? motion.stop}${motion.why ? ` (${motion.why})` : ""}: what is shown ends there.`;
-  if (!motion.multiple) return "Not periodic after these periods: it may still settle, or be chaotic.";
-  const period = motion.multiple === 1 ? "Period-1 motion" : `Period-${motion.multiple} motion`;
+  if (!motion.periodNumber) return "Not periodic after these periods: it may still settle, or be chaotic.";
+  const period = motion.periodNumber === 1 ? "Period-1 motion" : `Period-${motion.periodNumber} motion`;
   const drift = Math.abs(motion.progression) < 1e-9 ? "without progression" : motion.progression > 0 ? "moving forward" : "moving backward";
   const largest = motion.multipliers?.[0];
   const stable = largest ? (modulus(largest) < 1 ? ", stable" : ", unstable") : "";
@@ -29,7 +29,7 @@ export function verdict(motion: Motion): string {
 }
 
 export function showItinerary(box: HTMLElement, motion: Motion): void {
-  const cycle = motion.multiple ? motion.cycle : motion.segments;
+  const cycle = motion.periodNumber ? motion.cycle : motion.segments;
   const shown = cycle.slice(0, 40);
   const total = shown.reduce((sum, s) => sum + s.duration, 0) || 1;
   box.replaceChildren(
@@ -53,13 +53,13 @@ function rows(motion: Motion): Row[] {
   const { length, velocity, energy } = motion.units;
   const work = (value: number, digits: number): string => pretty(value * energy.factor, digits);
   return [
-    ["period", "period number", motion.multiple ? String(motion.multiple) : "—", ""],
+    ["period", "period number", motion.periodNumber ? String(motion.periodNumber) : "—", ""],
     ["progression", "progression", pretty(motion.progression * length.factor, 10), `${length.name} per period`],
     ["velocity", "average velocity", pretty(motion.velocity * velocity.factor, 7), velocity.name],
     ["multipliers", "multipliers |μ|", motion.multipliers ? motion.multipliers.map((z) => pretty(modulus(z), 4)).join(", ") : "—", ""],
     ["work", "work", work(motion.work, 9), `${energy.name} per period`],
     ["losses", "losses", Number.isFinite(motion.work) ? `${work(motion.damperLoss, 5)} + ${work(motion.frictionLoss, 5)}` : "—", `${energy.name} damper + friction`],
-    ["switches", "switches", motion.multiple ? String(motion.cycle.length) : "—", motion.wide ? `${motion.wide} decided in 106 bits` : "all decided in double"],
+    ["switches", "switches", motion.periodNumber ? String(motion.cycle.length) : "—", motion.wide ? `${motion.wide} decided in 106 bits` : "all decided in double"],
   ];
 }
 

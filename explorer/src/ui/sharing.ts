@@ -87,7 +87,7 @@ function diagramCsv(diagram: Diagram, quantity: Quantity): string {
     pass.columns.forEach((column, i) => {
       const x = pass.values[i] ?? 0;
       if (!column) return;
-      for (const y of diagram.values(column, x, quantity)) rows.push([pass.way, x, y, column.multiple, column.fields.join("")].join(","));
+      for (const y of diagram.values(column, x, quantity)) rows.push([pass.way, x, y, column.periodNumber, column.fields.join("")].join(","));
     });
   return `${rows.join("\n")}\n`;
 }
@@ -99,7 +99,7 @@ function chartCsv(chart: Chart): string {
       const k = j * chart.size + i;
       const region = chart.regions[chart.of[k] ?? -1];
       // Whether the cell was run itself, or lies between equal ones.
-      rows.push([...chart.place(i, j), region?.word ?? "", region?.multiple ?? "", chart.progressions[k], chart.known[k] === 1].join(","));
+      rows.push([...chart.place(i, j), region?.itinerary ?? "", region?.periodNumber ?? "", chart.progressions[k], chart.known[k] === 1].join(","));
     }
   return `${rows.join("\n")}\n`;
 }

@@ -50,18 +50,18 @@ function painter(chart: Chart, by: string, theme: Theme): (k: number, i: number,
       const value = chart.progressions[k] ?? NaN;
       return Number.isFinite(value) ? graded((value - low) / (high - low || 1)) : theme.open;
     }
-    if (by === "period") return periodColour(chart.regions[region]?.multiple ?? 1);
+    if (by === "period") return periodColour(chart.regions[region]?.periodNumber ?? 1);
     const rank = chart.rank(region);
-    const colour = wordColour(rank, theme);
+    const colour = itineraryColour(rank, theme);
     return striped(rank, theme) && Math.floor((i + j) / stripe) % 4 === 0 ? shaded(colour) : colour;
   };
 }
 
-export const periodColour = (multiple: number): string => graded(Math.log2(multiple) / Math.log2(LARGEST));
+export const periodColour = (periodNumber: number): string => graded(Math.log2(periodNumber) / Math.log2(LARGEST));
 /** Colour of a region, by its rank. */
-export const wordColour = (rank: number, theme: Theme): string => theme.words[rank % theme.words.length] ?? theme.soft;
+export const itineraryColour = (rank: number, theme: Theme): string => theme.itineraries[rank % theme.itineraries.length] ?? theme.soft;
 /** Whether it is drawn in stripes, as its colour stands for another one already. */
-export const striped = (rank: number, theme: Theme): boolean => Math.floor(rank / theme.words.length) % 2 === 1;
+export const striped = (rank: number, theme: Theme): boolean => Math.floor(rank / theme.itineraries.length) % 2 === 1;
 
 /** Cells as runs of one colour along rows. */
 function cells(chart: Chart, area: Frame, colour: (k: number, i: number, j: number) => string, pen: Pen): void {
@@ -101,11 +101,11 @@ function names(chart: Chart, area: Frame, theme: Theme, pen: Pen): void {
   pen.textAlign = "center";
   pen.textBaseline = "middle";
   for (const [region, { i, j, depth }] of best) {
-    const word = chart.regions[region]?.word ?? "";
-    const text = word.length > 12 ? `${word.slice(0, 10)}…` : word;
+    const itinerary = chart.regions[region]?.itinerary ?? "";
+    const text = itinerary.length > 12 ? `${itinerary.slice(0, 10)}…` : itinerary;
     pen.font = `600 ${FONT}`;
     if (pen.measureText(text).width > ((2 * depth + 1) * area.width) / coarse) continue;
-    pen.fillStyle = readable(wordColour(chart.rank(region), theme));
+    pen.fillStyle = readable(itineraryColour(chart.rank(region), theme));
     pen.fillText(text, area.left + ((i + 0.5) / coarse) * area.width, area.top + area.height - ((j + 0.5) / coarse) * area.height);
   }
 }

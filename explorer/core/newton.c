@@ -96,9 +96,9 @@ static int step(int m)
 
 capsule_stop page_motion(double tolerance)
 {
-    page.hastened = 0;
+    page.by_newton = 0;
     const capsule_stop stop = page_steady(tolerance);
-    if (stop != CAPSULE_DONE || page.motion.multiple || page.motion.never)
+    if (stop != CAPSULE_DONE || page.motion.period_number || page.motion.never)
         return stop;
     const capsule_state run = page.state;
     const capsule_motion none = page.motion;
@@ -109,8 +109,8 @@ capsule_stop page_motion(double tolerance)
         const int m = nearly();
         if (!m || !step(m) || page_settle(STROBES) != CAPSULE_DONE)
             break;
-        if (page_steady(tolerance) == CAPSULE_DONE && page.motion.multiple) {
-            page.hastened = 1;
+        if (page_steady(tolerance) == CAPSULE_DONE && page.motion.period_number) {
+            page.by_newton = 1;
             return CAPSULE_DONE;
         }
     }
