@@ -45,7 +45,7 @@ def distances(orbit: Orbit | None) -> list[Distance]:
     if orbit is None or orbit.itinerary.mirrored:
         return []
     with backend("numpy") as numbers:
-        found = inequalities(numbers, orbit.itinerary, orbit.shot)
+        found = inequalities(numbers, orbit.itinerary, orbit.system)
         forms = ClosedForms(numbers, orbit.values)
         return [
             Distance(one, _along(orbit, _slope(forms, orbit, one)))
@@ -61,36 +61,36 @@ def _along(orbit: Orbit, by: Vector) -> Vector:
 
 def _slope(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     """Derivatives of an inequality's value by unknowns and parameters (n + 11,)."""
-    span, n = orbit.shot.spans[one.segment], len(orbit.itinerary)
+    flow, n = orbit.system.flows[one.segment], len(orbit.itinerary)
     by: Vector = np.zeros(n + 11)
     if one.kind == DURATION:
         by[4 + one.segment] = 1.0
         return by
     if one.kind == LANDING:
-        following = orbit.shot.spans[(one.segment + 1) % n]
-        by = np.asarray(force_by(following.c, span.end[0], span.end[1], span.end_by)) * span.c.drift
+        following = orbit.system.flows[(one.segment + 1) % n]
+        by = np.asarray(force_by(following.c, flow.end[0], flow.end[1], flow.end_by)) * flow.c.drift
         by[_F_B] += 1.0  # the guard is the bound and the force along the drift
         return -by if following.c.drift else by
-    rows = forms.run(span.segment.field, span.c, span.closed, one.time)[1].copy()
-    if not span.c.drift:
+    rows = forms.run(flow.segment.field, flow.c, flow.closed, one.time)[1].copy()
+    if not flow.c.drift:
         rows[2, 2] = 1.0
     rows[:, 4] = 0.0  # the time is that of a minimum
-    state_by = span.total(rows)
-    return _guard_by(forms, span, one, state_by)
+    state_by = flow.total(rows)
+    return _guard_by(forms, flow, one, state_by)
 
 
-def _guard_by(forms: ClosedForms, span: Any, one: Inequality, by: Vector) -> Vector:
+def _guard_by(forms: ClosedForms, flow: Any, one: Inequality, by: Vector) -> Vector:
     """Derivatives of a guard, from those of the state at its time."""
     found: Vector
     if one.guard is Guard.GAP:
         found = np.array(by[0])
         found[_DELTA] -= 1.0
-        return found if span.c.contact else -found
+        return found if flow.c.contact else -found
     if one.guard is Guard.DRIFT:
-        found = np.array(by[2]) * span.c.drift
+        found = np.array(by[2]) * flow.c.drift
         return found
-    (position, v_r, *_), _ = forms.run(span.segment.field, span.c, span.closed, one.time)
-    found = np.asarray(force_by(span.c, span.closed.x_r + position, v_r, by))
+    (position, v_r, *_), _ = forms.run(flow.segment.field, flow.c, flow.closed, one.time)
+    found = np.asarray(force_by(flow.c, flow.closed.x_r + position, v_r, by))
     found = found if one.guard is Guard.LOWER else -found
     found[_F_B] += 1.0
     return found

@@ -96,9 +96,9 @@ def certify_bifurcation(
         for name, value in zip(PARAMETERS, orbit.values, strict=True)
     }
     with precision(_BITS):
-        spans, z = orbit.shot.spans, orbit.z
+        flows, z = orbit.system.flows, orbit.z
         event = prove_event(
-            orbit.itinerary, spans, z, orbit.values, (found.segment,), (free,), parameters
+            orbit.itinerary, flows, z, orbit.values, (found.segment,), (free,), parameters
         )
         written = _written(event.tube, parameters, stable=False)
         del written["parameters"][free]

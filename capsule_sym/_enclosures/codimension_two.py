@@ -42,7 +42,7 @@ def prove_codimension_two(found: CodimensionTwoPoint, exact: Mapping[str, Any]) 
     orbit = found.orbit
     with precision(_BITS):
         event = prove_event(
-            orbit.itinerary, orbit.shot.spans, orbit.z, orbit.values, segments, FREE, exact
+            orbit.itinerary, orbit.system.flows, orbit.z, orbit.values, segments, FREE, exact
         )
         first, second = segments
         slopes = _slope(event.tube, first, second), _slope(event.tube, second, first)

@@ -113,7 +113,7 @@ def _corner(tube: Tube, segment: int) -> str:
 
 def prove_event(
     itinerary: Itinerary,
-    spans: Sequence[Any],
+    flows: Sequence[Any],
     z: Iterable[Any],
     values: Sequence[Any],
     segments: Sequence[int],
@@ -128,7 +128,7 @@ def prove_event(
     step that failed.
     """
     shooting = shooting_of(itinerary, values, free, exact)
-    guess = guess_at(shooting, spans, z, values)
+    guess = guess_at(shooting, flows, z, values)
     given = {shooting.durations[segment]: 0.0 for segment in segments}
     for at in given:
         guess[at] = arb(0)

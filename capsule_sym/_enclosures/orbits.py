@@ -49,14 +49,14 @@ def shooting_of(
 
 def guess_of(shooting: Shooting, orbit: Orbit) -> list[Ball]:
     """The columns of a found orbit."""
-    return guess_at(shooting, orbit.shot.spans, orbit.z, orbit.values)
+    return guess_at(shooting, orbit.system.flows, orbit.z, orbit.values)
 
 
 def guess_at(
-    shooting: Shooting, spans: Sequence[Any], z: Iterable[Any], values: Sequence[Any]
+    shooting: Shooting, flows: Sequence[Any], z: Iterable[Any], values: Sequence[Any]
 ) -> list[Ball]:
     """The columns of a solution of the shooting equations at parameter values."""
-    found = columns_of(shooting, [span.start for span in spans], list(z)[3:])
+    found = columns_of(shooting, [flow.start for flow in flows], list(z)[3:])
     named = dict(zip(PARAMETERS, values, strict=True))
     return found + [ball(named[name]) for name in shooting.varied]
 

@@ -61,7 +61,7 @@ def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
     with precision(THRESHOLD_BITS):
         return prove_event(
             orbit.itinerary,
-            orbit.shot.spans,
+            orbit.system.flows,
             orbit.z,
             orbit.values,
             (found.segment,),

@@ -349,7 +349,7 @@ def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
     orbit = found[0][3].orbit
     with pytest.raises(Unproved):
         prove_event(
-            orbit.itinerary, orbit.shot.spans, orbit.z, orbit.values, (1,), ("alpha",), EXACT
+            orbit.itinerary, orbit.system.flows, orbit.z, orbit.values, (1,), ("alpha",), EXACT
         )
 
 

@@ -99,10 +99,10 @@ def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> No
         values[PARAMETERS.index("gamma")] += y * radii[1]
         moved = solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert moved.success, moved.message
-        for form, span in zip(segments.starts, moved.shot.spans, strict=True):
+        for form, flow in zip(segments.starts, moved.system.flows, strict=True):
             for row in range(2):
                 held = at(forms.entry(form, row, 0), x, y)
-                assert (held + arb(0, 1e-12)).contains(arb(float(span.start[row])))
+                assert (held + arb(0, 1e-12)).contains(arb(float(flow.start[row])))
 
 
 def test_patches_that_are_too_large_or_across_a_border_are_not_proved() -> None:

@@ -76,9 +76,9 @@ def test_reprs_fit_a_line() -> None:
         run.steady(),
         orbit,
         orbit.itinerary,
-        orbit.shot,
+        orbit.system,
     ]
-    parts += [orbit.shot.spans[0], branch, branch.points[0], branch.bifurcations[0], none]
+    parts += [orbit.system.flows[0], branch, branch.points[0], branch.bifurcations[0], none]
     parts += [curve]
     for part in parts:
         text = repr(part)

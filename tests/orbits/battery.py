@@ -69,9 +69,9 @@ def start(number: int) -> tuple[Parameters, str, float, float, dict[str, str]]:
 def settled(point: BranchPoint) -> tuple[int, ...] | None:
     """The cycle of fields on which the map settles from beside an orbit; None if it does not."""
     orbit, number = point.orbit, point.orbit.itinerary.period_number
-    span, p = orbit.shot.spans[0], orbit.parameters
-    state = np.array(span.start, dtype=float) + OFF
-    phase = min(float(span.angle) / p.omega % p.period, np.nextafter(p.period, 0.0))
+    flow, p = orbit.system.flows[0], orbit.parameters
+    state = np.array(flow.start, dtype=float) + OFF
+    phase = min(float(flow.angle) / p.omega % p.period, np.nextafter(p.period, 0.0))
     run = simulate(p, state.tolist(), phase, PERIODS)
     motion = run.steady()
     if motion is None or motion.period_number != number:

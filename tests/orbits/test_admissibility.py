@@ -19,7 +19,7 @@ from tests.orbits.branches import settled
 
 def held(orbit: Orbit) -> list[Inequality]:
     with backend(orbit.backend) as numbers:
-        return inequalities(numbers, orbit.itinerary, orbit.shot)
+        return inequalities(numbers, orbit.itinerary, orbit.system)
 
 
 def test_the_landing_is_the_distance_to_the_edge_of_stick() -> None:
@@ -55,8 +55,8 @@ def test_legs_and_guards_are_named_from_where_the_paper_begins() -> None:
 
 
 def _turned(orbit: Orbit, segment: int) -> list[float]:
-    span = orbit.shot.spans[segment]
-    return [*span.start, span.angle, *orbit.z[4 + segment :], *orbit.z[4 : 4 + segment]]
+    flow = orbit.system.flows[segment]
+    return [*flow.start, flow.angle, *orbit.z[4 + segment :], *orbit.z[4 : 4 + segment]]
 
 
 def test_a_run_from_inside_stays_on_the_orbit() -> None:

@@ -49,14 +49,14 @@ def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> N
     with backend("mpmath") as numbers:
         other = swap_segment(exact.itinerary, exact.z, one.segment)
         if other is None:
-            other, _ = remove_segment(numbers, exact.itinerary, exact.z, exact.shot, one.segment)
+            other, _ = remove_segment(numbers, exact.itinerary, exact.z, exact.system, one.segment)
         ahead = 1 if _same(other.itinerary, one.itinerary_after) else -1
         for side in (-1, 1):
             values = list(exact.values)
             values[0] += side * numbers.number(10) ** -20
             orbit = solve_itinerary(values, other.itinerary, list(other.z), backend="mpmath")
             assert orbit.success, orbit.message
-            least = min(i.value for i in inequalities(numbers, orbit.itinerary, orbit.shot))
+            least = min(i.value for i in inequalities(numbers, orbit.itinerary, orbit.system))
             assert (least > 0) == (side == ahead)
 
 
@@ -67,7 +67,7 @@ def _same(itinerary: Itinerary, other: Itinerary) -> bool:
 @pytest.mark.parametrize(("gamma", "index"), HALF)
 def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
     one = upwards(gamma).bifurcations[index]
-    x_r, v_r, v_c = (float(v) for v in one.orbit.shot.spans[one.segment].start)
+    x_r, v_r, v_c = (float(v) for v in one.orbit.system.flows[one.segment].start)
     parameters = one.orbit.parameters
     line = one.line.split("^")[0]
     force3 = x_r + 2 * parameters.zeta * v_r
@@ -110,14 +110,14 @@ def test_the_surfaces_are_those_whose_closures_hold_the_line() -> None:
 def test_a_leg_that_comes_in_can_be_taken_out(gamma: float, index: int) -> None:
     one = upwards(gamma).bifurcations[index]
     with backend("numpy") as numbers:
-        itinerary, z, shot = one.orbit.itinerary, one.orbit.z, one.orbit.shot
+        itinerary, z, system = one.orbit.itinerary, one.orbit.z, one.orbit.system
         other = swap_segment(itinerary, z, one.segment)
         if other is not None:
             assert swap_segment(other.itinerary, z, one.segment).itinerary == itinerary
             again = shooting(numbers, one.orbit.values, other.itinerary, z)
             assert max(abs(again.residual)) < 1e-12
             return
-        shorter, inequality = remove_segment(numbers, itinerary, z, shot, one.segment)
+        shorter, inequality = remove_segment(numbers, itinerary, z, system, one.segment)
         short = shooting(numbers, one.orbit.values, shorter.itinerary, shorter.z)
         assert max(abs(short.residual)) < 1e-12
         found = inequalities(numbers, shorter.itinerary, short)
@@ -133,7 +133,7 @@ def test_legs_keep_their_places_through_a_change() -> None:
     with backend("numpy") as numbers:
         for segment in range(len(itinerary)):
             try:
-                change, _ = remove_segment(numbers, itinerary, orbit.z, orbit.shot, segment)
+                change, _ = remove_segment(numbers, itinerary, orbit.z, orbit.system, segment)
             except ValueError:
                 continue
             assert change.kept[segment] is None
@@ -145,9 +145,9 @@ def test_legs_keep_their_places_through_a_change() -> None:
 
 def test_events_that_are_none_have_no_name() -> None:
     orbit = settled(alpha=1.5)
-    shot, itinerary = orbit.shot, orbit.itinerary
+    system, itinerary = orbit.system, orbit.itinerary
     # F4 between F5 and F1 changes contact and drift, F2 between F1 and F3 reverses.
-    assert place(itinerary, shot, 3).type == events.CROSSING
+    assert place(itinerary, system, 3).type == events.CROSSING
     for segment in range(len(itinerary)):
         before, during, after = (
             itinerary.fields[segment - 1],
@@ -155,7 +155,7 @@ def test_events_that_are_none_have_no_name() -> None:
             itinerary.fields[(segment + 1) % 6],
         )
         if contact(before) == contact(after) != contact(during) and drift(before) != drift(after):
-            assert place(itinerary, shot, segment) is None
+            assert place(itinerary, system, segment) is None
 
 
 def test_newton_that_finds_nothing_says_so() -> None:

@@ -69,9 +69,9 @@ def test_attractors_are_those_on_which_a_grid_settles() -> None:
 
 def test_the_unstable_orbit_is_a_motion_of_the_map() -> None:
     orbit = found_with_isola().orbits[-1]
-    span = orbit.shot.spans[0]
-    phase = float(span.angle) / BESIDE_THREE.omega % BESIDE_THREE.period
-    run = simulate(BESIDE_THREE, [float(v) for v in span.start], phase, 5)
+    flow = orbit.system.flows[0]
+    phase = float(flow.angle) / BESIDE_THREE.omega % BESIDE_THREE.period
+    run = simulate(BESIDE_THREE, [float(v) for v in flow.start], phase, 5)
     marks = np.array(run.stroboscopic, dtype=float)
     assert marks[-1] == pytest.approx(marks[-4], abs=1e-8)
     assert abs(marks[-1] - marks[-2]).max() > 1e-2

@@ -91,11 +91,11 @@ def test_the_way_back_finds_the_same_eight(gamma: float) -> None:
 def test_the_map_settles_on_the_words_on_either_side(gamma: float) -> None:
     # Started beside the orbit, at 1e-6 from each value, the map is asked alone.
     for one in upwards(gamma).bifurcations:
-        span = one.orbit.shot.spans[one.orbit.itinerary.first]
-        state = [float(value) for value in span.start]
+        flow = one.orbit.system.flows[one.orbit.itinerary.first]
+        state = [float(value) for value in flow.start]
         for side, itinerary in ((-1e-6, one.itinerary_before), (1e-6, one.itinerary_after)):
             parameters = Parameters(alpha=one.value + side, gamma=gamma)
-            phase = float(span.angle) / parameters.omega % parameters.period
+            phase = float(flow.angle) / parameters.omega % parameters.period
             run = simulate(parameters, state, phase, 400)
             if len(itinerary) == 1:
                 assert run.segments[-1].outcome is Outcome.NEVER
@@ -188,7 +188,7 @@ def test_a_branch_that_passes_close_to_its_begin_has_not_returned(label: str, s:
     fold = hysteretic().at(label)
     assert isinstance(fold, Bifurcation)
     assert fold.normal_form is not None
-    along = np.linalg.svd(fold.orbit.shot.by_z)[2][-1]
+    along = np.linalg.svd(fold.orbit.system.by_z)[2][-1]
     along /= np.linalg.norm(along[4:])
     growth = fold.normal_form.growth
     parameters = fold.orbit.parameters.replace(omega=fold.value + growth * s * s)

@@ -14,7 +14,7 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.precision import workspace
 from capsule_sym._orbits.shooting import closed
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Shooting, shooting, solve
+from capsule_sym._orbits.shooting.equations import PARAMETERS, ShootingSystem, shooting, solve
 
 STEP = mpf("1e-20")
 # Every field and guard, with roots divided out once and twice.
@@ -36,8 +36,8 @@ def derivative_error(itinerary: Itinerary, z: list[Any]) -> Any:
     values = [mpf(value) for value in VALUES]
     random = Random(str(itinerary))
     along = np.array([mpf(random.uniform(0.5, 1)) for _ in range(len(z) + 7)])
-    shot = shoot_exactly(itinerary, z, values)
-    columns = np.vstack([np.concatenate([shot.by_z, shot.by_p], axis=1), shot.advance_by])
+    system = shoot_exactly(itinerary, z, values)
+    columns = np.vstack([np.concatenate([system.by_z, system.by_p], axis=1), system.advance_by])
     ends = [
         everything(shoot_exactly(itinerary, list(at[: len(z)]), list(at[len(z) :])))
         for at in (np.array([*z, *values]) + side * STEP * along for side in (1, -1))
@@ -45,11 +45,11 @@ def derivative_error(itinerary: Itinerary, z: list[Any]) -> Any:
     return max(abs((ends[0] - ends[1]) / (2 * STEP) - columns @ along))
 
 
-def everything(shot: Shooting) -> Any:
-    return np.array([*shot.residual, shot.advance])
+def everything(system: ShootingSystem) -> Any:
+    return np.array([*system.residual, system.advance])
 
 
-def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> Shooting:
+def shoot_exactly(itinerary: Itinerary, z: list[Any], values: list[Any]) -> ShootingSystem:
     with backend("mpmath") as numbers:
         number = numbers.number
         return shooting(
@@ -95,8 +95,8 @@ def test_gap_over_the_duration_tends_to_the_velocity() -> None:
     itinerary = Itinerary.parse("52")
     z = np.array([VALUES[2], 0.4, 0.0, 1.0, 0.0, 5.0])
     with backend("numpy") as numbers:
-        shot = shooting(numbers, VALUES, itinerary, z)
-    assert shot.residual[0] == pytest.approx(0.4, rel=1e-15)
+        system = shooting(numbers, VALUES, itinerary, z)
+    assert system.residual[0] == pytest.approx(0.4, rel=1e-15)
 
 
 def test_slip_velocity_over_the_duration_squared_tends_to_half_the_rate_of_the_force() -> None:
@@ -107,11 +107,11 @@ def test_slip_velocity_over_the_duration_squared_tends_to_half_the_rate_of_the_f
     acceleration = alpha * np.cos(theta) - f_b  # of F5 and of F4 there: Eq. (10), (11)
     rate = (1 + beta) * v_r + 2 * zeta * acceleration
     with backend("numpy") as numbers:
-        shot = shooting(
+        system = shooting(
             numbers, VALUES, itinerary, np.array([x_r, v_r, 0.0, theta, 0.0, 1.0, 1.0, 1.0])
         )
     assert itinerary.zeros(0) == 2
-    assert shot.residual[0] == pytest.approx(rate / (2 * gamma), rel=1e-13)
+    assert system.residual[0] == pytest.approx(rate / (2 * gamma), rel=1e-13)
 
 
 @pytest.mark.parametrize("duration", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3, -1e-9, -1e-5, -1e-3])
@@ -123,12 +123,12 @@ def test_tiny_legs_lose_no_digits(text: str, gradient: float, duration: float) -
     v_r = (f_b - x_r - beta * (x_r - delta)) / (2 * zeta)
     z = np.array([x_r, v_r, 0.0, 0.6, duration, *unknowns(itinerary)[5:]])
     with backend("numpy") as numbers:
-        shot = shooting(numbers, VALUES, itinerary, z)
+        system = shooting(numbers, VALUES, itinerary, z)
     exact = shoot_exactly(itinerary, list(z), [mpf(v) for v in VALUES])
     scale = 1 + max(abs(exact.residual))
     with mp.workdps(60):
-        assert max(abs(shot.residual - exact.residual)) < 1e-14 * scale
-        assert np.max(abs(shot.by_z - exact.by_z)) < gradient * np.max(abs(exact.by_z))
+        assert max(abs(system.residual - exact.residual)) < 1e-14 * scale
+        assert np.max(abs(system.by_z - exact.by_z)) < gradient * np.max(abs(exact.by_z))
 
 
 @pytest.mark.parametrize("text", WORDS)

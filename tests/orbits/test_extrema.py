@@ -54,10 +54,10 @@ def segment(
     numbers = SYSTEMS[name]
     z = np.array([numbers.number(value) for value in (*start, h, 1.0)])
     exact = [numbers.number(value) for value in values]
-    return shooting(numbers, exact, Itinerary.parse(WORDS[field]), z).spans[0]
+    return shooting(numbers, exact, Itinerary.parse(WORDS[field]), z).flows[0]
 
 
-def random_leg(seed: int, name: str = "numpy", smaller: int = 0) -> SegmentFlow:
+def random_segment_flow(seed: int, name: str = "numpy", smaller: int = 0) -> SegmentFlow:
     """A segment, or the same one with all lengths, speeds and forces smaller by 2^smaller."""
     random, number = Random(seed), SYSTEMS[name].number
     scale = number(2) ** -smaller
@@ -78,13 +78,13 @@ def random_leg(seed: int, name: str = "numpy", smaller: int = 0) -> SegmentFlow:
     return segment(given, field, [*moving, start[3]], duration, name)
 
 
-def found(span: SegmentFlow, quantity: Quantity, name: str = "numpy") -> list[Extremum]:
-    return list(extrema(SYSTEMS[name], span, quantity, {}))
+def found(flow: SegmentFlow, quantity: Quantity, name: str = "numpy") -> list[Extremum]:
+    return list(extrema(SYSTEMS[name], flow, quantity, {}))
 
 
-def value(span: SegmentFlow, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
+def value(flow: SegmentFlow, quantity: Quantity, h: Any, name: str = "numpy") -> Any:
     """A quantity a duration after the start, one or many, by its definition."""
-    c, start = span.c, span.closed
+    c, start = flow.c, flow.closed
     times = h if name == "numpy" else SYSTEMS[name].number(h)
     position, v_r, *drifted = SYSTEMS[name].kernels.flow(c, start, times)
     gap = start.gap + position
@@ -95,8 +95,8 @@ def value(span: SegmentFlow, quantity: Quantity, h: Any, name: str = "numpy") ->
     return start.x_r + position + c.kappa * gap + 2 * c.zeta * v_r
 
 
-def quantities(span: SegmentFlow) -> list[Quantity]:
-    return [quantity for quantity in Quantity if span.c.drift or quantity is not Quantity.SPEED]
+def quantities(flow: SegmentFlow) -> list[Quantity]:
+    return [quantity for quantity in Quantity if flow.c.drift or quantity is not Quantity.SPEED]
 
 
 def shown(times: NDArray[np.float64], values: NDArray[np.float64], kind: int) -> list[int]:
@@ -129,11 +129,11 @@ def agree(
 def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantity) -> None:
     seen = 0
     for seed in range(many(40, 20)):
-        span = random_leg(seed)
-        if quantity is Quantity.SPEED and not span.c.drift:
+        flow = random_segment_flow(seed)
+        if quantity is Quantity.SPEED and not flow.c.drift:
             continue
-        times = np.linspace(0, span.h, 24_001)[1:]
-        values, every = value(span, quantity, times), found(span, quantity)
+        times = np.linspace(0, flow.h, 24_001)[1:]
+        values, every = value(flow, quantity, times), found(flow, quantity)
         for kind in (1, -1):
             same = [(turn.time, turn.value) for turn in every if turn.kind == kind]
             seen += agree(same, kind, times, values)
@@ -145,16 +145,16 @@ def test_every_extremum_of_dense_samples_is_found_and_no_other(quantity: Quantit
 def test_guards_are_least_where_their_quantities_turn() -> None:
     seen = dict.fromkeys(Guard, 0)
     for seed in range(many(40, 20)):
-        span = random_leg(seed)
-        c, times = span.c, np.linspace(0, span.h, 24_001)[1:]
-        gap, force = (value(span, q, times) for q in (Quantity.GAP, Quantity.FORCE))
+        flow = random_segment_flow(seed)
+        c, times = flow.c, np.linspace(0, flow.h, 24_001)[1:]
+        gap, force = (value(flow, q, times) for q in (Quantity.GAP, Quantity.FORCE))
         guards: dict[Guard, NDArray[Any]] = {Guard.GAP: gap if c.contact else -gap}
         if c.drift:
-            guards[Guard.DRIFT] = c.drift * value(span, Quantity.SPEED, times)
+            guards[Guard.DRIFT] = c.drift * value(flow, Quantity.SPEED, times)
         else:
             guards |= {Guard.UPPER: c.f_b - force, Guard.LOWER: c.f_b + force}
         with backend("numpy") as numbers:
-            least = list(minima(numbers, span, {}))
+            least = list(minima(numbers, flow, {}))
         assert {one.guard for one in least} <= guards.keys()
         for guard, values in guards.items():
             same = [(one.time, one.value) for one in least if one.guard is guard]
@@ -166,8 +166,8 @@ def test_guards_are_least_where_their_quantities_turn() -> None:
 def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
     """x_r = 0.3 cos t without damping and drive: maxima and minima in turn."""
     values = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 1.0)
-    span = segment(values, 2, [0.3 * math.cos(1), -0.3 * math.sin(1), 0.0, 0.0], 40.0)
-    every = found(span, Quantity.GAP)
+    flow = segment(values, 2, [0.3 * math.cos(1), -0.3 * math.sin(1), 0.0, 0.0], 40.0)
+    every = found(flow, Quantity.GAP)
     assert [turn.kind for turn in every] == [(-1) ** n for n in range(13)]
     expected = [math.pi * n - 1 for n in range(1, 14)]
     assert [turn.time for turn in every] == pytest.approx(expected, abs=1e-12)
@@ -179,7 +179,7 @@ def test_extrema_of_free_oscillation_are_half_periods_apart() -> None:
 def test_a_smaller_motion_has_the_same_extrema(smaller: int) -> None:
     """By the scale of the system: squares of what is below 2^-537 vanish in doubles."""
     for seed in (1, 2, 4):
-        ordinary, tiny = random_leg(seed), random_leg(seed, smaller=smaller)
+        ordinary, tiny = random_segment_flow(seed), random_segment_flow(seed, smaller=smaller)
         for quantity in quantities(ordinary):
             expected, every = found(ordinary, quantity), found(tiny, quantity)
             assert [turn.kind for turn in every] == [turn.kind for turn in expected]
@@ -189,7 +189,7 @@ def test_a_smaller_motion_has_the_same_extrema(smaller: int) -> None:
 
 
 def test_fifty_digits_hold_what_no_double_does() -> None:
-    exact, tiny = random_leg(5, "mpmath"), random_leg(5, "mpmath", 3000)
+    exact, tiny = random_segment_flow(5, "mpmath"), random_segment_flow(5, "mpmath", 3000)
     every = found(tiny, Quantity.GAP, "mpmath")
     expected = found(exact, Quantity.GAP, "mpmath")
     assert len(every) == len(expected) > 1
@@ -203,13 +203,13 @@ def test_fifty_digits_hold_what_no_double_does() -> None:
 def test_extrema_of_the_smallest_oscillations(start: tuple[int, int]) -> None:
     """x_r = a cos h + b sin h, so many of the smallest double: extrema where tan h = b/a."""
     a, b = start
-    span = segment(
+    flow = segment(
         (0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0), 2, [a * 2.0**-1074, b * 2.0**-1074, 0, 0], 9
     )
     first = math.atan2(b, a) % math.pi
     times = [first + n * math.pi for n in range(4) if 0 < first + n * math.pi < 9]
     for quantity in (Quantity.GAP, Quantity.FORCE):
-        every = found(span, quantity)
+        every = found(flow, quantity)
         assert [turn.time for turn in every] == pytest.approx(times, abs=1e-12)
         kinds = [-np.sign(a * math.cos(time) + b * math.sin(time)) for time in times]
         assert [turn.kind for turn in every] == kinds
@@ -218,17 +218,17 @@ def test_extrema_of_the_smallest_oscillations(start: tuple[int, int]) -> None:
 @pytest.mark.usefixtures("either")
 @pytest.mark.parametrize("duration", [math.nan, math.inf])
 def test_a_duration_that_is_none_is_refused(duration: float) -> None:
-    span = replace(random_leg(5), h=duration)
+    flow = replace(random_segment_flow(5), h=duration)
     with pytest.raises(ValueError, match=f"duration {duration}"):
-        found(span, Quantity.GAP)
+        found(flow, Quantity.GAP)
 
 
 @pytest.mark.usefixtures("by_search")
 def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyPatch) -> None:
     # The velocity -sin(t + pi - 2.999) vanishes just where an expansion about 0 ends.
     values, begin = (0.0, 1.0, 5.0, 0.0, 0.0, 1.0, 2.0), math.pi - 2.999
-    span = segment(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
-    assert [turn.time for turn in found(span, Quantity.GAP)] == pytest.approx([2.999], abs=1e-14)
+    flow = segment(values, 2, [math.cos(begin), -math.sin(begin), 0.0, 0.0], 4.0)
+    assert [turn.time for turn in found(flow, Quantity.GAP)] == pytest.approx([2.999], abs=1e-14)
     small = [math.cos(begin) * 2.0**-560, -math.sin(begin) * 2.0**-560, 0.0, 0.0]
     every = found(segment((0.0, 1.0, 0.0, *values[3:]), 2, small, 4.0), Quantity.GAP)
     assert [turn.time for turn in every] == pytest.approx([2.999], abs=1e-14)
@@ -239,7 +239,7 @@ def test_a_remainder_too_small_misplaces_an_extremum(monkeypatch: pytest.MonkeyP
         return {g: replace(e, rest=0.0, growth=0.0) for g, e in expansions}
 
     monkeypatch.setattr(module, "expand", careless)
-    assert [turn.time for turn in found(span, Quantity.GAP)] != pytest.approx([2.999], abs=1e-3)
+    assert [turn.time for turn in found(flow, Quantity.GAP)] != pytest.approx([2.999], abs=1e-3)
 
 
 @pytest.mark.usefixtures("either")
@@ -258,18 +258,18 @@ def test_a_pair_of_extrema_that_sampling_would_miss() -> None:
 
     for above, kinds in ((1e-9, [1, -1]), (-1e-9, [])):
         V = float(brentq(lambda V, above=above: top(V) - above, 0.2, 0.5, xtol=1e-15))
-        span = segment((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [0.0, V, 0.0, 0.0], 3.1)
+        flow = segment((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [0.0, V, 0.0, 0.0], 3.1)
         for quantity in (Quantity.GAP, Quantity.FORCE):
-            every = [turn for turn in found(span, quantity) if turn.time > 2]
+            every = [turn for turn in found(flow, quantity) if turn.time > 2]
             assert [turn.kind for turn in every] == kinds, V
 
 
 @pytest.mark.parametrize(("name", "error"), [("numpy", 1e-5), ("mpmath", 1e-18)])
 def test_flat_extrema_are_found_as_far_as_rounding_lets_them(name: str, error: float) -> None:
     """x_r = (9 cos h - cos 3 h)/8 has the velocity -3/2 sin^3 h."""
-    span = segment((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [1.0, 0.0, 0.0, 0.0], 8.0, name)
+    flow = segment((1.0, 3.0, 5.0, 0.0, 0.0, 1.0, 100.0), 2, [1.0, 0.0, 0.0, 0.0], 8.0, name)
     for quantity in (Quantity.GAP, Quantity.FORCE):
-        every = found(span, quantity, name)
+        every = found(flow, quantity, name)
         assert [turn.kind for turn in every] == [1, -1]
         for n, turn in enumerate(every, 1):
             with mp.workdps(60):
@@ -282,9 +282,9 @@ def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
     values, x_r = tuple(Parameters(alpha=1.3).to_dict().values()), 0.35
     for missed in (0.0, 1e-13, -1e-13):  # by the solution of an orbit's equations
         v_r = (1.0 + missed - x_r - 1.5 * (x_r - 0.02)) / 0.1
-        span = segment(values, 4, [x_r, v_r, 0.0, 0.2], 2.0)
+        flow = segment(values, 4, [x_r, v_r, 0.0, 0.2], 2.0)
         with backend("numpy") as numbers:
-            every = list(extrema(numbers, span, Quantity.SPEED, {Guard.DRIFT: 2}))
+            every = list(extrema(numbers, flow, Quantity.SPEED, {Guard.DRIFT: 2}))
         assert [turn.kind for turn in every] == [-1]
         assert every[0].time > 1e-3
 
@@ -294,10 +294,10 @@ def test_zero_of_the_rate_at_the_start_is_no_extremum() -> None:
     "seed", [pytest.param(2, marks=pytest.mark.long), 5, pytest.param(94, marks=pytest.mark.long)]
 )
 def test_extrema_in_fifty_digits_are_roots_of_the_derivative(seed: int) -> None:
-    span, exact, more = (random_leg(seed, name) for name in SYSTEMS)
+    flow, exact, more = (random_segment_flow(seed, name) for name in SYSTEMS)
     seen = 0
-    for quantity in quantities(span):
-        coarse, fine = found(span, quantity), found(exact, quantity, "mpmath")
+    for quantity in quantities(flow):
+        coarse, fine = found(flow, quantity), found(exact, quantity, "mpmath")
         assert [turn.kind for turn in coarse] == [turn.kind for turn in fine]
         for one, two in zip(coarse, fine, strict=True):
             assert abs(one.time - two.time) < 1e-12
@@ -338,14 +338,14 @@ def test_slow_forcing_is_passed_in_few_steps(
     """At omega = 1e-7 the rate is at rounding's mercy for 1e5 of the segment's own times."""
     made, omega = counting(monkeypatch), 1e-7
     values = (0.1, omega, 0.5, zeta, 0.0, 1.0, 100.0)
-    span = segment(values, 2, [0.1, 0.0, 0.0, 0.0], 2.5 * math.pi / omega, name)
+    flow = segment(values, 2, [0.1, 0.0, 0.0, 0.0], 2.5 * math.pi / omega, name)
     with mp.workdps(60):
         # x_r goes as cos(omega h - late), P = x_r + 2 zeta v_r as cos(omega h - late + early).
         exact = mpf(omega)
         late = mp.atan2(2 * mpf(zeta) * exact, 1 - exact**2)
         early = mp.atan(2 * mpf(zeta) * exact)
         for quantity, behind in ((Quantity.GAP, late), (Quantity.FORCE, late - early)):
-            every = [turn for turn in found(span, quantity, name) if turn.time * omega > 1]
+            every = [turn for turn in found(flow, quantity, name) if turn.time * omega > 1]
             assert [turn.kind for turn in every] == [1, -1]
             for n, turn in enumerate(every, 1):
                 assert abs(turn.time - (n * mp.pi + behind) / exact) < error
@@ -356,10 +356,10 @@ def test_slow_forcing_is_passed_in_few_steps(
 def test_hidden_extrema_of_slow_forcing_are_not_made_up() -> None:
     """Drifting, overdamped, from far off: one dies away, and then the forcing's own are left."""
     omega = 1e-5
-    span = segment(
+    flow = segment(
         (0.1, omega, 0.5, 5.0, 1.5, 1.0, 0.3), 4, [0.7, 0.0, 1.0, 0.0], 2.5 * math.pi / omega
     )
-    late = [turn for turn in found(span, Quantity.FORCE) if turn.time * omega > 0.1]
+    late = [turn for turn in found(flow, Quantity.FORCE) if turn.time * omega > 0.1]
     assert [turn.kind for turn in late] == [1, -1]
     for n, turn in enumerate(late, 1):
         assert turn.time * omega == pytest.approx(n * math.pi, rel=1e-3)

@@ -20,8 +20,8 @@ def twice(orbit: Orbit) -> Orbit:
 
 def turned(orbit: Orbit, segment: int) -> Orbit:
     """The same orbit begun at another segment."""
-    span, h = orbit.shot.spans[segment], orbit.durations
-    guess = [*span.start, span.angle, *h[segment:], *h[:segment]]
+    flow, h = orbit.system.flows[segment], orbit.durations
+    guess = [*flow.start, flow.angle, *h[segment:], *h[:segment]]
     found = solve_itinerary(orbit.values, orbit.itinerary.rotated(segment), guess)
     assert found.success, found.message
     return found

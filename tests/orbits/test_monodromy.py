@@ -30,8 +30,8 @@ def test_gradients_of_test_functions_are_their_slopes(motion: dict[str, float]) 
             z[k] += by
         else:
             values[k - n] += by
-        shot = shooting(numbers, values, orbit.itinerary, z)
-        return evaluate_test_functions(Orbit(tuple(values), orbit.itinerary, z, shot, "numpy"))
+        system = shooting(numbers, values, orbit.itinerary, z)
+        return evaluate_test_functions(Orbit(tuple(values), orbit.itinerary, z, system, "numpy"))
 
     with backend("numpy") as numbers:
         ends = [(moved(k, STEP), moved(k, -STEP)) for k in range(n + 7)]

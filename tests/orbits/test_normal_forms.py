@@ -29,7 +29,7 @@ from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
 from capsule_sym._orbits.shooting.taylor import residual_series
 from tests.judges import CONTACT, DRIFT
-from tests.judges.taylor import system
+from tests.judges.taylor import system as linear_system
 from tests.orbits.branches import hysteretic, upwards
 
 
@@ -51,9 +51,9 @@ def test_the_parameter_grows_as_ball_arithmetic_proves(name: str) -> None:
     form = one.normal_form
     assert form is not None
     with precision(256):
-        spans, z = one.orbit.shot.spans, one.orbit.z
+        flows, z = one.orbit.system.flows, one.orbit.z
         event = prove_event(
-            one.orbit.itinerary, spans, z, one.orbit.values, (one.segment,), (one.parameter,)
+            one.orbit.itinerary, flows, z, one.orbit.values, (one.segment,), (one.parameter,)
         )
         expected = float(event.coefficient)
     assert form.order == event.order
@@ -82,16 +82,16 @@ def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
     orbit, segment = one.orbit, one.segment
     itinerary, p = orbit.itinerary, orbit.parameters
     fields = around(itinerary, segment)
-    before, during, after = (system(p, field) for field in fields)
+    before, during, after = (linear_system(p, field) for field in fields)
     enters = itinerary.segments[segment - 1].guard
     leaves = itinerary.segments[segment].guard
     # All conditions on the start are linear in (x_r, v_r, v_c): the nearest to the event's state.
     rows = [_row(enters, p, fields[0]), _row(leaves, p, fields[1]) * mp.expm(during * h)]
     if DRIFT[fields[0]] == 0:
         rows.append(_row(Guard.DRIFT, p, fields[0]))
-    span = orbit.shot.spans[segment]
-    angle = mpf(float(span.angle))
-    start = mp.matrix([*map(mpf, map(float, span.start)), 0, mp.cos(angle), mp.sin(angle), 1])
+    flow = orbit.system.flows[segment]
+    angle = mpf(float(flow.angle))
+    start = mp.matrix([*map(mpf, map(float, flow.start)), 0, mp.cos(angle), mp.sin(angle), 1])
     matrix = mp.matrix([[row[0, k] for k in range(3)] for row in rows])
     change = matrix.T * mp.lu_solve(
         matrix * matrix.T, mp.matrix([(row * start)[0] for row in rows])
@@ -104,7 +104,7 @@ def _difference(one: Bifurcation, power: int, h: mpf) -> list[float]:
         short = mp.expm(after * h) * start
     else:
         field = other.itinerary.fields[segment]
-        between = system(p, field)
+        between = linear_system(p, field)
         first = _zero(_row(leaves, p, fields[0]), before, start)
         there = mp.expm(before * first) * start
         second = _zero(_row(enters, p, field), between, there)
@@ -171,7 +171,7 @@ def _both_sides(one: Bifurcation, value: float, s: float) -> list:
     """The orbits at a value of omega that Newton's method finds from both sides of a fold."""
     values = list(one.orbit.values)
     values[PARAMETERS.index("omega")] = value
-    along = np.linalg.svd(one.orbit.shot.by_z)[2][-1]
+    along = np.linalg.svd(one.orbit.system.by_z)[2][-1]
     along /= np.linalg.norm(along[4:])
     return [
         solve_itinerary(values, one.orbit.itinerary, list(one.orbit.z + side * s * along))
@@ -227,8 +227,8 @@ def test_derivatives_along_a_curve_are_those_of_differences_in_fifty_digits(name
     curve[1:, 4:] = np.where(orbit.durations == 0, 0.03, curve[1:, 4:])
     curve[0, 4:] = np.where(orbit.durations == 0, 0.2, curve[0, 4:])
     with backend("numpy") as numbers:
-        shot = shooting(numbers, orbit.values, orbit.itinerary, curve[0])
-        at = type(orbit)(orbit.values, orbit.itinerary, curve[0], shot, "numpy")
+        system = shooting(numbers, orbit.values, orbit.itinerary, curve[0])
+        at = type(orbit)(orbit.values, orbit.itinerary, curve[0], system, "numpy")
         found = residual_series(numbers, at, curve)
     with backend("mpmath") as numbers:
         number = np.vectorize(numbers.number)

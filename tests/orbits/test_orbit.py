@@ -163,7 +163,7 @@ def test_guess_may_be_rough() -> None:
 def test_what_is_no_orbit_says_so_whatever_is_asked_of_it() -> None:
     none = solve_itinerary(Parameters(alpha=0.003), Itinerary.parse("52"), [np.nan] * 6)
     assert (none.success, none.status) == (False, OrbitStatus.NOT_FINITE)
-    for name in ("z", "shot", "progression", "durations"):
+    for name in ("z", "system", "progression", "durations"):
         with pytest.raises(AttributeError, match=r"there is no orbit, and so no .*not finite"):
             getattr(none, name)
     assert repr(none).startswith("<NoOrbit (not-finite)")
@@ -176,7 +176,7 @@ def test_an_orbit_says_how_it_was_found() -> None:
     assert (orbit.success, orbit.status) == (True, OrbitStatus.CONVERGED)
     assert orbit.statistics == {"iterations": orbit.iterations, "residual": orbit.residual}
     moved = dataclasses.replace(
-        orbit, shot=dataclasses.replace(orbit.shot, residual=orbit.shot.residual + 1e-3)
+        orbit, system=dataclasses.replace(orbit.system, residual=orbit.system.residual + 1e-3)
     )
     assert (moved.success, moved.status) == (False, OrbitStatus.NOT_CONVERGED)
     assert "not small" in moved.message

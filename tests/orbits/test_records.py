@@ -61,10 +61,10 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
     # One digit off, it is none.
     z = orbit.z + 1e-6
     with backend("numpy") as numbers:
-        shot = shooting(numbers, orbit.values, orbit.itinerary, z)
-    off = orbit_record(replace(orbit, z=z, shot=shot))
+        system = shooting(numbers, orbit.values, orbit.itinerary, z)
+    off = orbit_record(replace(orbit, z=z, system=system))
     assert not solved(off)
-    assert off["residual"] == float(max(abs(shot.residual))) > 1e-8
+    assert off["residual"] == float(max(abs(system.residual))) > 1e-8
 
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:
@@ -94,8 +94,8 @@ def astray(name: str, between: Callable[[float], Orbit | None]) -> SmoothEvent |
             return orbit
         z = orbit.z + np.eye(len(orbit.z))[0] * 1e-5
         with backend("numpy") as numbers:
-            shot = shooting(numbers, orbit.values, orbit.itinerary, z)
-        return replace(orbit, z=z, shot=shot)
+            system = shooting(numbers, orbit.values, orbit.itinerary, z)
+        return replace(orbit, z=z, system=system)
 
     return zero_of_test_function(name, off)
 

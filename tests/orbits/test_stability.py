@@ -100,14 +100,14 @@ def test_monodromy_agrees_with_finite_differences_of_heyoka(alpha: float) -> Non
 def test_monodromy_agrees_with_the_orbit_equations(alpha: float) -> None:
     """The durations are eliminated from the equations by their own guards."""
     orbit = settled(alpha=alpha)
-    shot, n = orbit.shot, len(orbit.itinerary)
+    system, n = orbit.system, len(orbit.itinerary)
     # A deviation of the start moves every switch so that its guard still vanishes ...
-    by_start, by_h = shot.by_z[:n, :3], shot.by_z[:n, 4:]
+    by_start, by_h = system.by_z[:n, :3], system.by_z[:n, 4:]
     h_by = -np.linalg.solve(by_h, by_start)
-    end_by = shot.spans[-1].end_by
+    end_by = system.flows[-1].end_by
     end = end_by[:, :3] + end_by[:, 4 : n + 4] @ h_by
     # ... and the end is reached at another time: the next segment makes up for it.
-    first = shot.spans[0]
+    first = system.flows[0]
     speed = field(first.c, first.start, math.cos(first.angle))
     expected = end - np.outer(speed, h_by.sum(axis=0))
     assert np.max(abs(monodromy_matrix(orbit) - expected)) < 1e-11 * np.max(abs(expected))
@@ -193,13 +193,13 @@ def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
     """Liouville: the flow contracts at the trace -2 zeta (gamma + 1)/gamma, rest apart."""
     orbit = settled(alpha=1.9)
     contraction = 1.0
-    spans = orbit.shot.spans
-    for span, following in zip(spans, spans[1:] + spans[:1], strict=True):
-        contraction *= math.exp(-2 * span.c.sigma * span.h)
-        if span.c.drift != following.c.drift:
-            cosine = math.cos(span.angle + span.c.omega * span.h)
-            before = field(span.c, span.end, cosine)[2]
-            contraction *= field(following.c, span.end, cosine)[2] / before
+    flows = orbit.system.flows
+    for flow, following in zip(flows, flows[1:] + flows[:1], strict=True):
+        contraction *= math.exp(-2 * flow.c.sigma * flow.h)
+        if flow.c.drift != following.c.drift:
+            cosine = math.cos(flow.angle + flow.c.omega * flow.h)
+            before = field(flow.c, flow.end, cosine)[2]
+            contraction *= field(following.c, flow.end, cosine)[2] / before
     assert np.linalg.det(monodromy_matrix(orbit)) == pytest.approx(contraction, rel=1e-12)
 
 

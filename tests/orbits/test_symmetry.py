@@ -76,11 +76,11 @@ def test_a_gap_beyond_the_reach_of_stick_is_passed_both_ways(begin: float, end: 
     # Started beside the orbit the certified map alone settles on the itineraries on either side.
     for one in found:
         itineraries = [one.itinerary_before, one.itinerary_after][:: 1 if end > begin else -1]
-        span = one.orbit.shot.spans[0]
+        flow = one.orbit.system.flows[0]
         for side, itinerary in zip((-1e-6, 1e-6), itineraries, strict=True):
             parameters = Parameters(alpha=one.value + side, delta=1.2)
-            phase = float(span.angle) / parameters.omega % parameters.period
-            run = simulate(parameters, [float(v) for v in span.start], phase, 200)
+            phase = float(flow.angle) / parameters.omega % parameters.period
+            run = simulate(parameters, [float(v) for v in flow.start], phase, 200)
             motion = run.steady(1e-9)
             assert motion is not None
             assert motion.itinerary == itinerary.cyclic.names, (one.type, side)
@@ -193,7 +193,7 @@ def test_half_a_motion_has_the_equations_of_the_whole() -> None:
                     for s in (1, -1)
                 ]
                 slope = (ends[0].residual - ends[1].residual) / 2e-6
-                assert half.shot.by_z[:, k] == pytest.approx(slope, abs=1e-7)
+                assert half.system.by_z[:, k] == pytest.approx(slope, abs=1e-7)
     assert half_orbit(settled(alpha=0.6)) is None
 
 

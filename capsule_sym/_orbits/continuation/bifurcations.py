@@ -158,11 +158,11 @@ def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...
         if swap_segment(itinerary, z, segment) is not None:
             return sorted_multipliers(whole_orbit(orbit))
         try:
-            change, _ = remove_segment(numbers, itinerary, z, orbit.shot, segment)
+            change, _ = remove_segment(numbers, itinerary, z, orbit.system, segment)
         except InvalidInput:
             return ()
-        shot = shooting(numbers, orbit.values, change.itinerary, change.z)
-    short = Orbit(orbit.values, change.itinerary, change.z, shot, orbit.backend)
+        system = shooting(numbers, orbit.values, change.itinerary, change.z)
+    short = Orbit(orbit.values, change.itinerary, change.z, system, orbit.backend)
     return sorted_multipliers(whole_orbit(short))
 
 

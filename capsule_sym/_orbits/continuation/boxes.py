@@ -202,7 +202,7 @@ def _states(
 def _near(orbit: Orbit, states: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which states are on an orbit at phase 0, shape (n,)."""
     marks = np.array(rerun(orbit).stroboscopic[-orbit.itinerary.period_number :], dtype=float)
-    size = 1 + abs(np.array([span.start for span in orbit.shot.spans], dtype=float)).max()
+    size = 1 + abs(np.array([flow.start for flow in orbit.system.flows], dtype=float)).max()
     apart = abs(states[:, None, :] - marks[None, :, :]).max(axis=2).min(axis=1)
     return np.asarray(apart < _SETTLED * size)
 

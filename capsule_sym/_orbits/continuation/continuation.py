@@ -312,7 +312,7 @@ class Run:
         if beyond is not None:
             failure = failure_of(beyond.state)
         neighbour = self.continuation.symmetric(beyond.state) if beyond and not failure else None
-        what = place(located.itinerary, located.shot, event.segment)
+        what = place(located.itinerary, located.system, event.segment)
         at = whole_orbit(located.orbit("numpy"))
         self.bifurcations.append(
             Bifurcation(

@@ -94,7 +94,7 @@ class CurveRun:
     def _place(self, orbit: Orbit, segment: int | None) -> Place:
         if segment is None:
             return Place(self.kind, "", ())
-        found = place(orbit.itinerary, orbit.shot, segment)
+        found = place(orbit.itinerary, orbit.system, segment)
         return found or Place("corner of higher codimension", "", ())
 
     def _values(self, orbit: Orbit) -> tuple[float, float]:

@@ -331,7 +331,7 @@ def _doubled_folds(numbers: Backend, orbit: Orbit, axes: tuple[Axis, ...]) -> li
     whole = doubled(numbers, orbit)
     continuation = Continuation(numbers, whole, axes, critical=FOLD)
     u = continuation.unknowns(whole.z, whole.values)
-    along = np.append(np.linalg.svd(whole.shot.by_z)[2][-1], np.zeros(len(axes)))
+    along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], np.zeros(len(axes)))
     for distance in _APART:
         solution = corrected(continuation.equations, u + distance * along, along, _LOOSE)
         if solution is None or not all(0 <= q <= 1 for q in solution.u[-len(axes) :]):

@@ -74,5 +74,5 @@ def _difference(orbit: Orbit) -> Vector:
 def apart(orbit: Orbit, least: float) -> bool:
     """Whether the two halves of an orbit differ by so much."""
     n = len(orbit.itinerary) // 2
-    begin, middle = orbit.shot.spans[0].start, orbit.shot.spans[n].start
+    begin, middle = orbit.system.flows[0].start, orbit.system.flows[n].start
     return bool(np.max(np.abs([*(begin - middle), *_difference(orbit)])) > least)

@@ -16,7 +16,7 @@ from capsule_sym._orbits.shooting.equations import (
     ROUNDINGS,
     Matrix,
     SegmentFlow,
-    Shooting,
+    ShootingSystem,
     Vector,
     shooting,
     solve,
@@ -52,7 +52,7 @@ class BorderCollision(NamedTuple):
     `values` are the seven parameters, of which as many as there are such segments were free. The
     `residual` is the largest entry of the equations'; `uncertainties` bound the errors of the free
     parameters to first order: the rounding of every equation carried through the inverse Jacobian.
-    `iterations` counts the steps of Newton's method. In 50 digits the derivatives of `shot` are
+    `iterations` counts the steps of Newton's method. In 50 digits the derivatives of `system` are
     those at the guess; `orbit` has its own.
     """
 
@@ -60,18 +60,18 @@ class BorderCollision(NamedTuple):
     segments: tuple[int, ...]
     z: Vector
     values: tuple[Number, ...]
-    shot: Shooting
+    system: ShootingSystem
     residual: Number
     uncertainties: tuple[Number, ...]
     iterations: int
 
     def orbit(self, backend: str) -> Orbit:
         """The orbit, in the number system of a backend."""
-        shot = self.shot
+        system = self.system
         if backend == "mpmath":
             with _backend(backend) as numbers:
-                shot = shooting(numbers, self.values, self.itinerary, self.z)
-        return Orbit(self.values, self.itinerary, self.z, shot, backend, self.iterations)
+                system = shooting(numbers, self.values, self.itinerary, self.z)
+        return Orbit(self.values, self.itinerary, self.z, system, backend, self.iterations)
 
 
 def solve_event(
@@ -104,7 +104,7 @@ def solve_event(
             at = [path.value(given) for path in free]
             found = _system(numbers, given, free, itinerary, z, rest, conditions, kept, secant)
             residual, matrix = found.residual, found.matrix
-            kept = kept or (found.orbit.shot if numbers.name == "mpmath" else None)
+            kept = kept or (found.orbit.system if numbers.name == "mpmath" else None)
             if not all(abs(value) < float("inf") for value in residual):
                 return None
             try:
@@ -177,7 +177,7 @@ def _system(
     z: Vector,
     rest: list[int],
     conditions: Sequence[Condition],
-    kept: Shooting | None,
+    kept: ShootingSystem | None,
     secant: _Secant,
 ) -> _System:
     def orbit_at(changed: Vector | None = None) -> Orbit:
@@ -187,13 +187,13 @@ def _system(
             there[rest] = there[rest] + changed[: len(rest)]
             for path, by in zip(free, changed[len(rest) :], strict=True):
                 values = path.placed(values, path.value(given) + by)
-        shot = shooting(numbers, values, itinerary, there, kept)
-        return Orbit(tuple(values), itinerary, there, shot, numbers.name)
+        system = shooting(numbers, values, itinerary, there, kept)
+        return Orbit(tuple(values), itinerary, there, system, numbers.name)
 
     orbit = orbit_at()
-    matrix = _matrix(orbit.shot, rest, free, [path.value(given) for path in free])
+    matrix = _matrix(orbit.system, rest, free, [path.value(given) for path in free])
     if not conditions:
-        return _System(orbit, orbit.shot.residual, [], matrix)
+        return _System(orbit, orbit.system.residual, [], matrix)
     found = [condition(orbit) for condition in conditions]
     rows = np.zeros((len(conditions), matrix.shape[1]))
     unknown = [k for k, one in enumerate(found) if one.gradient is None]
@@ -204,7 +204,7 @@ def _system(
         others = [conditions[k] for k in unknown]
         values = np.array([found[k].value for k in unknown])
         rows[unknown] = secant.rows(orbit_at, others, values, matrix.shape[1])
-    residual = np.append(orbit.shot.residual, [one.value for one in found])
+    residual = np.append(orbit.system.residual, [one.value for one in found])
     roundings = [one.rounding for one in found]
     return _System(orbit, residual, roundings, np.vstack([matrix, rows]))
 
@@ -220,11 +220,11 @@ def _step(numbers: Backend, matrix: Matrix, residual: Vector) -> Vector:
 
 
 def _matrix(
-    shot: Shooting, rest: list[int], free: tuple[ParameterPath, ...], at: Sequence[Number]
+    system: ShootingSystem, rest: list[int], free: tuple[ParameterPath, ...], at: Sequence[Number]
 ) -> Matrix:
     """The derivative of the equations by some entries of z and by what varies."""
-    by = [path.along(shot.by_p, value) for path, value in zip(free, at, strict=True)]
-    return np.column_stack([shot.by_z[:, rest], *by])
+    by = [path.along(system.by_p, value) for path, value in zip(free, at, strict=True)]
+    return np.column_stack([system.by_z[:, rest], *by])
 
 
 def _solved(
@@ -238,7 +238,7 @@ def _solved(
     iterations: int,
 ) -> BorderCollision | None:
     orbit, residual, roundings, matrix = found
-    closed, off = orbit.shot.residual, residual[len(orbit.shot.residual) :]
+    closed, off = orbit.system.residual, residual[len(orbit.system.residual) :]
     if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
         return None
     if not all(abs(value) <= limit for value, limit in zip(off, roundings, strict=True)):
@@ -261,7 +261,7 @@ def _solved(
         segments,
         z,
         orbit.values,
-        orbit.shot,
+        orbit.system,
         max(abs(residual)),
         uncertainties,
         iterations,
@@ -305,18 +305,18 @@ _SURFACES = {
 }
 
 
-def place(itinerary: Itinerary, shot: Shooting, segment: int) -> Place | None:
+def place(itinerary: Itinerary, system: ShootingSystem, segment: int) -> Place | None:
     """What happens where a segment has the duration 0; None for what has no name.
 
     Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
     """
     before, during, after = around(itinerary, segment)
-    span = shot.spans[segment]
+    flow = system.flows[segment]
     if contact(before) != contact(after):
         if drift(before) == drift(after):
             return None
         guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
-        line = _corner(guards, span)
+        line = _corner(guards, flow)
         return Place(CORNER, line, _SURFACES[line])
     if contact(during) != contact(before):
         if before != after:
@@ -327,8 +327,8 @@ def place(itinerary: Itinerary, shot: Shooting, segment: int) -> Place | None:
     kind = _sliding(drift(before), drift(during), drift(after))
     if kind is None:
         return None
-    line = _edge(span)
-    return Place(kind, f"{line}^({_part(span, line)})", _SURFACES[line])
+    line = _edge(flow)
+    return Place(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
 
 
 def _sliding(before: int, during: int, after: int) -> str | None:
@@ -339,28 +339,28 @@ def _sliding(before: int, during: int, after: int) -> str | None:
     return SWITCHING if during == -before and after == 0 else None
 
 
-def _edge(span: SegmentFlow) -> str:
+def _edge(flow: SegmentFlow) -> str:
     """The edge of stick, L1 to L4, on which a segment begins."""
-    force = span.closed.margin + span.c.friction
-    return f"L{(1 if force > 0 else 2) + 2 * contact(span.segment.field)}"
+    force = flow.closed.margin + flow.c.friction
+    return f"L{(1 if force > 0 else 2) + 2 * contact(flow.segment.field)}"
 
 
-def _part(span: SegmentFlow, line: str) -> int:
+def _part(flow: SegmentFlow, line: str) -> int:
     """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
-    c, (_, v_r, _) = span.c, span.start
+    c, (_, v_r, _) = flow.c, flow.start
     side = 1 if line in ("L1", "L3") else -1
     turn, reach = -formulas.force_change(c, 0, -side * c.f_b), formulas.force_change(c, 0, c.alpha)
     speed = formulas.force_change(c, v_r, 0)
     return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
 
 
-def _corner(guards: set[Guard | None], span: SegmentFlow) -> str:
+def _corner(guards: set[Guard | None], flow: SegmentFlow) -> str:
     """The line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
     if Guard.UPPER in guards:
         return "O1"
     if Guard.LOWER in guards:
         return "O2"
-    c, (x_r, v_r, _) = span.c, span.start
+    c, (x_r, v_r, _) = flow.c, flow.start
     force = formulas.force(c, x_r, 0, v_r)
     if abs(force) < c.f_b:
         return "L6" if v_r > 0 else "L7"

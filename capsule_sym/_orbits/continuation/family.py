@@ -82,20 +82,20 @@ class Family:
             z = np.insert(z, 4 + self.zero_segment, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
             values = axis.placed(values, float(q))
-        shot = shooting(self.numbers, values, self.itinerary, z)
-        return Orbit(tuple(values), self.itinerary, z, shot, self.numbers.name)
+        system = shooting(self.numbers, values, self.itinerary, z)
+        return Orbit(tuple(values), self.itinerary, z, system, self.numbers.name)
 
     def equations(self, u: Vector) -> Evaluation:
         """The equations at u, and the orbit."""
         orbit = self.orbit(u)
-        shot = orbit.shot
+        system = orbit.system
         by_z = (
-            shot.by_z
+            system.by_z
             if self.zero_segment is None
-            else np.delete(shot.by_z, 4 + self.zero_segment, axis=1)
+            else np.delete(system.by_z, 4 + self.zero_segment, axis=1)
         )
-        by_q = [axis.along(shot.by_p, orbit.values) for axis in self.axes]
-        by, residual = np.column_stack([by_z, *by_q]), shot.residual
+        by_q = [axis.along(system.by_p, orbit.values) for axis in self.axes]
+        by, residual = np.column_stack([by_z, *by_q]), system.residual
         if self.critical is not None:
             row = self.row(orbit, self.critical)
             residual = np.append(residual, evaluate_test_functions(orbit)[self.critical])
@@ -118,7 +118,7 @@ class Family:
         """The state at u, which a solution may be of, with its tangent in the direction `along`."""
         _, by, orbit = solution.at if solution else self.equations(u)
         orbit = replace(orbit, iterations=solution.steps if solution else 0)
-        held = inequalities(self.numbers, orbit.itinerary, orbit.shot, self.zero_segment)
+        held = inequalities(self.numbers, orbit.itinerary, orbit.system, self.zero_segment)
         try:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
@@ -165,7 +165,7 @@ class Family:
         All as one system of equations; None where Newton's method finds none.
         """
         free = tuple(axis.path for axis in self.axes)
-        like = np.linalg.svd(orbit.shot.by_z)[2][-1]
+        like = np.linalg.svd(orbit.system.by_z)[2][-1]
         conditions = [self._condition(name, like) for name in names]
         try:
             return solve_event(

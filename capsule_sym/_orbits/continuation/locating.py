@@ -121,7 +121,7 @@ def hides(family: Family, old: State, new: State, event: Event) -> bool:
         if solution is None:
             return True
         orbit = solution.at.made
-        held = inequalities(family.numbers, orbit.itinerary, orbit.shot, family.zero_segment)
+        held = inequalities(family.numbers, orbit.itinerary, orbit.system, family.zero_segment)
         if any(one.value <= 0 for one in held):
             return True
     return False
@@ -142,7 +142,9 @@ def _locate(
         )
     else:
         try:
-            change, segment = insert_segment(family.numbers, itinerary, orbit.z, there.shot, failed)
+            change, segment = insert_segment(
+                family.numbers, itinerary, orbit.z, there.system, failed
+            )
         except InvalidInput:
             return None
     segments: tuple[int, ...] = (segment,)

@@ -138,7 +138,7 @@ def _scenario(before: Sequence[complex], after: Sequence[complex]) -> str:
 
 
 def _by_path(orbit: Orbit, path: ParameterPath) -> Vector:
-    return path.along(orbit.shot.by_p, path.value(orbit.values))
+    return path.along(orbit.system.by_p, path.value(orbit.values))
 
 
 def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
@@ -151,7 +151,7 @@ def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, o
     """(parameter - value) / duration^order of the segment that is inserted."""
     z, column = orbit.z, 4 + segment
     rest = [i for i in range(len(z)) if i != column]
-    matrix = np.column_stack([orbit.shot.by_z[:, rest], _by_path(orbit, path)])
+    matrix = np.column_stack([orbit.system.by_z[:, rest], _by_path(orbit, path)])
     many = order + 1 + orbit.itinerary.zeros(segment)
     along = 0 * z
     along[column] = 1
@@ -185,7 +185,7 @@ def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Si
     The null vector points where `like`, a change of z, does.
     """
     n, z = len(orbit.itinerary), orbit.z
-    left, along = _null_vectors(orbit.shot.by_z, n)
+    left, along = _null_vectors(orbit.system.by_z, n)
     if like is not None and like @ along < 0:
         along = -along
     second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
@@ -199,9 +199,9 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
     Of the orbit that doubles; reduced by what the second derivative bends.
     """
     n, whole = len(orbit.itinerary), doubled(numbers, orbit)
-    left, along = _null_vectors(whole.shot.by_z, n)
+    left, along = _null_vectors(whole.system.by_z, n)
     second = residual_series(numbers, whole, _along(whole.z, along, many=3))[2]
-    bordered = np.block([[whole.shot.by_z, left[:, None]], [along, np.zeros(1)]])
+    bordered = np.block([[whole.system.by_z, left[:, None]], [along, np.zeros(1)]])
     bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
     third = left @ residual_series(numbers, whole, _along(whole.z, along, bent, many=4))[3]
     # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
@@ -227,13 +227,13 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
     coefficient = term / closing
     # The multiplier's change along the branch, by five-point differences of exact derivatives.
     value = path.value(orbit.values)
-    moved = -np.linalg.solve(orbit.shot.by_z, _by_path(orbit, path))
+    moved = -np.linalg.solve(orbit.system.by_z, _by_path(orbit, path))
     step = _DIFFERENCE / max(1.0, abs(moved).max())
 
     def closed(k: int) -> float:
         z, values = orbit.z + k * step * moved, tuple(path.placed(orbit.values, value + k * step))
-        at = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.shot, numbers.name))
-        return float(left @ at.shot.by_z @ along)
+        at = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.system, numbers.name))
+        return float(left @ at.system.by_z @ along)
 
     slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * closing)
     scenario = SUPERCRITICAL if coefficient > 0 else SUBCRITICAL
@@ -247,8 +247,8 @@ def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
     """
     forms = ClosedForms(numbers, orbit.values)
     omega, itinerary = orbit.values[PARAMETERS.index("omega")], orbit.itinerary
-    span, field = orbit.shot.spans[segment], itinerary.fields[segment]
-    c, y = forms.constants(field), np.array([*span.start, *numbers.cos_sin(span.angle), 1.0])
+    flow, field = orbit.system.flows[segment], itinerary.fields[segment]
+    c, y = forms.constants(field), np.array([*flow.start, *numbers.cos_sin(flow.angle), 1.0])
     for _ in range(itinerary.zeros(segment) + 1):
         y = generator(c, omega) @ y
     return float(_row(itinerary.segments[segment].guard, c) @ y)
@@ -262,7 +262,7 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
     without it has it, continued to where that does not hold.
     """
     itinerary, omega = orbit.itinerary, orbit.values[PARAMETERS.index("omega")]
-    forms, span = ClosedForms(numbers, orbit.values), orbit.shot.spans[segment]
+    forms, flow = ClosedForms(numbers, orbit.values), orbit.system.flows[segment]
     fields = around(itinerary, segment)
     before, during, after = (generator(forms.constants(field), omega) for field in fields)
     many, zeros = power + 2, itinerary.zeros(segment)
@@ -280,7 +280,7 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
     for normal in np.linalg.qr(np.array(fixed).T)[0].T:
         direction -= (direction @ normal) * normal
     start = np.zeros((many, 6))
-    start[0] = [*span.start, *numbers.cos_sin(span.angle), 1.0]
+    start[0] = [*flow.start, *numbers.cos_sin(flow.angle), 1.0]
     off = np.array([row @ start[0] for row in rows])
     off[0] = 0.0
     start[:, :3] -= np.outer(

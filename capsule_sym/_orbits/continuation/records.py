@@ -271,12 +271,12 @@ def _number(itinerary: Itinerary, segment: int) -> int:
 def _place(orbit: Orbit) -> dict[str, Any]:
     """Itinerary, phase and state at the start of its first segment, and durations of segments."""
     first, durations = orbit.itinerary.first, orbit.durations.tolist()
-    span, parameters = orbit.shot.spans[first], orbit.parameters
+    flow, parameters = orbit.system.flows[first], orbit.parameters
     return {
         "itinerary": _names(orbit.itinerary),
         "period_number": orbit.itinerary.period_number,
-        "phase": float(span.angle) / parameters.omega % parameters.period,
-        "state": [float(value) for value in span.start],
+        "phase": float(flow.angle) / parameters.omega % parameters.period,
+        "state": [float(value) for value in flow.start],
         "durations": [float(h) for h in (*durations[first:], *durations[:first])],
     }
 

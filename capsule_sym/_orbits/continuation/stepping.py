@@ -57,7 +57,7 @@ def vanishing(orbit: Orbit, segment: int) -> Event:
     itinerary, zero = orbit.itinerary, 0 * orbit.z[0]
     same_itinerary = Change(itinerary, orbit.z, tuple(range(len(itinerary))))
     located = BorderCollision(
-        itinerary, (segment,), orbit.z, orbit.values, orbit.shot, orbit.residual, (), 0
+        itinerary, (segment,), orbit.z, orbit.values, orbit.system, orbit.residual, (), 0
     )
     failed = Inequality(DURATION, segment, None, zero, zero)
     return Event(failed, segment, same_itinerary, located, 0.0)
@@ -200,7 +200,7 @@ class Continuation(Family):
             other = swap_segment(self.itinerary, z, segment)
             if other is None:
                 change, inequality = remove_segment(
-                    self.numbers, self.itinerary, z, located.shot, segment
+                    self.numbers, self.itinerary, z, located.system, segment
                 )
                 self._keep(change)
                 self.itinerary = change.itinerary

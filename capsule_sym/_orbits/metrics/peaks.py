@@ -24,7 +24,7 @@ class _Place(NamedTuple):
     """
 
     size: Number
-    span: SegmentFlow
+    flow: SegmentFlow
     time: Number | None
 
 
@@ -32,7 +32,7 @@ def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     """The largest |P| along an orbit, and its derivatives (n + 11,)."""
     place = max(_places(forms, orbit, Quantity.FORCE), key=lambda found: found.size)
     x_r, v_r, by = _state(forms, place)
-    c = place.span.c
+    c = place.flow.c
     force = formulas.force(c, x_r, x_r - c.delta, v_r)
     side = 1 if force > 0 else -1
     return side * force, side * force_by(c, x_r, v_r, by)
@@ -43,9 +43,9 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     places = _places(forms, orbit, Quantity.GAP)
     place = max(places, key=lambda found: found.size, default=None)
     if place is None:
-        return forms.numbers.number(0), 0 * orbit.shot.advance_by
+        return forms.numbers.number(0), 0 * orbit.system.advance_by
     x_r, _, by = _state(forms, place)
-    c = place.span.c
+    c = place.flow.c
     gradient = c.beta * by[0]
     gradient[_DELTA] -= c.beta
     gradient[_BETA] += x_r - c.delta
@@ -54,17 +54,17 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
     """Ends and extrema of all segments, for the gap of those in contact only."""
-    for span in orbit.shot.spans:
-        c, (x_r, v_r, _) = span.c, span.end
+    for flow in orbit.system.flows:
+        c, (x_r, v_r, _) = flow.c, flow.end
         gap = x_r - c.delta
         if quantity is Quantity.FORCE:
-            yield _Place(abs(formulas.force(c, x_r, gap, v_r)), span, None)
+            yield _Place(abs(formulas.force(c, x_r, gap, v_r)), flow, None)
         elif c.contact:
-            yield _Place(gap, span, None)
+            yield _Place(gap, flow, None)
         else:
             continue
-        for _, time, value in extrema(forms.numbers, span, quantity, {}):
-            yield _Place(abs(value) if quantity is Quantity.FORCE else value, span, time)
+        for _, time, value in extrema(forms.numbers, flow, quantity, {}):
+            yield _Place(abs(value) if quantity is Quantity.FORCE else value, flow, time)
 
 
 def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
@@ -72,10 +72,10 @@ def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
 
     At an extremum inside a segment the time may be held, for the force does not change with it.
     """
-    span = place.span
+    flow = place.flow
     if place.time is None:
-        return span.end[0], span.end[1], span.end_by[:2]
-    (position, v_r, *_), matrix = forms.run(span.segment.field, span.c, span.closed, place.time)
+        return flow.end[0], flow.end[1], flow.end_by[:2]
+    (position, v_r, *_), matrix = forms.run(flow.segment.field, flow.c, flow.closed, place.time)
     rows = matrix[:2].copy()
     rows[:, _H] = 0 * rows[:, _H]
-    return span.closed.x_r + position, v_r, span.total(rows)
+    return flow.closed.x_r + position, v_r, flow.total(rows)

@@ -82,11 +82,11 @@ def performance(orbit: Orbit) -> Performance:
     with backend(orbit.backend) as numbers:
         period_number, omega = orbit.itinerary.period_number, orbit.values[_OMEGA]
         per_turn = omega / numbers.full_turn
-        progression = _along(orbit, orbit.progression, orbit.shot.advance_by / period_number)
+        progression = _along(orbit, orbit.progression, orbit.system.advance_by / period_number)
         slopes = {name: slope * per_turn for name, slope in progression.gradient.items()}
         slopes["omega"] += progression.value / numbers.full_turn
         forms = ClosedForms(numbers, orbit.values)
-        segments = [_energies(forms, span) for span in orbit.shot.spans]
+        segments = [_energies(forms, flow) for flow in orbit.system.flows]
         work, damper_loss, friction_loss = (
             _energy(orbit, [segment[i] for segment in segments]) for i in range(3)
         )
@@ -111,16 +111,16 @@ def _along(orbit: Orbit, value: Number, by: Vector) -> Metric:
 def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
     """An energy per excitation period, from those of the segments and their derivatives."""
     period_number = orbit.itinerary.period_number
-    spans = orbit.shot.spans
-    by = sum(span.total(row[None])[0] for span, (_, row) in zip(spans, segments, strict=True))
+    flows = orbit.system.flows
+    by = sum(flow.total(row[None])[0] for flow, (_, row) in zip(flows, segments, strict=True))
     return _along(orbit, sum(value for value, _ in segments) / period_number, by / period_number)
 
 
-def _energies(forms: ClosedForms, span: SegmentFlow) -> tuple[_Energy, _Energy, _Energy]:
+def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, _Energy]:
     """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
-    c, h = span.c, span.h
+    c, h = flow.c, flow.h
     fractions, weights = _panels(forms.numbers, 2 * float(c.rate) * abs(float(h)))
-    v_r, v_c, cosine, sine, v_r_by, v_c_by = _sample(forms, span, fractions)
+    v_r, v_c, cosine, sine, v_r_by, v_c_by = _sample(forms, flow, fractions)
     v_m, v_m_by = v_r + v_c, v_r_by + v_c_by
     power_by = c.alpha * cosine * v_m_by
     power_by[_ALPHA] += cosine * v_m
@@ -132,7 +132,7 @@ def _energies(forms: ClosedForms, span: SegmentFlow) -> tuple[_Energy, _Energy, 
     loss_by = 4 * c.zeta * v_r * v_r_by
     loss_by[_ZETA] += 2 * v_r * v_r
     damper_loss = _integral(2 * c.zeta * v_r * v_r, loss_by, weights, h)
-    advance, row = c.drift * span.moved[2], c.drift * span.matrix[3]
+    advance, row = c.drift * flow.moved[2], c.drift * flow.matrix[3]
     friction_by = c.f_b * row
     friction_by[_F_B] += advance
     return work, damper_loss, (c.f_b * advance, friction_by)
@@ -147,19 +147,19 @@ def _integral(values: Vector, by: Matrix, weights: Vector, h: Number) -> _Energy
 
 
 def _sample(
-    forms: ClosedForms, span: SegmentFlow, fractions: Vector
+    forms: ClosedForms, flow: SegmentFlow, fractions: Vector
 ) -> tuple[Vector, Vector, Vector, Vector, Matrix, Matrix]:
     """v_r, v_c, cosine and sine of the forcing angle, and derivatives (12, many) of v_r and v_c.
 
     The derivative by the duration is at a fixed fraction of it.
     """
-    c, times = span.c, fractions * span.h
-    runs = [forms.run(span.segment.field, c, span.closed, time) for time in times]
+    c, times = flow.c, fractions * flow.h
+    runs = [forms.run(flow.segment.field, c, flow.closed, time) for time in times]
     v_r = np.array([values[1] for values, _ in runs])
-    v_c = span.closed.v_c + np.array([values[2] for values, _ in runs]) if c.drift else 0 * v_r
+    v_c = flow.closed.v_c + np.array([values[2] for values, _ in runs]) if c.drift else 0 * v_r
     rows = np.stack([matrix[1:3] for _, matrix in runs], axis=-1)
     rows[:, _H] = rows[:, _H] * fractions
-    turned = [forms.numbers.cos_sin(span.angle + c.omega * time) for time in times]
+    turned = [forms.numbers.cos_sin(flow.angle + c.omega * time) for time in times]
     cosine, sine = (np.array(column) for column in zip(*turned, strict=True))
     return v_r, v_c, cosine, sine, rows[0], rows[1]
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.equations import SegmentFlow, Shooting
+from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.extrema import extrema, minima
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -44,7 +44,7 @@ class Inequality(NamedTuple):
 
 
 def inequalities(
-    numbers: Backend, itinerary: Itinerary, shot: Shooting, zero_segment: int | None = None
+    numbers: Backend, itinerary: Itinerary, system: ShootingSystem, zero_segment: int | None = None
 ) -> list[Inequality]:
     """All inequalities of an itinerary at a solution of its equations, shape (many,).
 
@@ -55,44 +55,44 @@ def inequalities(
     half, the gap in both; where beta = 0 the gap is free.
     """
     found = []
-    n, spans = len(itinerary), shot.spans
-    for i, span in enumerate(spans):
+    n, flows = len(itinerary), system.flows
+    for i, flow in enumerate(flows):
         if i == zero_segment:
             continue
         before, after = (i - 1) % n, (i + 1) % n
-        found.append(Inequality(DURATION, i, None, span.h, span.h))
+        found.append(Inequality(DURATION, i, None, flow.h, flow.h))
         # A segment of negative duration takes the inequalities of its neighbours with it.
-        if any(spans[k].h <= 0 for k in (before, i, after) if k != zero_segment):
+        if any(flows[k].h <= 0 for k in (before, i, after) if k != zero_segment):
             continue
-        if span.segment.guard is Guard.DRIFT and after != zero_segment:
-            found.append(Inequality(LANDING, i, None, _landing(itinerary, spans, i), span.h))
-        if itinerary.mirrored and span.c.beta != 0:
-            found += _gaps(numbers, itinerary, span, i)
-        for guard, time, value in minima(numbers, span, _zeros(itinerary, i)):
+        if flow.segment.guard is Guard.DRIFT and after != zero_segment:
+            found.append(Inequality(LANDING, i, None, _landing(itinerary, flows, i), flow.h))
+        if itinerary.mirrored and flow.c.beta != 0:
+            found += _gaps(numbers, itinerary, flow, i)
+        for guard, time, value in minima(numbers, flow, _zeros(itinerary, i)):
             if itinerary.mirrored and guard is Guard.GAP:
                 continue
-            near = _NEAR * span.h
+            near = _NEAR * flow.h
             if (before == zero_segment and time < near) or (
-                after == zero_segment and span.h - time < near
+                after == zero_segment and flow.h - time < near
             ):
                 continue
             # A drift that sets off the wrong way fails by the landing before it.
-            if guard is not Guard.DRIFT or not _reversed_wrongly(itinerary, spans, before):
+            if guard is not Guard.DRIFT or not _reversed_wrongly(itinerary, flows, before):
                 found.append(Inequality(MINIMUM, i, guard, value, time))
     return found
 
 
 def _gaps(
-    numbers: Backend, itinerary: Itinerary, span: SegmentFlow, segment: int
+    numbers: Backend, itinerary: Itinerary, flow: SegmentFlow, segment: int
 ) -> Iterator[Inequality]:
     """The least gaps in a segment and in its mirror image."""
-    for kind, time, value in extrema(numbers, span, Quantity.GAP, _zeros(itinerary, segment)):
+    for kind, time, value in extrema(numbers, flow, Quantity.GAP, _zeros(itinerary, segment)):
         if kind < 0:
             yield Inequality(MINIMUM, segment, Guard.GAP, -value, time)
             continue
-        value = value + 2 * span.c.delta
+        value = value + 2 * flow.c.delta
         if len(itinerary.whole) == 1:
-            yield Inequality(MINIMUM, segment, Guard.GAP, value, time + span.h)
+            yield Inequality(MINIMUM, segment, Guard.GAP, value, time + flow.h)
         else:
             yield Inequality(MINIMUM, segment + len(itinerary), Guard.GAP, value, time)
 
@@ -100,7 +100,7 @@ def _gaps(
 def tightest(orbit: Orbit) -> Inequality:
     """The inequality of an orbit's itinerary with the least value."""
     with backend(orbit.backend) as numbers:
-        return min(inequalities(numbers, orbit.itinerary, orbit.shot), key=lambda one: one.value)
+        return min(inequalities(numbers, orbit.itinerary, orbit.system), key=lambda one: one.value)
 
 
 def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
@@ -113,16 +113,16 @@ def _zeros(itinerary: Itinerary, segment: int) -> dict[Guard, int]:
     return {Guard.DRIFT: 2} if before else {}
 
 
-def _reversed_wrongly(itinerary: Itinerary, spans: Sequence[SegmentFlow], before: int) -> bool:
-    return spans[before].segment.guard is Guard.DRIFT and _landing(itinerary, spans, before) <= 0
+def _reversed_wrongly(itinerary: Itinerary, flows: Sequence[SegmentFlow], before: int) -> bool:
+    return flows[before].segment.guard is Guard.DRIFT and _landing(itinerary, flows, before) <= 0
 
 
-def _landing(itinerary: Itinerary, spans: Sequence[SegmentFlow], segment: int) -> Number:
-    span, following = spans[segment], spans[(segment + 1) % len(spans)]
+def _landing(itinerary: Itinerary, flows: Sequence[SegmentFlow], segment: int) -> Number:
+    flow, following = flows[segment], flows[(segment + 1) % len(flows)]
     force = following.closed.margin + following.c.friction
-    if itinerary.mirrored and segment % len(spans) == len(spans) - 1:
+    if itinerary.mirrored and segment % len(flows) == len(flows) - 1:
         force = -force
-    beyond = formulas.friction_guard(span.c, span.c.drift, force)
+    beyond = formulas.friction_guard(flow.c, flow.c.drift, force)
     return -beyond if following.c.drift else beyond
 
 
@@ -146,21 +146,21 @@ def rerun(orbit: Orbit) -> Trajectory:
     It starts in the middle of the longest segment, where nothing is at its bound.
     """
     parameters = orbit.parameters
-    state, angle = _middle(orbit.shot.spans[_longest(orbit)])
+    state, angle = _middle(orbit.system.flows[_longest(orbit)])
     phase = min(angle / parameters.omega, math.nextafter(parameters.period, 0.0))
     return simulate(parameters, state, phase, orbit.itinerary.period_number + 1)
 
 
 def _longest(orbit: Orbit) -> int:
-    return max(range(len(orbit.itinerary)), key=lambda i: float(orbit.shot.spans[i].h))
+    return max(range(len(orbit.itinerary)), key=lambda i: float(orbit.system.flows[i].h))
 
 
-def _middle(span: SegmentFlow) -> tuple[tuple[float, float, float], float]:
+def _middle(flow: SegmentFlow) -> tuple[tuple[float, float, float], float]:
     """State in the middle of a segment, and the forcing angle there in [0, 2 pi)."""
     with backend("numpy") as numbers:
-        h = float(span.h) / 2
-        c = type(span.c)(*map(float, span.c))
-        closed = type(span.closed)(*map(float, span.closed))
+        h = float(flow.h) / 2
+        c = type(flow.c)(*map(float, flow.c))
+        closed = type(flow.closed)(*map(float, flow.closed))
         position, v_r, *change = numbers.kernels.flow(c, closed, h)
         v_c = closed.v_c + change[0] if c.drift else 0.0
-        return (closed.x_r + position, float(v_r), v_c), float(span.angle + c.omega * h) % math.tau
+        return (closed.x_r + position, float(v_r), v_c), float(flow.angle + c.omega * h) % math.tau

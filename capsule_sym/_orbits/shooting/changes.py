@@ -15,7 +15,7 @@ import numpy as np
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import LANDING, MINIMUM, Inequality
-from capsule_sym._orbits.shooting.equations import Shooting, Vector
+from capsule_sym._orbits.shooting.equations import ShootingSystem, Vector
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
 from capsule_sym.generated.switching import FIELDS
 
@@ -42,11 +42,11 @@ def around(itinerary: Itinerary, segment: int) -> tuple[int, int, int]:
 
 
 def insert_segment(
-    numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, failed: Inequality
+    numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, failed: Inequality
 ) -> tuple[Change, int]:
     """The itinerary with the segment inserted where a MINIMUM or LANDING is 0, and that segment.
 
-    `z` may be an estimate; `shot` is near it. Raises InvalidInput where the fields are no
+    `z` may be an estimate; `system` is near it. Raises InvalidInput where the fields are no
     itinerary.
     """
     fields, i, zero = itinerary.fields, failed.segment, numbers.number(0)
@@ -58,8 +58,8 @@ def insert_segment(
         return Change(longer, np.array([*z[: 5 + i], zero, *z[5 + i :]]), kept), i + 1
     comes = _comes(f, failed.guard)
     if itinerary.segments[0].guard is None:
-        x_r, v_r = _inside(numbers, shot, 0, failed.time)
-        angle = shot.spans[0].angle + shot.spans[0].c.omega * failed.time
+        x_r, v_r = _inside(numbers, system, 0, failed.time)
+        angle = system.flows[0].angle + system.flows[0].c.omega * failed.time
         start = np.array([x_r, v_r, z[2], angle, zero, z[4]])
         return Change(_itinerary((comes, f), itinerary), start, (1,)), 0
     longer = _itinerary((*fields[:i], f, comes, f, *fields[i + 1 :]), itinerary)
@@ -95,7 +95,7 @@ def swap_segment(itinerary: Itinerary, z: Vector, segment: int) -> Change | None
 
 
 def remove_segment(
-    numbers: Backend, itinerary: Itinerary, z: Vector, shot: Shooting, segment: int
+    numbers: Backend, itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int
 ) -> tuple[Change, Inequality]:
     """The itinerary without a segment of duration 0, and the inequality that is 0 on this orbit.
 
@@ -104,8 +104,8 @@ def remove_segment(
     n, (before, _, after) = len(itinerary), around(itinerary, segment)
     merged = before == after
     if n == 2 and merged:
-        return _alone(numbers, itinerary, shot, segment)
-    turned = rotated(itinerary, z, shot, segment - 1)
+        return _alone(numbers, itinerary, system, segment)
+    turned = rotated(itinerary, z, system, segment - 1)
     fields, z = turned.itinerary.fields, turned.z
     gone = 2 if merged else 1
     if merged:
@@ -122,37 +122,39 @@ def remove_segment(
 
 
 def _alone(
-    numbers: Backend, itinerary: Itinerary, shot: Shooting, segment: int
+    numbers: Backend, itinerary: Itinerary, system: ShootingSystem, segment: int
 ) -> tuple[Change, Inequality]:
     """The itinerary of the one other segment, begun at the forcing angle 0."""
-    span, guard = shot.spans[1 - segment], itinerary.segments[1 - segment].guard
-    _, angle = numbers.turns(span.angle % numbers.full_turn)
-    wait = (numbers.full_turn - angle) / span.c.omega
-    x_r, v_r = _inside(numbers, shot, 1 - segment, wait)
+    flow, guard = system.flows[1 - segment], itinerary.segments[1 - segment].guard
+    _, angle = numbers.turns(flow.angle % numbers.full_turn)
+    wait = (numbers.full_turn - angle) / flow.c.omega
+    x_r, v_r = _inside(numbers, system, 1 - segment, wait)
     zero = numbers.number(0)
-    alone = _itinerary((span.segment.field,), itinerary)
-    change = Change(alone, np.array([x_r, v_r, zero, zero, span.h]), (None, None))
+    alone = _itinerary((flow.segment.field,), itinerary)
+    change = Change(alone, np.array([x_r, v_r, zero, zero, flow.h]), (None, None))
     # Of what touches the guard before and after, the itinerary has the part from the angle 0 on.
-    turns = math.floor((span.h - wait) / span.h)
+    turns = math.floor((flow.h - wait) / flow.h)
     if itinerary.mirrored and turns % 2:
         guard = itinerary.segments[1 - segment].image.guard
-    return change, Inequality(MINIMUM, 0, guard, zero, span.h - wait - turns * span.h)
+    return change, Inequality(MINIMUM, 0, guard, zero, flow.h - wait - turns * flow.h)
 
 
-def rotated(itinerary: Itinerary, z: Vector, shot: Shooting, segment: int) -> Change:
+def rotated(itinerary: Itinerary, z: Vector, system: ShootingSystem, segment: int) -> Change:
     """The same orbit begun at another segment."""
     n = len(itinerary)
     segment %= n
-    span = shot.spans[segment]
-    start = np.array([*span.start, span.angle, *z[4 + segment :], *z[4 : 4 + segment]])
+    flow = system.flows[segment]
+    start = np.array([*flow.start, flow.angle, *z[4 + segment :], *z[4 : 4 + segment]])
     return Change(itinerary.rotated(segment), start, tuple((k - segment) % n for k in range(n)))
 
 
-def _inside(numbers: Backend, shot: Shooting, segment: int, h: Number) -> tuple[Number, Number]:
+def _inside(
+    numbers: Backend, system: ShootingSystem, segment: int, h: Number
+) -> tuple[Number, Number]:
     """x_r and v_r at a duration h after a segment's start."""
-    span = shot.spans[segment]
-    values = numbers.kernels.flow(span.c, span.closed, h)
-    return span.closed.x_r + numbers.number(values[0]), numbers.number(values[1])
+    flow = system.flows[segment]
+    values = numbers.kernels.flow(flow.c, flow.closed, h)
+    return flow.closed.x_r + numbers.number(values[0]), numbers.number(values[1])
 
 
 def _itinerary(fields: tuple[int, ...], like: Itinerary) -> Itinerary:

@@ -76,7 +76,7 @@ class SegmentFlow:
 
 
 @dataclass(frozen=True, eq=False)
-class Shooting:
+class ShootingSystem:
     """The equations of an orbit at some unknowns: residual, derivatives, and the segments.
 
     `residual` (n + 4,), `by_z` (n + 4, n + 4) and `by_p` (n + 4, 7); `advance` is the change of x_c
@@ -86,13 +86,13 @@ class Shooting:
     residual: Vector
     by_z: Matrix
     by_p: Matrix
-    spans: tuple[SegmentFlow, ...]
+    flows: tuple[SegmentFlow, ...]
     advance: Number
     advance_by: Vector
 
     def __repr__(self) -> str:
         largest = float(max(abs(self.residual)))
-        return f"<Shooting of {len(self.spans)} segments: largest residual {largest:.1e}>"
+        return f"<ShootingSystem of {len(self.flows)} segments: largest residual {largest:.1e}>"
 
 
 def shooting(
@@ -100,8 +100,8 @@ def shooting(
     values: Sequence[Number],
     itinerary: Itinerary,
     z: Vector,
-    kept: Shooting | None = None,
-) -> Shooting:
+    kept: ShootingSystem | None = None,
+) -> ShootingSystem:
     """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS.
 
     In 50 digits the segments' derivatives may be those `kept` from unknowns nearby.
@@ -111,9 +111,9 @@ def shooting(
     forms, omega = ClosedForms(numbers, values), values[_OMEGA]
     chain = _chained(forms, itinerary, z) or _run_all(forms, itinerary, z, kept)
     residual, by = _zeros(numbers, n + 4), _zeros(numbers, n + 4, n + 11)
-    for i, span in enumerate(chain.spans):
+    for i, flow in enumerate(chain.flows):
         guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
-        residual[i], by[i] = _guard(forms, span, itinerary.zeros(i), 4 + i, guard_by)
+        residual[i], by[i] = _guard(forms, flow, itinerary.zeros(i), 4 + i, guard_by)
     sign, turn = (-1, numbers.full_turn / 2) if itinerary.mirrored else (1, numbers.full_turn)
     for row in range(3):
         residual[n + row] = chain.end[row] - sign * z[row]
@@ -124,15 +124,15 @@ def shooting(
     residual[n + 3] = omega * elapsed - itinerary.period_number * turn
     by[n + 3] = chain.angle_by
     by[n + 3, 3] = zero
-    advance = sum((span.moved[2] for span in chain.spans), zero)
+    advance = sum((flow.moved[2] for flow in chain.flows), zero)
     by_z, by_p = by[:, : n + 4], by[:, n + 4 :]
-    return Shooting(residual, by_z, by_p, tuple(chain.spans), advance, chain.advance_by)
+    return ShootingSystem(residual, by_z, by_p, tuple(chain.flows), advance, chain.advance_by)
 
 
 class _Chain(NamedTuple):
     """Segments one after another; the state at the end, and total derivatives there."""
 
-    spans: list[SegmentFlow]
+    flows: list[SegmentFlow]
     end: Vector
     end_by: Matrix
     angle_by: Vector
@@ -145,7 +145,7 @@ def _chained(forms: ClosedForms, itinerary: Itinerary, z: Vector) -> _Chain | No
     if chain is None:
         return None
     closed, matrices, angles, durations, states, moved, by, angles_by, advance_by = chain
-    spans = [
+    flows = [
         SegmentFlow(
             segment=segment,
             c=forms.constants(segment.field),
@@ -171,10 +171,12 @@ def _chained(forms: ClosedForms, itinerary: Itinerary, z: Vector) -> _Chain | No
             )
         )
     ]
-    return _Chain(spans, states[-1], by[-1], angles_by[-1], advance_by)
+    return _Chain(flows, states[-1], by[-1], angles_by[-1], advance_by)
 
 
-def _run_all(forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: Shooting | None) -> _Chain:
+def _run_all(
+    forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: ShootingSystem | None
+) -> _Chain:
     """The segments one by one, by the kernels of any number system."""
     numbers, n, size = forms.numbers, len(itinerary), len(itinerary) + 11
     zero, omega = numbers.number(0), forms.values[_OMEGA]
@@ -184,19 +186,19 @@ def _run_all(forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: Shooting
     for row in range(3):
         state_by[row, row] = zero + 1
     angle_by[3] = zero + 1
-    advance_by, elapsed, spans = _zeros(numbers, size), zero, []
+    advance_by, elapsed, flows = _zeros(numbers, size), zero, []
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
         check_time()
-        matrix = None if kept is None else kept.spans[i].matrix
-        span = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
-        advance_by = advance_by + span.total(span.matrix[3:])[0]
-        spans.append(span)
-        state, state_by, angle = span.end, span.end_by, angle + omega * h
+        matrix = None if kept is None else kept.flows[i].matrix
+        flow = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
+        advance_by = advance_by + flow.total(flow.matrix[3:])[0]
+        flows.append(flow)
+        state, state_by, angle = flow.end, flow.end_by, angle + omega * h
         elapsed = elapsed + h
         angle_by = angle_by.copy()
         angle_by[4 + i] = angle_by[4 + i] + omega
         angle_by[n + 4 + _OMEGA] = elapsed
-    return _Chain(spans, state, state_by, angle_by, advance_by)
+    return _Chain(flows, state, state_by, angle_by, advance_by)
 
 
 def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
@@ -276,56 +278,56 @@ def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Mat
 
 
 def _guard(
-    forms: ClosedForms, span: SegmentFlow, zeros: int, column: int, kept: Vector | None
+    forms: ClosedForms, flow: SegmentFlow, zeros: int, column: int, kept: Vector | None
 ) -> tuple[Number, Vector]:
     """A segment's guard at its end over its duration's power `zeros`, and the gradient."""
-    if span.segment.guard is None:
-        return span.angle, span.angle_by
+    if flow.segment.guard is None:
+        return flow.angle, flow.angle_by
     if zeros == 0:
-        return _value(span)
-    value = _increment(span, zeros) / span.h**zeros
+        return _value(flow)
+    value = _increment(flow, zeros) / flow.h**zeros
     one = forms.numbers.number(1)
-    least = min(forms.numbers.unit ** (one / (zeros + 4)), one / (10 * span.c.rate))
-    if abs(span.h) >= least:
-        return value, _divided_by(span, zeros, column)
+    least = min(forms.numbers.unit ** (one / (zeros + 4)), one / (10 * flow.c.rate))
+    if abs(flow.h) >= least:
+        return value, _divided_by(flow, zeros, column)
     if kept is not None:
         return value, kept
     # So near to the limit the differences in the gradient would cancel: it is interpolated, to an
     # error of `least` times the rate to the fourth, from durations to both sides where they do not.
-    start = span.start, span.start_by, span.angle, span.angle_by
-    gradient = 0 * span.angle_by
+    start = flow.start, flow.start_by, flow.angle, flow.angle_by
+    gradient = 0 * flow.angle_by
     for node in _NODES:
-        at = _run(forms, span.segment, *start, node * least, column)
-        weight = math.prod((span.h / least - k) / (node - k) for k in _NODES if k != node)
+        at = _run(forms, flow.segment, *start, node * least, column)
+        weight = math.prod((flow.h / least - k) / (node - k) for k in _NODES if k != node)
         gradient = gradient + weight * _divided_by(at, zeros, column)
     return value, gradient
 
 
-def _divided_by(span: SegmentFlow, zeros: int, column: int) -> Vector:
+def _divided_by(flow: SegmentFlow, zeros: int, column: int) -> Vector:
     """Gradient of a guard's increment over the duration's power `zeros`."""
-    power = span.h**zeros
-    by: Vector = _increment_by(span, zeros, column) / power
-    by[column] = by[column] - zeros * _increment(span, zeros) / (power * span.h)
+    power = flow.h**zeros
+    by: Vector = _increment_by(flow, zeros, column) / power
+    by[column] = by[column] - zeros * _increment(flow, zeros) / (power * flow.h)
     return by
 
 
-def _increment(span: SegmentFlow, zeros: int) -> Number:
+def _increment(flow: SegmentFlow, zeros: int) -> Number:
     """What a guard gains over a segment at whose start it and `zeros` - 1 derivatives vanish."""
-    if span.segment.guard is Guard.GAP:
-        return span.moved[0]
+    if flow.segment.guard is Guard.GAP:
+        return flow.moved[0]
     if zeros == 1:
-        return span.moved[1]
-    return span.moved[1] - span.closed.margin * span.h / span.c.gamma
+        return flow.moved[1]
+    return flow.moved[1] - flow.closed.margin * flow.h / flow.c.gamma
 
 
-def _increment_by(span: SegmentFlow, zeros: int, column: int) -> Vector:
+def _increment_by(flow: SegmentFlow, zeros: int, column: int) -> Vector:
     """Gradient of the increment."""
-    row = 0 if span.segment.guard is Guard.GAP else 2
-    gradient = span.end_by[row] - span.start_by[row]
+    row = 0 if flow.segment.guard is Guard.GAP else 2
+    gradient = flow.end_by[row] - flow.start_by[row]
     if zeros == 1:
         return gradient  # type: ignore[no-any-return]
-    c, h, margin = span.c, span.h, span.closed.margin
-    margin_by = force_by(c, span.start[0], span.start[1], span.start_by)
+    c, h, margin = flow.c, flow.h, flow.closed.margin
+    margin_by = force_by(c, flow.start[0], flow.start[1], flow.start_by)
     margin_by[-7 + _F_B] = margin_by[-7 + _F_B] - c.drift
     gradient = gradient - margin_by * (h / c.gamma)
     gradient[column] = gradient[column] - margin / c.gamma
@@ -333,16 +335,16 @@ def _increment_by(span: SegmentFlow, zeros: int, column: int) -> Vector:
     return gradient  # type: ignore[no-any-return]
 
 
-def _value(span: SegmentFlow) -> tuple[Number, Vector]:
+def _value(flow: SegmentFlow) -> tuple[Number, Vector]:
     """A guard at the end of a segment, and its gradient."""
-    c, (x_r, v_r, v_c), by = span.c, span.end, span.end_by
-    if span.segment.guard is Guard.GAP:
+    c, (x_r, v_r, v_c), by = flow.c, flow.end, flow.end_by
+    if flow.segment.guard is Guard.GAP:
         gradient = by[0].copy()
         gradient[-7 + _DELTA] = gradient[-7 + _DELTA] - 1
         return x_r - c.delta, gradient
-    if span.segment.guard is Guard.DRIFT:
+    if flow.segment.guard is Guard.DRIFT:
         return v_c, by[2]
-    side = 1 if span.segment.guard is Guard.UPPER else -1
+    side = 1 if flow.segment.guard is Guard.UPPER else -1
     gradient = force_by(c, x_r, v_r, by)
     gradient[-7 + _F_B] = gradient[-7 + _F_B] - side
     return formulas.force(c, x_r, x_r - c.delta, v_r) - formulas.friction_at(c, side), gradient

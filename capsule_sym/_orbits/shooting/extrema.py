@@ -43,20 +43,20 @@ class Minimum(NamedTuple):
     value: Number
 
 
-def minima(numbers: Backend, span: SegmentFlow, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
+def minima(numbers: Backend, flow: SegmentFlow, zeros: Mapping[Guard, int]) -> Iterator[Minimum]:
     """The minima of all watched guards inside a segment, guard by guard in time.
 
     `zeros` tells which guards vanish at the segment's start, and how many derivatives from the
     guard itself on.
     """
-    c = span.c
+    c = flow.c
     side = 1 if c.contact else -1
-    for kind, time, value in extrema(numbers, span, Quantity.GAP, zeros):
+    for kind, time, value in extrema(numbers, flow, Quantity.GAP, zeros):
         if kind == side:
             yield Minimum(Guard.GAP, time, side * value)
     # In stick P is least where it is nearest to its lower bound.
     quantity = Quantity.SPEED if c.drift else Quantity.FORCE
-    for kind, time, value in extrema(numbers, span, quantity, zeros):
+    for kind, time, value in extrema(numbers, flow, quantity, zeros):
         if not c.drift:
             least = formulas.friction_guard(c, kind, value)
             yield Minimum(Guard.LOWER if kind > 0 else Guard.UPPER, time, least)
@@ -65,7 +65,7 @@ def minima(numbers: Backend, span: SegmentFlow, zeros: Mapping[Guard, int]) -> I
 
 
 def extrema(
-    numbers: Backend, span: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+    numbers: Backend, flow: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
     """The extrema of a quantity inside a segment, in the order of time.
 
@@ -75,43 +75,43 @@ def extrema(
     them, and this search what it leaves open, in 50 digits where all is tiny. Raises ValueError
     unless the duration is finite.
     """
-    if not math.isfinite(span.h):
-        raise ValueError(f"a segment of duration {span.h}")
+    if not math.isfinite(flow.h):
+        raise ValueError(f"a segment of duration {flow.h}")
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
-    found = None if numbers.name == "mpmath" else _by_core(span, quantity, vanishing)
-    return _searched(numbers, span, quantity, zeros) if found is None else iter(found)
+    found = None if numbers.name == "mpmath" else _by_core(flow, quantity, vanishing)
+    return _searched(numbers, flow, quantity, zeros) if found is None else iter(found)
 
 
-def _by_core(span: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
+def _by_core(flow: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
     """The extrema by the C core; None without it, and where they stay open."""
-    c = span.c
+    c = flow.c
     core = native_map((c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b))
     if core is None:
         return None
-    start = tuple(map(float, span.closed))
-    found = core.extrema(span.segment.field, start, quantity, zeros, float(span.h))
+    start = tuple(map(float, flow.closed))
+    found = core.extrema(flow.segment.field, start, quantity, zeros, float(flow.h))
     return None if found is None else [Extremum(*one) for one in found]
 
 
 def _searched(
-    numbers: Backend, span: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+    numbers: Backend, flow: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
     """The extrema by the expansions of the reference map."""
-    c, number = span.c, numbers.number
+    c, number = flow.c, numbers.number
     # Plain numbers: NumPy's own make this several times slower.
-    x_r, gap, v_r, v_c, margin, *_ = map(number, span.closed)
-    angle, duration = number(span.angle % numbers.full_turn), number(span.h)
+    x_r, gap, v_r, v_c, margin, *_ = map(number, flow.closed)
+    angle, duration = number(flow.angle % numbers.full_turn), number(flow.h)
     start = Start(x_r, gap, v_r, v_c, margin, angle, zeros)
-    flow = Flow(numbers, c, SegmentStart(span.segment.field, start))
+    motion = Flow(numbers, c, SegmentStart(flow.segment.field, start))
     now, sign = duration * 0, 0
     vanishing = max(0, zeros.get(Guard.DRIFT, 0) - 1) if quantity is Quantity.SPEED else 0
 
     def rate(h: Number) -> Expansion:
-        at = flow(h) if h > 0 else flow.origin
+        at = motion(h) if h > 0 else motion.origin
         return _signed(_rate(numbers, c, at, quantity), sign)
 
     def rate_of_forced(with_slow: bool, h: Number) -> Expansion:
-        at = flow(h) if h > 0 else flow.origin
+        at = motion(h) if h > 0 else motion.origin
         return _signed(_rate_of_forced(numbers, c, at, quantity, with_slow), sign)
 
     while now < duration:
@@ -119,7 +119,7 @@ def _searched(
         here = rate(now)
         if now == 0:
             if numbers.name != "mpmath" and max(map(abs, here.values)) < _TINY:
-                yield from _in_fifty_digits(span, quantity, zeros)
+                yield from _in_fifty_digits(flow, quantity, zeros)
                 return
             sign, vanishing = _beginning(here, vanishing)
             here = _signed(here, sign)
@@ -135,18 +135,18 @@ def _searched(
                 low, high, after = _further(about(now), after, rounding, high, most, numbers.unit)
         if sign and after < 0 and now + high < duration:
             time = polish(about, (now + low, now + high), numbers.unit)
-            yield Extremum(-sign, time, _value(c, flow(time), quantity))
+            yield Extremum(-sign, time, _value(c, motion(time), quantity))
         sign = after * (sign or 1) or sign
         now, vanishing = now + high, 0
 
 
 def _in_fifty_digits(
-    span: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
+    flow: SegmentFlow, quantity: Quantity, zeros: Mapping[Guard, int]
 ) -> Iterator[Extremum]:
     with backend("mpmath") as numbers:
-        c = span.c
+        c = flow.c
         values = Parameters(c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b)
-        exact = replace(span, c=numbers.constants(span.segment.field, values))
+        exact = replace(flow, c=numbers.constants(flow.segment.field, values))
         found = list(_searched(numbers, exact, quantity, zeros))
     return (Extremum(kind, float(time), float(value)) for kind, time, value in found)
 

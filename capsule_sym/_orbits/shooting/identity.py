@@ -53,6 +53,6 @@ def _alike(orbit: Orbit, segment: int, other: Orbit, its: int) -> bool:
 
 def _place(orbit: Orbit, segment: int) -> NDArray[np.float64]:
     """State and forcing where a segment begins."""
-    span = orbit.shot.spans[segment]
-    angle = float(span.angle)
-    return np.array([*span.start, np.cos(angle), np.sin(angle)], dtype=float)
+    flow = orbit.system.flows[segment]
+    angle = float(flow.angle)
+    return np.array([*flow.start, np.cos(angle), np.sin(angle)], dtype=float)

@@ -26,60 +26,60 @@ def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> 
     `directions` (m, 7) are directions of the seven parameters. Within a segment the matrix grows
     with the duration by the field's own; only its change with the parameters is a difference.
     """
-    spans, itinerary, n = orbit.shot.spans, orbit.itinerary, len(orbit.itinerary)
+    flows, itinerary, n = orbit.system.flows, orbit.itinerary, len(orbit.itinerary)
     forms, omega = ClosedForms(numbers, orbit.values), orbit.values[_OMEGA]
     moved = [_flows(numbers, orbit, direction) for direction in directions]
-    flows = [span.matrix[:3, :3] for span in spans]
+    jacobians = [flow.matrix[:3, :3] for flow in flows]
     switches: list[Matrix] = [np.eye(3)] * n
     slopes: list[Vector | None] = [None] * n
-    for k, span in enumerate(spans):
-        if span.segment.guard is Guard.DRIFT:
-            cosine, _ = numbers.cos_sin(span.angle + omega * span.h)
+    for k, flow in enumerate(flows):
+        if flow.segment.guard is Guard.DRIFT:
+            cosine, _ = numbers.cos_sin(flow.angle + omega * flow.h)
             after = forms.constants(itinerary.neighbour(k + 1))
-            switches[k] = saltation_matrix(span.c, after, span.end, cosine)
+            switches[k] = saltation_matrix(flow.c, after, flow.end, cosine)
             slopes[k] = _ratio_by(orbit, k, after, cosine)
     before = [(-1 if itinerary.mirrored else 1) * np.eye(3)]
-    for flow, switch in zip(flows, switches, strict=True):
-        before.append(switch @ flow @ before[-1])
+    for jacobian, switch in zip(jacobians, switches, strict=True):
+        before.append(switch @ jacobian @ before[-1])
     result, after_k = np.zeros((n + 4 + len(directions), 3, 3)), np.eye(3)
     for k in reversed(range(n)):
-        span, slope = spans[k], slopes[k]
+        flow, slope = flows[k], slopes[k]
         if slope is not None:
             along = np.array([*slope[: n + 4], *(directions @ slope[-7:])])
-            result += along[:, None, None] * (after_k @ _LANDING @ flows[k] @ before[k])
+            result += along[:, None, None] * (after_k @ _LANDING @ jacobians[k] @ before[k])
         after_k = after_k @ switches[k]
-        rate = generator(span.c, omega)[:3, :3]
-        result[4 + k] += after_k @ rate @ flows[k] @ before[k]
+        rate = generator(flow.c, omega)[:3, :3]
+        result[4 + k] += after_k @ rate @ jacobians[k] @ before[k]
         for m, changes in enumerate(moved):
             result[n + 4 + m] += after_k @ changes[k] @ before[k]
-        after_k = after_k @ flows[k]
+        after_k = after_k @ jacobians[k]
     return result
 
 
 def _flows(numbers: Backend, orbit: Orbit, direction: Vector) -> list[Matrix]:
     """The derivative of every segment's Jacobian along a direction of the parameters."""
 
-    def flows(side: float) -> list[Matrix]:
+    def jacobians(side: float) -> list[Matrix]:
         values = [float(v) + side * d for v, d in zip(orbit.values, direction, strict=True)]
         forms = ClosedForms(numbers, values)
         found = []
-        for span in orbit.shot.spans:
-            field = span.segment.field
-            found.append(forms.run(field, forms.constants(field), span.closed, span.h)[1][:3, :3])
+        for flow in orbit.system.flows:
+            field = flow.segment.field
+            found.append(forms.run(field, forms.constants(field), flow.closed, flow.h)[1][:3, :3])
         return found
 
-    ends = zip(flows(_DIFFERENCE), flows(-_DIFFERENCE), strict=True)
+    ends = zip(jacobians(_DIFFERENCE), jacobians(-_DIFFERENCE), strict=True)
     return [(ahead - behind) / (2 * _DIFFERENCE) for ahead, behind in ends]
 
 
 def _ratio_by(orbit: Orbit, k: int, after: Any, cosine: float) -> Vector | None:
     """Gradient (n + 11,) of the ratio of v_c's rates at a landing; None if the capsule sticks."""
-    span = orbit.shot.spans[k]
-    c, (x_r, v_r, _) = span.c, span.end
+    flow = orbit.system.flows[k]
+    c, (x_r, v_r, _) = flow.c, flow.end
     if not after.drift:
         return None
-    first, second = field(c, span.end, cosine)[2], field(after, span.end, cosine)[2]
-    rate_by = force_by(c, x_r, v_r, span.end_by) / c.gamma
+    first, second = field(c, flow.end, cosine)[2], field(after, flow.end, cosine)[2]
+    rate_by = force_by(c, x_r, v_r, flow.end_by) / c.gamma
     # Both rates are (P - friction) / gamma: gamma falls out of their ratio.
     by = rate_by * (first - second) / first**2
     by[-7 + _F_B] -= (after.drift * first - c.drift * second) / (c.gamma * first**2)

@@ -23,7 +23,7 @@ from capsule_sym._orbits.shooting.equations import (
     PARAMETERS,
     ROUNDINGS,
     Matrix,
-    Shooting,
+    ShootingSystem,
     Vector,
     shooting,
     solve,
@@ -63,7 +63,7 @@ class Orbit(Labelled):
     """A periodic orbit modulo drift: a solution z of its itinerary's equations.
 
     `values` are the seven parameters in the order of PARAMETERS, `z` state (x_r, v_r, v_c),
-    forcing angle and durations as in `equations`, `shot` the equations there. `iterations` counts
+    forcing angle and durations as in `equations`, `system` the equations there. `iterations` counts
     the steps of Newton's method that led here. With the backend "mpmath" all numbers have 50
     digits. Durations below 0 are allowed: such an orbit solves the equations, but is no motion.
     All quantities are dimensionless; columns have shape (k,), a row for each of the k segments.
@@ -72,7 +72,7 @@ class Orbit(Labelled):
     values: tuple[Number, ...]
     itinerary: Itinerary
     z: Vector
-    shot: Shooting
+    system: ShootingSystem
     backend: str
     iterations: int = 0
     dimension = "segment"
@@ -89,13 +89,13 @@ class Orbit(Labelled):
     @property
     def residual(self) -> Number:
         """Largest entry of the equations' residual."""
-        return max(abs(self.shot.residual))
+        return max(abs(self.system.residual))
 
     @cached_property
     def status(self) -> OrbitStatus:
         """Whether the equations are solved, by their residual here."""
         with backend(self.backend) as numbers:
-            solved = solved_to_rounding(numbers, self.shot, self.z)
+            solved = solved_to_rounding(numbers, self.system, self.z)
         return OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED
 
     @property
@@ -122,7 +122,7 @@ class Orbit(Labelled):
     @property
     def progression(self) -> Number:
         """Advance of x_c per excitation period."""
-        return self.shot.advance / self.itinerary.period_number
+        return self.system.advance / self.itinerary.period_number
 
     @property
     def average_velocity(self) -> Number:
@@ -145,7 +145,7 @@ class Orbit(Labelled):
         Raises numpy.linalg.LinAlgError at a fold.
         """
         with backend(self.backend) as numbers:
-            return -solve(numbers, self.shot.by_z, self.shot.by_p)
+            return -solve(numbers, self.system.by_z, self.system.by_p)
 
     @cached_property
     def motion(self) -> SteadyMotion:
@@ -290,29 +290,29 @@ def _newton(
         return NoOrbit(status, message, itinerary, values, norm, steps)
 
     with watch:
-        shot = shooting(numbers, values, itinerary, z)
-        norm = _norm(shot)
+        system = shooting(numbers, values, itinerary, z)
+        norm = _norm(system)
         if not norm < float("inf"):
             return none(OrbitStatus.NOT_FINITE, "the residual of the guess is not finite")
         for steps in range(1, _MOST_STEPS + 1):
             try:
-                step = solve(numbers, shot.by_z, shot.residual)
+                step = solve(numbers, system.by_z, system.residual)
             except np.linalg.LinAlgError:
                 return none(OrbitStatus.SINGULAR, "the Jacobian of the equations is singular")
             solved = norm <= _tolerance(numbers, z)
             least = 1.0 if solved else _LEAST_SCALE
             # A solution is polished until a step's square is rounding, as far as rounding lets it.
-            better = _step(numbers, values, itinerary, z, step, shot, least)
+            better = _step(numbers, values, itinerary, z, step, system, least)
             if better is not None:
-                z, shot = better
-                norm = _norm(shot)
-            elif solved_to_rounding(numbers, shot, z):
+                z, system = better
+                norm = _norm(system)
+            elif solved_to_rounding(numbers, system, z):
                 solved = True
             small = max(abs(step)) <= numbers.sqrt(numbers.unit) * max(1, *abs(z))
             if solved and (better is None or small or steps == _MOST_STEPS):
-                if numbers.name != "mpmath" and _condition(shot, z) * numbers.unit > _LOST:
+                if numbers.name != "mpmath" and _condition(system, z) * numbers.unit > _LOST:
                     return none(OrbitStatus.SINGULAR, "rounding leaves no digit of the solution")
-                return Orbit(values, itinerary, z, shot, numbers.name, steps)
+                return Orbit(values, itinerary, z, system, numbers.name, steps)
             if better is None:
                 break
         detail = "Newton's method came to rest where the residual is not small"
@@ -320,11 +320,11 @@ def _newton(
     return none(OrbitStatus.TIME_LIMIT, "the time was over before Newton's method came to rest")
 
 
-def _condition(shot: Shooting, z: Vector) -> float:
+def _condition(system: ShootingSystem, z: Vector) -> float:
     """Condition of the equations in units of the motion's size, each over its largest term."""
     sizes = np.ones(len(z))
     sizes[:3] = abs(z[:3]).max() or 1.0
-    matrix = shot.by_z * sizes
+    matrix = system.by_z * sizes
     return float(np.linalg.cond(matrix / abs(matrix).max(axis=1, keepdims=True)))
 
 
@@ -334,13 +334,13 @@ def _tolerance(numbers: Backend, z: Vector) -> Number:
     return tolerance * max(1, *abs(z))
 
 
-def solved_to_rounding(numbers: Backend, shot: Shooting, z: Vector) -> bool:
+def solved_to_rounding(numbers: Backend, system: ShootingSystem, z: Vector) -> bool:
     """Whether each equation is solved as far as the roundings of its own terms let it.
 
     In a long itinerary every rounding is carried on by all that follows: the terms are large.
     """
-    terms = numbers.unit * (abs(shot.by_z) @ abs(z))
-    return all(abs(shot.residual) <= np.maximum(_tolerance(numbers, z), ROUNDINGS * terms))
+    terms = numbers.unit * (abs(system.by_z) @ abs(z))
+    return all(abs(system.residual) <= np.maximum(_tolerance(numbers, z), ROUNDINGS * terms))
 
 
 def _step(
@@ -349,27 +349,32 @@ def _step(
     itinerary: Itinerary,
     z: Vector,
     step: Vector,
-    shot: Shooting,
+    system: ShootingSystem,
     least_scale: float,
-) -> tuple[Vector, Shooting] | None:
+) -> tuple[Vector, ShootingSystem] | None:
     """The longest fraction of a Newton step that comes nearer to a solution; None if none does.
 
     One that makes the residual smaller does, and one after which the next step is shorter.
     """
-    scale, norm = 1.0, _norm(shot)
-    least = [-_BACK / span.c.rate for span in shot.spans]
+    scale, norm = 1.0, _norm(system)
+    least = [-_BACK / flow.c.rate for flow in system.flows]
     while scale >= least_scale:
         trial = z - scale * step
         if all(h > low for h, low in zip(trial[4:], least, strict=True)):
             ahead = shooting(numbers, values, itinerary, trial)
-            if _norm(ahead) < norm or _nearer(numbers, z, shot, ahead, step, scale):
+            if _norm(ahead) < norm or _nearer(numbers, z, system, ahead, step, scale):
                 return trial, ahead
         scale /= 2
     return None
 
 
 def _nearer(
-    numbers: Backend, z: Vector, shot: Shooting, ahead: Shooting, step: Vector, scale: float
+    numbers: Backend,
+    z: Vector,
+    system: ShootingSystem,
+    ahead: ShootingSystem,
+    step: Vector,
+    scale: float,
 ) -> bool:
     """Whether the next step of Newton's method, by the same Jacobian, is shorter for certain.
 
@@ -381,50 +386,50 @@ def _nearer(
     size = max(abs(step[3:]))
     if not _norm(ahead) < float("inf") or size <= _FINE * numbers.unit * max(1, *abs(z[3:])):
         return False
-    following = solve(numbers, shot.by_z, ahead.residual)
+    following = solve(numbers, system.by_z, ahead.residual)
     return bool(max(abs(following[3:])) <= (1 - scale / 2) * size)
 
 
-def _norm(shot: Shooting) -> Number:
-    return max(abs(shot.residual))
+def _norm(system: ShootingSystem) -> Number:
+    return max(abs(system.residual))
 
 
 def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
     """The orbit's segments as segments of the map."""
-    itinerary, spans = orbit.itinerary, orbit.shot.spans
+    itinerary, flows = orbit.itinerary, orbit.system.flows
     omega, delta = (orbit.values[PARAMETERS.index(name)] for name in ("omega", "delta"))
     starts = [
-        _exact_start(itinerary.segments[i - 1].guard, s.start, delta) for i, s in enumerate(spans)
+        _exact_start(itinerary.segments[i - 1].guard, s.start, delta) for i, s in enumerate(flows)
     ]
     position = numbers.number(0)
     segments: list[Segment] = []
     first = None
-    for i, span in enumerate(spans):
-        turns, angle = numbers.turns(span.angle)
+    for i, flow in enumerate(flows):
+        turns, angle = numbers.turns(flow.angle)
         if first is None:
             first = turns
         turns -= first
-        later, end_angle = numbers.turns(span.angle + omega * span.h)
-        following = (i + 1) % len(spans)
+        later, end_angle = numbers.turns(flow.angle + omega * flow.h)
+        following = (i + 1) % len(flows)
         segments.append(
             Segment(
-                field=span.segment.field,
+                field=flow.segment.field,
                 source=_plane(itinerary, i),
                 target=_plane(itinerary, following),
                 start=Instant(turns, angle / omega),
                 end=Instant(later - first, end_angle / omega),
                 start_state=starts[i],
                 end_state=starts[following],
-                duration=span.h,
-                outcome=Outcome.REGULAR if span.segment.guard else Outcome.NEVER,
+                duration=flow.h,
+                outcome=Outcome.REGULAR if flow.segment.guard else Outcome.NEVER,
                 tangencies=(),
                 evaluations=0,
                 position=position,
-                advance=span.moved[2],
-                closed=span.closed,
+                advance=flow.moved[2],
+                closed=flow.closed,
             )
         )
-        position = position + span.moved[2]
+        position = position + flow.moved[2]
     return segments
 
 

@@ -142,7 +142,7 @@ def _tends_to(trajectory: Trajectory, orbit: Orbit, largest: float) -> bool:
     """Whether a run is on an orbit, or comes closer to it as the largest multiplier says."""
     period_number = orbit.itinerary.period_number
     marks = np.array(rerun(orbit).stroboscopic[-period_number:], dtype=float)
-    size = 1 + abs(np.array([span.start for span in orbit.shot.spans], dtype=float)).max()
+    size = 1 + abs(np.array([flow.start for flow in orbit.system.flows], dtype=float)).max()
 
     def distance(run: Trajectory) -> float:
         return float(abs(marks - np.array(run.final[1], dtype=float)).max(axis=1).min())
@@ -407,7 +407,7 @@ def _one_period(run: Trajectory, period_number: int) -> tuple[Itinerary, list[fl
 
 
 def _near(orbit: Orbit, guess: Sequence[float]) -> bool:
-    states = np.array([span.start for span in orbit.shot.spans])
+    states = np.array([flow.start for flow in orbit.system.flows])
     return bool(abs(orbit.z[:3] - guess[:3]).max() <= _NEAR * abs(states).max())
 
 

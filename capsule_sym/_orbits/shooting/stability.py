@@ -72,8 +72,8 @@ def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
     One is 0 exactly where the capsule sticks somewhere along the orbit: only deviations with
     v_c = 0 leave the stick.
     """
-    spans = orbit.shot.spans
-    sticking = [i for i, span in enumerate(spans) if not span.c.drift]
+    flows = orbit.system.flows
+    sticking = [i for i, flow in enumerate(flows) if not flow.c.drift]
     with backend(orbit.backend) as numbers:
         matrix = _product(numbers, orbit, sticking[0] if sticking else 0)
         size = 2 if sticking else 3
@@ -86,18 +86,18 @@ def floquet_multipliers(orbit: Orbit) -> NDArray[np.complex128]:
 
 def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
     """Product of Jacobians and saltation matrices over the segments from `first` on."""
-    spans, itinerary = orbit.shot.spans, orbit.itinerary
-    n, forms = len(spans), ClosedForms(numbers, orbit.values)
+    flows, itinerary = orbit.system.flows, orbit.itinerary
+    n, forms = len(flows), ClosedForms(numbers, orbit.values)
     sign = -1 if itinerary.mirrored else 1
     product: Matrix = np.zeros((3, 3)) * numbers.number(1) + sign * np.eye(3, dtype=int)
     # The reflection is -1 in all of the state, so that it does not matter where it is taken.
     for k in (*range(first, n), *range(first)):
-        span = spans[k]
-        product = span.matrix[:3, :3] @ product
-        if span.segment.guard is Guard.DRIFT:
-            cosine, _ = numbers.cos_sin(span.angle + span.c.omega * span.h)
+        flow = flows[k]
+        product = flow.matrix[:3, :3] @ product
+        if flow.segment.guard is Guard.DRIFT:
+            cosine, _ = numbers.cos_sin(flow.angle + flow.c.omega * flow.h)
             after = forms.constants(itinerary.neighbour(k + 1))
-            product = saltation_matrix(span.c, after, span.end, cosine) @ product
+            product = saltation_matrix(flow.c, after, flow.end, cosine) @ product
     return product
 
 

@@ -35,7 +35,7 @@ def springless(orbit: Orbit) -> bool:
     if orbit.values[_BETA] != 0 or any(map(contact, orbit.itinerary.fields)):
         return False
     with backend(orbit.backend) as numbers:
-        held = inequalities(numbers, orbit.itinerary, orbit.shot)
+        held = inequalities(numbers, orbit.itinerary, orbit.system)
     return any(one.guard is Guard.GAP and one.value < 0 for one in held)
 
 
@@ -63,8 +63,8 @@ def whole_orbit(orbit: Orbit) -> Orbit:
     else:
         z = np.array([*orbit.z, *durations])
     with backend(orbit.backend) as numbers:
-        shot = shooting(numbers, orbit.values, itinerary, z)
-    return Orbit(orbit.values, itinerary, z, shot, orbit.backend, orbit.iterations)
+        system = shooting(numbers, orbit.values, itinerary, z)
+    return Orbit(orbit.values, itinerary, z, system, orbit.backend, orbit.iterations)
 
 
 def half_orbit(orbit: Orbit) -> Orbit | None:
@@ -90,7 +90,7 @@ def halved_at(orbit: Orbit, segment: int | None) -> tuple[Orbit, int | None] | N
         return None
     z, n = orbit.z, len(itinerary)
     if segment is not None and segment >= n:
-        turned = rotated(orbit.itinerary, z, orbit.shot, n)
+        turned = rotated(orbit.itinerary, z, orbit.system, n)
         z, itinerary = turned.z, replace(itinerary, segments=turned.itinerary.segments[:n])
     return _first_half(orbit, itinerary, z), None if segment is None else segment % n
 
@@ -100,8 +100,8 @@ def _first_half(orbit: Orbit, itinerary: Itinerary, z: Vector) -> Orbit:
     if len(orbit.itinerary) == 1:
         z[4] = z[4] / 2
     with backend(orbit.backend) as numbers:
-        shot = shooting(numbers, orbit.values, itinerary, z)
-    return Orbit(orbit.values, itinerary, z, shot, orbit.backend, orbit.iterations)
+        system = shooting(numbers, orbit.values, itinerary, z)
+    return Orbit(orbit.values, itinerary, z, system, orbit.backend, orbit.iterations)
 
 
 def half_itinerary(itinerary: Itinerary) -> Itinerary | None:
@@ -134,7 +134,7 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
         )
         return found if found.success else None
     with backend(orbit.backend) as numbers:
-        turned = rotated(orbit.itinerary, orbit.z, orbit.shot, switches[0])
+        turned = rotated(orbit.itinerary, orbit.z, orbit.system, switches[0])
         fields, durations = list[int](), list[float]()
         for segment, before, h in zip(
             turned.itinerary.segments,
@@ -149,5 +149,5 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
                 durations.append(h)
         plain = Itinerary.of(fields, itinerary.period_number)
         unknowns = np.array([*turned.z[:4], *durations])
-        shot = shooting(numbers, orbit.values, plain, unknowns)
-    return Orbit(orbit.values, plain, unknowns, shot, orbit.backend, orbit.iterations)
+        system = shooting(numbers, orbit.values, plain, unknowns)
+    return Orbit(orbit.values, plain, unknowns, system, orbit.backend, orbit.iterations)

@@ -50,10 +50,10 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
     forms, omega = ClosedForms(numbers, orbit.values), orbit.values[PARAMETERS.index("omega")]
     result = curve * 0
     state, angle = curve[:, :3], _without_constant(curve[:, 3])
-    for i, span in enumerate(orbit.shot.spans):
+    for i, flow in enumerate(orbit.system.flows):
         duration = curve[:, 4 + i]
-        end = _end(forms, span, omega, state, angle, _without_constant(duration))
-        result[:, i] = _guard(span, itinerary.zeros(i), state, end, angle, duration)
+        end = _end(forms, flow, omega, state, angle, _without_constant(duration))
+        result[:, i] = _guard(flow, itinerary.zeros(i), state, end, angle, duration)
         state, angle = end, _without_constant(angle + omega * duration)
     sign = -1 if itinerary.mirrored else 1
     result[:, n : n + 3] = state - sign * curve[:, :3]
@@ -62,7 +62,7 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
     if pinned is not None:
         result[:, n + pinned] = curve[:, pinned]
     result[:, n + 3] = omega * curve[:, 4:].sum(axis=1)
-    result[0] = orbit.shot.residual
+    result[0] = orbit.system.residual
     return result
 
 
@@ -111,19 +111,19 @@ def _cos_sin(angle: Vector) -> tuple[Vector, Vector]:
 
 
 def _end(
-    forms: ClosedForms, span: SegmentFlow, omega: Number, state: Series, angle: Vector, more: Vector
+    forms: ClosedForms, flow: SegmentFlow, omega: Number, state: Series, angle: Vector, more: Vector
 ) -> Series:
     """The state (many, 3) at a segment's end, where its start and its duration are series."""
-    c, closed = span.c, span.closed
+    c, closed = flow.c, flow.closed
     # The derivative by the angle, a quarter turn back, is the response to the forcing itself.
     back = closed._replace(cos_theta=closed.sin_theta, sin_theta=-closed.cos_theta)
-    forced = forms.run(span.segment.field, c, back, span.h or forms.numbers.unit)[1][:3, 3]
+    forced = forms.run(flow.segment.field, c, back, flow.h or forms.numbers.unit)[1][:3, 3]
     cosine, sine = _cos_sin(angle)
-    matrix = span.matrix[:3]
+    matrix = flow.matrix[:3]
     y = np.full((len(state), 6), omega * 0)
     y[:, :3] = state @ matrix[:, :3].T + np.outer(cosine, forced) + np.outer(sine, matrix[:, 3])
-    y[0, :3] = span.end
-    ahead = forms.numbers.cos_sin(span.angle + omega * span.h)
+    y[0, :3] = flow.end
+    ahead = forms.numbers.cos_sin(flow.angle + omega * flow.h)
     y[:, 3] = ahead[0] * cosine - ahead[1] * sine
     y[:, 4] = ahead[1] * cosine + ahead[0] * sine
     y[0, 5] = y[0, 5] + 1
@@ -131,10 +131,10 @@ def _end(
 
 
 def _guard(
-    span: SegmentFlow, zeros: int, state: Series, end: Series, angle: Vector, duration: Vector
+    flow: SegmentFlow, zeros: int, state: Series, end: Series, angle: Vector, duration: Vector
 ) -> Vector:
     """A segment's guard at its end, over the power `zeros` of its duration."""
-    guard, c = span.segment.guard, span.c
+    guard, c = flow.segment.guard, flow.c
     if guard is None:
         return angle
     row = 0 if guard is Guard.GAP else 2
@@ -145,7 +145,7 @@ def _guard(
     gained = end[:, row] - state[:, row]
     if zeros == 2:
         margin = formulas.force_change(c, state[:, 0], state[:, 1])
-        margin[0] = span.closed.margin
+        margin[0] = flow.closed.margin
         gained = gained - product(duration, margin) / c.gamma
     no_duration = duration[0] == 0
     for _ in range(zeros):
