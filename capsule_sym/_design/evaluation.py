@@ -189,10 +189,10 @@ def _arrived(parameters: Parameters, marks: Vector, watch: Watch) -> Motion | No
     return None
 
 
-def beside(motion: Motion, parameters: Parameters, quick: bool = False) -> Motion | None:
+def same_itinerary_at(motion: Motion, parameters: Parameters, quick: bool = False) -> Motion | None:
     """The orbit of the same itinerary at other parameters, admissible or not; None if none.
 
-    A quick answer is None as well where the map of a motion of the core does not realise it.
+    A quick answer is None as well where the map of a motion of the core does not pass through it.
     """
     moved = _values(parameters) - _values(motion.parameters)
     if motion.found is not None:
@@ -215,7 +215,9 @@ def beside(motion: Motion, parameters: Parameters, quick: bool = False) -> Motio
     return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
-def follow(motion: Motion, parameters: Parameters, watch: Watch | None = None) -> Motion | None:
+def continue_motion(
+    motion: Motion, parameters: Parameters, watch: Watch | None = None
+) -> Motion | None:
     """The motion that a motion becomes where the parameters change to others; None if none."""
     if motion.found is not None:
         moved = _values(parameters) - _values(motion.parameters)
@@ -224,7 +226,7 @@ def follow(motion: Motion, parameters: Parameters, watch: Watch | None = None) -
         if found is not None and found.admissible:
             return found
         return settle(parameters, tuple(motion.state.tolist()), watch=watch)
-    found = beside(motion, parameters)
+    found = same_itinerary_at(motion, parameters)
     if found is not None and found.admissible:
         return found
     assert motion.orbit is not None

@@ -200,7 +200,7 @@ class Optimiser:
         return None
 
     def holds(self, found: Stationary, near: Place) -> bool:
-        """Whether a stationary place is an optimum that the map realises, next to another place."""
+        """Whether a stationary place is an admissible optimum, next to another place."""
         place = found.place
         return (
             found.residual < SOLVED

@@ -204,11 +204,11 @@ class Program:
 
     def followed(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The motions that these become at other variables; None where one is lost, or in time."""
-        return self._moved(partial(evaluation.follow, watch=self.watch), motions, u)
+        return self._moved(partial(evaluation.continue_motion, watch=self.watch), motions, u)
 
     def extended(self, motions: Sequence[Motion], u: Vector) -> tuple[Motion, ...] | None:
         """The orbits of the same itineraries at other variables, admissible or not."""
-        return self._moved(evaluation.beside, motions, u)
+        return self._moved(evaluation.same_itinerary_at, motions, u)
 
     def _moved(
         self,
@@ -291,7 +291,7 @@ class Program:
             for weights in ways:
                 moved = [replace(system, **{name: value + place * step}) for place, _ in weights]
                 found = [
-                    evaluation.beside(motion, dimensionless(system), how is COARSE)
+                    evaluation.same_itinerary_at(motion, dimensionless(system), how is COARSE)
                     for system in moved
                 ]
                 if all(found):

@@ -19,7 +19,7 @@ from capsule_sym import (
 )
 from capsule_sym._design import evaluation
 from capsule_sym._design.borders import distances
-from capsule_sym._design.evaluation import beside, settle
+from capsule_sym._design.evaluation import same_itinerary_at, settle
 from capsule_sym._design.quantities import dimensionless_slopes, of
 from capsule_sym._parameters import METRIC_UNITS
 
@@ -210,7 +210,7 @@ def test_metrics_of_a_device_change_with_its_parameters_as_differences_say() -> 
         step = 1e-5 * getattr(DEVICE, name)
         for by in (-step, step):
             device = replace(DEVICE, **{name: getattr(DEVICE, name) + by})
-            moved = beside(motion, device.dimensionless())
+            moved = same_itinerary_at(motion, device.dimensionless())
             assert moved is not None
             ends.append(of(moved.metrics, device))
         for metric in METRIC_UNITS:
@@ -234,7 +234,7 @@ def test_distances_from_borders_change_as_differences_say() -> None:
         for k, name in enumerate(("alpha", "zeta")):
             step, ends = 1e-4, []
             for by in (-2 * step, -step, step, 2 * step):
-                moved = beside(motion, p.replace(**{name: getattr(p, name) + by}))
+                moved = same_itinerary_at(motion, p.replace(**{name: getattr(p, name) + by}))
                 assert moved is not None
                 ends.append({one.inequality[:3]: one for one in distances(moved.orbit)})
             for one in distances(motion.orbit):

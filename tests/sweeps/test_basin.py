@@ -19,9 +19,9 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._native import present
-from capsule_sym._sweeps import basin, closing
+from capsule_sym._sweeps import basin, end_orbit
 from capsule_sym._sweeps.basin import NONE, identify
-from capsule_sym._sweeps.closing import NotSolved, orbit_at_end
+from capsule_sym._sweeps.end_orbit import NotSolved, orbit_at_end
 from capsule_sym._sweeps.itineraries import code
 
 # Two motions coexist here, of one and of two excitation periods.
@@ -81,7 +81,7 @@ def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(
         return solve_orbit(*given)
 
     with monkeypatch.context() as patch:
-        patch.setattr(closing, "solve_orbit", late)
+        patch.setattr(end_orbit, "solve_orbit", late)
         summary, found = run_basin(sweep, tmp_path / "store", max_seconds=1e9)
     assert (summary.status, summary.computed) == ("time-limit", sweep.size)
     assert found.attractors == ()

@@ -177,7 +177,7 @@ def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
 
 
 def _leaving(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:
-    """The states beside a point, on every side on which the map realises them."""
+    """The states beside a point, on every side on which they are admissible."""
     found = list(_sides(numbers, point, axis))
     if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
         doubled = _doubled(numbers, point.orbit, axis)

@@ -47,7 +47,7 @@ def solve_orbit(
     The state at phase 0 is dimensionless.
 
     The motion need not have settled to the last digit: an orbit close by, of an itinerary that the
-    motion repeats, is taken if it is stable, the map realises it, and the motion goes on towards
+    motion repeats, is taken if it is stable and admissible, and the motion goes on towards
     it. Itineraries over 1 to 16 excitation periods are tried. Where there is no orbit the detail
     names those that the end of the run suggested, and what is wrong with each. The search ends
     after `max_seconds`. Raises InvalidInput as `simulate` does.

@@ -10,7 +10,7 @@ from capsule_sym._sweeps import itineraries
 
 
 class NotSolved(CapsuleError):
-    """Newton's method closes no orbit of this itinerary at the end of a run."""
+    """Newton's method finds no orbit of this itinerary at the end of a run."""
 
 
 def orbit_at_end(
