@@ -79,6 +79,12 @@ def matrix(rows: int, columns: int, entries: Iterable[tuple[int, int, Any]] = ()
     return found
 
 
+def unit(rows: int, columns: int | None = None) -> Matrix:
+    """The unit matrix, or its first rows or columns."""
+    columns = rows if columns is None else columns
+    return matrix(rows, columns, ((i, i, 1) for i in range(min(rows, columns))))
+
+
 def floats(found: Matrix) -> NDArray[np.float64]:
     """Midpoints of a matrix, rounded."""
     return np.array([[float(x) for x in row] for row in found.mid().tolist()])

@@ -146,7 +146,7 @@ def prove_event(
         tuple(segments),
         tube,
         other,
-        tuple(characteristic(monodromy(side)) for side in sides),
+        tuple(characteristic(monodromy(side.wide)) for side in sides),
         None if len(segments) > 1 else growth(tube, segments[0], order, free[0]),
     )
 

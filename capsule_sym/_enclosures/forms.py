@@ -7,12 +7,14 @@ nothing is lost of how two quantities vary together, which plain balls forget.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import product
 from math import ceil, factorial, log2
 from typing import Any
 
-from capsule_sym._enclosures.balls import Matrix, arb, largest, matrix, symmetric, upper
+from flint import arb_mat
+
+from capsule_sym._enclosures.balls import Matrix, arb, largest, matrix, symmetric, unit, upper
 
 DEGREE = 2
 MONOMIALS = tuple(
@@ -35,6 +37,7 @@ _BY_DEGREE = [[k for k, m in enumerate(MONOMIALS) if sum(m) == n] for n in range
 _SMALL = 0.25  # norm below which an exponential is its series
 _ORDER = 10
 _ANY = symmetric(1)
+_ALL = range(len(MONOMIALS))
 
 
 class Form:
@@ -71,11 +74,33 @@ class Form:
         """A ball, or a matrix of balls, that holds all values."""
         return self.c + self.range
 
-    def __add__(self, other: Form) -> Form:
+    def __getitem__(self, place: tuple[int, int]) -> Form:
+        """An entry of a matrix."""
+        return Form([x[place] for x in self.p], self.e[place])
+
+    def __add__(self, other: Any) -> Form:
+        """The sum with a form, or with a narrow number or matrix."""
+        if not isinstance(other, Form):
+            return Form([self.p[0] + other, *self.p[1:]], self.e)
         return Form([x + y for x, y in zip(self.p, other.p, strict=True)], self.e + other.e)
 
-    def __sub__(self, other: Form) -> Form:
-        return self + other * -1
+    __radd__ = __add__
+
+    def __neg__(self) -> Form:
+        return self * -1
+
+    def __sub__(self, other: Any) -> Form:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> Form:
+        return (self * -1).__add__(other)
+
+    def __truediv__(self, other: Any) -> Form:
+        return self * (other.inverse() if isinstance(other, Form) else 1 / other)
+
+    def __rmul__(self, other: Any) -> Form:
+        """The product of a narrow number or matrix with this one."""
+        return Form([other * x for x in self.p], other * self.e)
 
     def __mul__(self, other: Any) -> Form:
         """The product with a form, or with a narrow number or matrix."""
@@ -102,21 +127,17 @@ class Form:
             rest = rest + one * high
         return Form(found, rest)
 
-    def before(self, narrow: Matrix) -> Form:
-        """The product of a narrow matrix with this one."""
-        return Form([narrow * x for x in self.p], narrow * self.e)
-
     def _composed(self, terms: Sequence[Any], last: Any) -> Form:
         """The sum of terms_k d^k with d this form off its middle; `last` times |d|^3 is left."""
         away = Form((self.c * 0, *self.p[1:]), self.e)
-        found = Form([x * terms[DEGREE] for x in away.p], away.e * terms[DEGREE])
+        found = away * terms[DEGREE]
         for k in range(DEGREE - 1, 0, -1):
-            found = (found + _constant(terms[k])) * away
-        found = found + _constant(terms[0])
+            found = (found + terms[k]) * away
         left = away.range
         power = left
         for _ in range(DEGREE):
             power = power * left
+        found = found + terms[0]
         return Form(found.p, found.e + last * power)
 
     def inverse(self) -> Form:
@@ -160,24 +181,32 @@ def polynomial(coefficients: Sequence[Any], radius: float = 0.0) -> Form:
     return Form([*map(arb, coefficients), *[arb(0)] * left], symmetric(radius))
 
 
-def assembled(rows: int, columns: int, entries: dict[tuple[int, int], Form]) -> Form:
-    """A matrix of numbers, 0 where there is no entry."""
+def assembled(rows: int, columns: int, entries: Iterable[tuple[int, int, Any]]) -> Any:
+    """A matrix of numbers, balls or forms, and 0 where there is no entry."""
+    given = [*entries]
+    if not any(isinstance(value, Form) for *_, value in given):
+        return matrix(rows, columns, given)
+    forms = [(i, j, x if isinstance(x, Form) else number(x)) for i, j, x in given]
+    parts = [matrix(rows, columns, ((i, j, x.p[k]) for i, j, x in forms)) for k in _ALL]
+    return Form(parts, matrix(rows, columns, ((i, j, x.e) for i, j, x in forms)))
 
-    def part(of: Any) -> Matrix:
-        return matrix(rows, columns, ((i, j, of(one)) for (i, j), one in entries.items()))
 
-    parts = [part(lambda one, k=k: one.p[k]) for k in range(len(MONOMIALS))]
-    return Form(parts, part(lambda one: one.e))
+def stacked(blocks: Sequence[Any]) -> Any:
+    """Matrices of balls or of forms, one below the other."""
+    if not any(isinstance(one, Form) for one in blocks):
+        return arb_mat([row for one in blocks for row in one.tolist()])
+    forms = [one if isinstance(one, Form) else _constant(one) for one in blocks]
+    return Form([stacked([x.p[k] for x in forms]) for k in _ALL], stacked([x.e for x in forms]))
 
 
-def entry(whole: Form, row: int, column: int) -> Form:
-    """An entry of a matrix."""
-    return Form([x[row, column] for x in whole.p], whole.e[row, column])
+def hull(value: Any) -> Any:
+    """A ball, or a matrix of balls, that holds all values of a form, or of a ball itself."""
+    return value.hull if isinstance(value, Form) else value
 
 
 def identity(size: int) -> Form:
     """The unit matrix."""
-    return _constant(matrix(size, size, ((i, i, 1) for i in range(size))))
+    return _constant(unit(size))
 
 
 def exponential(rates: Form, h: Form) -> Form:
@@ -210,7 +239,7 @@ def shifted(rates: Matrix, h: Form, flow: Any) -> Form:
     found = _constant(terms[0])
     power = away
     for k in range(1, DEGREE + 1):
-        found = found + Form([terms[k] * x for x in power.p], terms[k] * power.e)
+        found = found + terms[k] * power
         power = power * away
     left, last = away.range, away.range
     for _ in range(DEGREE):

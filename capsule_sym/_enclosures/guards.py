@@ -35,6 +35,9 @@ _DEEPEST = 30  # halvings of a piece
 _ANEW = 32  # pieces after which the state is computed from the segment's end: errors of steps grow
 
 
+Orders = tuple[Sequence[int], Sequence[int]]
+
+
 @dataclass(frozen=True)
 class Known:
     """What is exact at an instant: x_r = delta, v_r = 0, v_c = 0, P = side f_b, P' = 0."""
@@ -218,7 +221,7 @@ class Watch:
         start: Matrix,
         end: Matrix,
         h: Ball,
-        orders: tuple[Sequence[int], Sequence[int]],
+        orders: Orders,
         name: str,
     ) -> None:
         """Prove every guard of a segment positive between its ends, or raise Unproved.
@@ -325,23 +328,24 @@ def _affine(tube: Tube) -> Iterator[Matrix]:
         yield found
 
 
+def zeros(itinerary: Itinerary, i: int, still: Sequence[int] = ()) -> Orders:
+    """How often each guard of segment i vanishes, by what is exact, at its start and at its end."""
+    field, guard = itinerary.segments[i].field, itinerary.segments[i].guard
+    if guard is None:
+        return Known().orders(field), Known().orders(field)
+    n = len(itinerary)
+    ends = known(itinerary, i, still), known(itinerary, (i + 1) % n, still)
+    return ends[0].orders(field), ends[1].orders(field)
+
+
 def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int] = ()) -> None:
     """Prove that every orbit of a tube goes through the fields of its itinerary and no others.
 
     Raises Unproved with the guard and the segment. The segments `still` have the duration 0.
     """
-    watch = watch or Watch()
-    itinerary, hull = tube.shooting.itinerary, tube.hull()
-    states = affine_states(tube)
-    n = len(itinerary)
-    for i, segment in enumerate(itinerary.segments):
-        if i in still:
-            continue
-        h = hull[tube.shooting.durations[i]]
-        before, after = known(itinerary, i, still), known(itinerary, (i + 1) % n, still)
-        if segment.guard is None:
-            before = after = Known()
-        orders = before.orders(segment.field), after.orders(segment.field)
-        field = tube.wide.fields[i]
-        name = f"segment {i + 1}, F{segment.field}"
-        watch.segment(field, states[i], states[(i + 1) % n], h, orders, name)
+    watch, states, hull = watch or Watch(), affine_states(tube), tube.hull()
+    for i, field in enumerate(tube.wide.fields):
+        if i not in still:
+            ends = states[i], states[(i + 1) % len(states)]
+            orders, name = zeros(tube.wide.itinerary, i, still), f"segment {i + 1}, F{field.index}"
+            watch.segment(field, *ends, hull[tube.shooting.durations[i]], orders, name)

@@ -111,4 +111,4 @@ def prove(
     """
     tube = enclose(shooting, guess, {**held(shooting), **given})
     prove_admissible(tube, watch)
-    return Proved(tube, prove_stable(tube) if stable else None)
+    return Proved(tube, prove_stable(tube.wide) if stable else None)

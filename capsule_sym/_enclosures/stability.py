@@ -1,14 +1,17 @@
-"""The derivative of one period of an orbit in balls, and Jury's conditions on its multipliers."""
+"""The derivative of one period of an orbit, and Jury's conditions on its multipliers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-from capsule_sym._enclosures.balls import Ball, Matrix, Unproved, arb, matrix
-from capsule_sym._enclosures.fields import C, V
-from capsule_sym._enclosures.krawczyk import Tube
+from capsule_sym._enclosures.balls import Ball, Unproved, arb, unit
+from capsule_sym._enclosures.equations import Evaluation
+from capsule_sym._enclosures.fields import SIZE, C, V, X
+from capsule_sym._enclosures.forms import assembled, hull
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.shooting.itinerary import drift
+
+_FIRST, _COLUMNS = unit(3, SIZE), unit(SIZE, 3)
 
 
 @dataclass(frozen=True)
@@ -32,50 +35,59 @@ class Characteristic:
         )
 
 
-def monodromy(tube: Tube) -> Matrix:
-    """The derivative (3, 3) of one period from a segment's start, over all orbits of a tube."""
-    itinerary = tube.shooting.itinerary
-    n = len(itinerary)
-    first = next((i for i in range(n) if drift(itinerary.fields[i]) == 0), 0)
-    size = 3 if drift(itinerary.fields[first]) else 2  # v_c is no state of stick
-    product = matrix(3, 3, ((i, i, 1) for i in range(size)))
-    for step in range(n):
-        i = (first + step) % n
-        flow = tube.wide.flows[i]
-        product = matrix(3, 3, ((r, s, flow[r, s]) for r in range(3) for s in range(3))) * product
-        if itinerary.segments[i].guard is Guard.DRIFT:
-            product = _jump(tube, i, (i + 1) % n) * product
+def three(flow: Any) -> Any:
+    """The part of a flow by which the state depends on its start."""
+    return _FIRST * flow * _COLUMNS
+
+
+def saltation(field: Any, following: Any, guard: Guard | None, state: Any) -> Any:
+    """The saltation matrix: how the derivative, at a fixed time, changes at a switch.
+
+    `state` holds all states there, in balls or as a form over a patch.
+    """
+    if guard is not Guard.DRIFT:  # the fields agree where the gap closes and where stick ends
+        return unit(3)
+    lost: Any = arb(1)  # of v_c, where stick follows
+    if not following.stick:
+        lost = 1 - (following.A * state)[C, 0] / (field.A * state)[C, 0]
+    # The inner mass does not feel friction: v_r gains what v_c loses.
+    return assembled(3, 3, [(X, X, 1), (V, V, 1), (V, C, lost), (C, C, 1 - lost)])
+
+
+def monodromy(found: Evaluation) -> Any:
+    """The derivative (3, 3) of one period from a segment's start, over all orbits."""
+    segments = found.itinerary.segments
+    n = len(segments)
+    first = next((i for i, field in enumerate(found.fields) if field.stick), 0)
+    product: Any = unit(3)
+    if found.fields[first].stick:  # v_c is no state of stick
+        product[C, C] = 0
+    for i in [*range(first, n), *range(first)]:
+        after = (i + 1) % n
+        product = three(found.flows[i]) * product
+        jump = found.fields[i], found.fields[after], segments[i].guard, found.nodes[after].state
+        product = saltation(*jump) * product
     return product
 
 
-def _jump(tube: Tube, segment: int, following: int) -> Matrix:
-    """The saltation matrix where a drift ends.
+def characteristic(m: Any) -> Characteristic:
+    """The characteristic polynomial of a (3, 3) matrix, of balls or a form's."""
 
-    The inner mass does not feel friction: v_r + v_c has the same rate before and after.
-    """
-    found = matrix(3, 3, ((i, i, 1) for i in range(3)))
-    lost = arb(1)  # of v_c, where stick follows
-    if drift(tube.shooting.itinerary.fields[following]):
-        state = tube.wide.nodes[following].state
-        before = (tube.wide.fields[segment].A * state)[C, 0]
-        lost = 1 - (tube.wide.fields[following].A * state)[C, 0] / before
-    found[V, C], found[C, C] = lost, 1 - lost
-    return found
+    def minor(i: int, j: int, k: int, n: int) -> Any:
+        return m[i, k] * m[j, n] - m[i, n] * m[j, k]
 
-
-def characteristic(found: Matrix) -> Characteristic:
-    """The characteristic polynomial of a (3, 3) matrix."""
-    m = found.tolist()
-    minors = sum(
-        (m[i][i] * m[j][j] - m[i][j] * m[j][i] for i, j in ((0, 1), (0, 2), (1, 2))), arb(0)
+    trace = m[0, 0] + m[1, 1] + m[2, 2]
+    minors = minor(0, 1, 0, 1) + minor(0, 2, 0, 2) + minor(1, 2, 1, 2)
+    determinant = (
+        m[0, 0] * minor(1, 2, 1, 2) - m[0, 1] * minor(1, 2, 0, 2) + m[0, 2] * minor(1, 2, 0, 1)
     )
-    return Characteristic(m[0][0] + m[1][1] + m[2][2], minors, found.det())
+    return Characteristic(hull(trace), hull(minors), hull(determinant))
 
 
-def prove_stable(tube: Tube) -> Characteristic:
-    """Prove that every orbit of a tube attracts its neighbours, or raise Unproved."""
-    found = characteristic(monodromy(tube))
-    for number, value in enumerate(found.jury, 1):
+def prove_stable(found: Evaluation) -> Characteristic:
+    """Prove that every orbit attracts its neighbours, or raise Unproved."""
+    proved = characteristic(monodromy(found))
+    for number, value in enumerate(proved.jury, 1):
         if not value > 0:
             raise Unproved("stability", f"Jury's condition {number} is not proved: {value.str(3)}")
-    return found
+    return proved

@@ -59,6 +59,7 @@ OTHER = polynomial([-0.7, 0.03, 0.08, 0.0, 0.01, 0.01])
         (ONE * OTHER, lambda x, y: x * y),
         (ONE * ONE * OTHER + ONE - OTHER, lambda x, y: x * x * y + x - y),
         (OTHER.inverse(), lambda x, y: 1 / y),
+        ((2 - ONE * OTHER) / ONE + 1 - arb(3), lambda x, y: (2 - x * y) / x - 2),
         (ONE.sin_cos()[0], lambda x, y: x.sin()),
         (ONE.sin_cos()[1], lambda x, y: x.cos()),
     ],
@@ -72,15 +73,27 @@ def test_forms_hold_what_they_stand_for_and_not_without_remainder(made: Form, tr
     assert float(made.e.rad()) < 5e-2
 
 
+def test_a_matrix_of_forms_and_balls_holds_both() -> None:
+    made = forms.assembled(2, 2, [(0, 0, ONE), (0, 1, arb(3)), (1, 0, OTHER * ONE)])
+    below = forms.stacked([made, arb_mat([[5, 7]])])
+    turned = arb_mat([[0, 1, 0], [2, 0, 1]]) * below
+    for x, y in PLACES:
+        one, other = at(ONE, x, y), at(OTHER, x, y)
+        expected = [[one * other, arb(0)], [2 * one + 5, arb(13)]]
+        for i, j in product(range(2), repeat=2):
+            assert at(turned[i, j], x, y).overlaps(expected[i][j])
+            assert forms.hull(turned)[i, j].contains(expected[i][j].mid())
+
+
 def test_exponential_over_a_patch_holds_the_flow_at_its_corners() -> None:
     patch = patch_at(1.64, 3.3, (2e-3, 2e-2))
     h = polynomial([1.2, 0.01, -0.02])
-    found = exponential(patch._rates[4], h)
+    found = exponential(patch.flows[4].A, h)
     for x, y in PLACES:
         exact = Field(4, patch.given | {"gamma": patch.gamma.c + ball(0.02) * y})
         flow = exact.flow(ball(1.2 + 0.01 * x - 0.02 * y))
         for i, j in product(range(6), repeat=2):
-            entry = forms.entry(found, i, j)
+            entry = found[i, j]
             assert at(entry, x, y).overlaps(flow[i, j])
     assert float(max(abs(x) for row in floats(found.e) for x in row)) < 1e-3
 
@@ -99,9 +112,9 @@ def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> No
         values[PARAMETERS.index("gamma")] += y * radii[1]
         moved = solve_itinerary(values, orbit.itinerary, list(orbit.z))
         assert moved.success, moved.message
-        for form, flow in zip(segments.starts, moved.system.flows, strict=True):
+        for node, flow in zip(segments.nodes, moved.system.flows, strict=True):
             for row in range(2):
-                held = at(forms.entry(form, row, 0), x, y)
+                held = at(node.state[row, 0], x, y)
                 assert (held + arb(0, 1e-12)).contains(arb(float(flow.start[row])))
 
 
@@ -311,7 +324,7 @@ def test_sizes_of_a_large_residual_prove_nothing(monkeypatch: pytest.MonkeyPatch
 
     patch = patch_at(1.9, 2.0, radii)
     monkeypatch.setattr(Form, "__mul__", bare)
-    assert np.isfinite(float(patch.enclose().durations[0].mid()))
+    assert np.isfinite(float(patch.enclose().durations[0].hull.mid()))
 
 
 @pytest.mark.parametrize("seconds", [math.nan, 0, -1.0, None])
