@@ -20,6 +20,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._orbits.metrics import performance as module
+from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._symbolic.model import model
 from capsule_sym._symbolic.model import symbols as s
 from tests.orbits.branches import settled
@@ -60,6 +61,31 @@ def test_balance_holds_over_several_periods_of_excitation() -> None:
     orbits = [solve_orbit(parameters, (x, 0.0, 0.0)) for x in (-1.0, 0.0, 1.0, 2.0)]
     found = next(o for o in orbits if o.success and o.itinerary.period_number == 3)
     assert abs(performance(found).imbalance) < 1e-14 * performance(found).work.value
+
+
+@pytest.mark.parametrize("zeta", [3.0, 100.0, 9e3])
+def test_strong_damping_takes_few_nodes(zeta: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its fast mode decays: the panels are short at a segment's start alone."""
+    p, calls = Parameters(alpha=5.0, zeta=zeta), []
+    run = ClosedForms.run
+    monkeypatch.setattr(ClosedForms, "run", lambda *given: calls.append(0) or run(*given))
+    found = performance(solve_orbit(p))
+    assert abs(found.imbalance) < 1e-14 * found.work.value
+    assert len(calls) < 2000  # panels of one length would be 34,000, of 16 nodes each
+    ends = [performance(solve_orbit(p.replace(zeta=zeta * by))) for by in (1 - 1e-5, 1 + 1e-5)]
+    slope = (ends[1].damper_loss.value - ends[0].damper_loss.value) / (2e-5 * zeta)
+    assert found.damper_loss.gradient["zeta"] == pytest.approx(slope, rel=1e-7)
+
+
+def test_strong_damping_is_exact_in_50_digits() -> None:
+    p = Parameters(alpha=0.001, zeta=3.0)
+    found = performance(solve_itinerary(p, Itinerary.parse("2"), backend="mpmath"))
+    with mp.workdps(60):
+        omega, zeta = mpf(p.omega), mpf(p.zeta)
+        amplitude = mpf(p.alpha) / mp.sqrt((1 - omega**2) ** 2 + (2 * zeta * omega) ** 2)
+        loss = 2 * mp.pi * zeta * amplitude**2 * omega
+        assert abs(found.work.value / loss - 1) < mpf("1e-48")
+        assert abs(found.damper_loss.value / loss - 1) < mpf("1e-48")
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,9 @@
 
 Work and damper loss are integrals of products of closed forms, entire functions of time of known
 exponential type: Gauss-Legendre quadrature on panels short beside that type has no error above
-rounding, at resonance and for short segments as well. Each is integrated on its own, so that the
-energy balance, work = damper loss + friction loss, tests both. Friction loss and progression are
-closed forms.
+rounding, at resonance and for short segments as well. As the fast mode of strong damping decays,
+the panels become longer. Each is integrated on its own, so that the energy balance, work = damper
+loss + friction loss, tests both. Friction loss and progression are closed forms.
 
 A gradient is that along the branch of orbits: the implicit function theorem gives how the orbit
 moves with each parameter.
@@ -16,11 +16,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._native import check_time
 from capsule_sym._orbits.metrics.peaks import peak_of_contact, peak_of_force
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector
@@ -32,6 +33,7 @@ _OMEGA = PARAMETERS.index("omega")
 # The error of n nodes on e^(lambda t) over a panel h is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3)
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
 _NODES, _REACH = 16, 12
+_MOST_EXPONENT = 700.0
 _MPMATH_DEGREE, _MPMATH_REACH = 5, 30  # of this degree mpmath's rule has 48 nodes
 METRICS = (
     "velocity",
@@ -119,7 +121,8 @@ def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
 def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, _Energy]:
     """Drive's work, damper loss and friction loss of a segment, each with derivatives (12,)."""
     c, h = flow.c, flow.h
-    fractions, weights = _panels(forms.numbers, 2 * float(c.rate) * abs(float(h)))
+    check_time()
+    fractions, weights = _panels(forms.numbers, c, abs(float(h)))
     v_r, v_c, cosine, sine, v_r_by, v_c_by = _sample(forms, flow, fractions)
     v_m, v_m_by = v_r + v_c, v_r_by + v_c_by
     power_by = c.alpha * cosine * v_m_by
@@ -164,15 +167,32 @@ def _sample(
     return v_r, v_c, cosine, sine, rows[0], rows[1]
 
 
-def _panels(numbers: Backend, reach: float) -> tuple[Vector, Vector]:
-    """Nodes and weights on (0, 1), for functions of exponential type `reach` there."""
-    if numbers.name == "mpmath":
-        (nodes, weights), longest = _mpmath_nodes(), _MPMATH_REACH
+def _panels(numbers: Backend, c: Any, h: float) -> tuple[Vector, Vector]:
+    """Nodes and weights on (0, 1), for products of two functions of a segment of duration h."""
+    mpmath = numbers.name == "mpmath"
+    (nodes, weights), longest = (_mpmath_nodes(), _MPMATH_REACH) if mpmath else (_nodes(), _REACH)
+    if c.q < 0:
+        ends = _graded(c, h, longest, 2 * len(nodes) + 1)
     else:
-        (nodes, weights), longest = _nodes(), _REACH
-    count = max(1, math.ceil(reach / longest))
-    fractions = [(i + (1 + nodes) / 2) / count for i in range(count)]
-    return np.concatenate(fractions), np.concatenate([weights / (2 * count)] * count)
+        count = max(1, math.ceil(2 * float(c.rate) * h / longest))
+        ends = [i / count for i in range(count + 1)]
+    bounds = np.array([numbers.number(end) for end in ends])
+    widths = np.diff(bounds)[:, None]
+    fractions = bounds[:-1, None] + widths * ((1 + nodes) / 2)
+    return fractions.ravel(), (widths * (weights / 2)).ravel()
+
+
+def _graded(c: Any, h: float, longest: float, order: int) -> list[float]:
+    """Ends of an overdamped segment's panels, longer and longer as its fast mode decays.
+
+    Half of the decay is for the powers of time in the derivatives.
+    """
+    fast, slow = c.fast * h, max(c.omega, -c.slow) * h
+    ends = [0.0]
+    while ends[-1] < 1:
+        left = math.exp(-min(fast * ends[-1] / (2 * order), _MOST_EXPONENT))
+        ends.append(min(1.0, ends[-1] + longest / (2 * max(slow, fast * left))))
+    return ends
 
 
 @lru_cache(maxsize=1)
