@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map import simulate
+from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
 from capsule_sym._map.segments import MODES
@@ -25,6 +26,7 @@ from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
 from capsule_sym._orbits.shooting.admissibility import is_admissible
+from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
@@ -38,8 +40,6 @@ _ARRIVED = 1e-7  # distance at which a run is on its motion
 _SAME = 1e-6  # distance of two that are one
 _SURVEYED = 100  # excitation periods before a cell of a survey is closed
 _CONTACT = [field for field, mode in enumerate(MODES, 1) if mode.startswith("C")]
-_UNIT = 2.0**-53  # of rounding
-_ROUNDED = 8.0  # such units by which the advance of one segment may be off, of its largest term
 Vector = NDArray[np.float64]
 
 
@@ -88,7 +88,7 @@ class Motion:
             }
         fields = np.array([[int(name[1:]) for name in self.itinerary]])
         values = np.array([[found[name].value for name in METRICS]])
-        if not drifts(_values(self.parameters)[None], fields, values)[0]:
+        if not _drifting(_values(self.parameters)[None], fields, values)[0]:
             found |= dict.fromkeys(("velocity", "progression"), Slope(0.0, np.zeros(7)))
         return found
 
@@ -110,23 +110,16 @@ class Motion:
         return inside and self.multiplier < 1 and is_admissible(self._orbit)
 
 
-def drifts(rows: Vector, fields: NDArray[Any], values: Vector) -> NDArray[np.bool_]:
-    """Whether motions of parameters (n, 7), with their fields (n, m) and METRICS (n, 7), drift.
-
-    Without contact, or on a stop of no stiffness, none does. All forces are monotone there, so that
-    two motions never move apart: they drift alike. The mirror image of a motion, half a period
-    later, is a motion too and drifts the other way. Elsewhere a drift counts that is above its
-    rounding: the advance of a segment is a sum of terms of the size of the capsule's way, and of
-    f_b h^2 and alpha/omega^2 over 1 + gamma.
-    """
-    alpha, omega, _, _, beta, gamma, f_b = rows.T
+def _drifting(rows: Vector, fields: NDArray[Any], values: Vector) -> NDArray[np.bool_]:
+    """Whether motions of parameters (n, 7), with their fields (n, m) and METRICS (n, 7), drift."""
     metrics = dict(zip(METRICS, values.T, strict=True))
-    count = np.count_nonzero(fields, axis=1)
-    terms = (f_b * (math.tau / omega) ** 2 + alpha / omega**2) / (1 + gamma)
-    terms += metrics["friction_loss"] / f_b
-    above = abs(metrics["progression"]) > _ROUNDED * _UNIT * count * terms
-    found: NDArray[np.bool_] = above & np.isin(fields, _CONTACT).any(axis=1) & (beta > 0)
-    return found
+    return drifts(
+        rows,
+        contact=np.isin(fields, _CONTACT).any(axis=1),
+        progression=metrics["progression"],
+        way=metrics["friction_loss"] / rows[:, PARAMETERS.index("f_b")],
+        segments=np.count_nonzero(fields, axis=1),
+    )
 
 
 def _values(parameters: Parameters) -> Vector:
@@ -268,7 +261,7 @@ def survey(
         if not len(left):
             break
         found = performance_many(rows[left], ended.states[left], period_number, watch=watch)
-        values, still = found.values, ~drifts(rows[left], found.fields, found.values)
+        values, still = found.values, ~_drifting(rows[left], found.fields, found.values)
         values[still, METRICS.index("progression")] = values[still, METRICS.index("velocity")] = 0
         stable = found.closed & (abs(found.multipliers[:, 0]) < 1)
         for i, row, good in zip(left.tolist(), values.tolist(), stable, strict=True):

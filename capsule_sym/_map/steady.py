@@ -12,8 +12,10 @@ import numpy as np
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._map.backend import Number
 from capsule_sym._map.checks import check_count, is_real
+from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Segment
+from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ class SteadyMotion:
     segments: tuple[Segment, ...]
     period_number: int
     progression: Number
+    parameters: Parameters
 
     def __repr__(self) -> str:
         itinerary = abbreviated(" ".join(self.itinerary))
@@ -53,17 +56,17 @@ class SteadyMotion:
 
 
 def shown_progression(motion: SteadyMotion) -> float:
-    """The progression as it is shown: 0 without contact, and where rounding gives as much.
-
-    Without contact a motion is its own mirror image: it goes nowhere, and weak friction makes much
-    of its rounding. Other such orbits come to some 50 units of rounding.
-    """
-    if all(segment.mode.startswith("NC") for segment in motion.segments):
-        return 0.0
-    value = float(motion.progression)
-    unit = 2.0**-53 if isinstance(motion.progression, float) else 1e-50
-    summed = sum(abs(float(segment.advance)) for segment in motion.segments)
-    return 0.0 if abs(value) * motion.period_number <= 64 * unit * summed else value
+    """The progression as it is shown: 0 where the motion does not drift but by its rounding."""
+    segments, number = motion.segments, motion.period_number
+    drifting = drifts(
+        list(motion.parameters.to_dict().values()),
+        contact=any(not segment.mode.startswith("NC") for segment in segments),
+        progression=float(motion.progression),
+        way=sum(abs(float(segment.advance)) for segment in segments) / number,
+        segments=len(segments),
+        unit=UNIT if isinstance(motion.progression, float) else 1e-50,
+    )
+    return float(motion.progression) if drifting else 0.0
 
 
 def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMotion | None:
@@ -73,7 +76,7 @@ def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMoti
     check_count("longest", longest)
     _ = run.segments  # which have to be kept
     if _rests(run, tolerance):
-        return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0)
+        return SteadyMotion((_rest(run),), 1, run.segments[-1].advance * 0, run.parameters)
     states = np.array(run.stroboscopic[-2 * longest :], dtype=float)
 
     def change(after: int, period_number: int) -> float:
@@ -92,9 +95,11 @@ def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMoti
             _last_periods(run, period_number, 1),
         )
         if not segments and not previous:
-            return SteadyMotion((_last_period(run),), 1, run.segments[-1].advance * 0)
+            return SteadyMotion(
+                (_last_period(run),), 1, run.segments[-1].advance * 0, run.parameters
+            )
         if _labels(segments) == _labels(previous):
-            return _steady(segments, period_number)
+            return _steady(segments, period_number, run.parameters)
     return None
 
 
@@ -168,10 +173,13 @@ def _labels(segments: tuple[Segment, ...]) -> list[tuple[int, str, str]]:
     return [(s.field, s.source, s.target) for s in segments]
 
 
-def _steady(segments: tuple[Segment, ...], period_number: int) -> SteadyMotion:
+def _steady(
+    segments: tuple[Segment, ...], period_number: int, parameters: Parameters
+) -> SteadyMotion:
     first = cyclic_start([s.field for s in segments])
     advance = sum((s.advance for s in segments), segments[0].advance * 0)
-    return SteadyMotion(segments[first:] + segments[:first], period_number, advance / period_number)
+    whole = segments[first:] + segments[:first]
+    return SteadyMotion(whole, period_number, advance / period_number, parameters)
 
 
 def abbreviated(text: str, length: int = 60) -> str:

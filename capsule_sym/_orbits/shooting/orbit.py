@@ -155,7 +155,10 @@ class Orbit(Labelled):
         """
         with backend(self.backend) as numbers:
             return SteadyMotion(
-                tuple(_segments(numbers, self)), self.itinerary.period_number, self.progression
+                segments=tuple(_segments(numbers, self)),
+                period_number=self.itinerary.period_number,
+                progression=self.progression,
+                parameters=self.parameters,
             )
 
     def trajectory(self) -> Trajectory:

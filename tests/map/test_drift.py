@@ -1,0 +1,41 @@
+"""Steady motions that drift, and those that only seem to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from capsule_sym import Parameters, simulate, solve_orbit
+from capsule_sym._map.steady import shown_progression
+
+RESONANT = Parameters(alpha=5.0, omega=0.8, delta=1e3, zeta=0.0, gamma=1 / (1.6**2 - 1))
+"""Without damping, the slipping capsule on its spring swings freely twice per excitation period."""
+
+
+def advance_of_last_half(parameters: Parameters, state: tuple[float, float, float]) -> float:
+    """Advance per excitation period over the last 200 of 400 periods."""
+    run = simulate(parameters, state, periods=400)
+    ends = run(np.array([run.span[1] / 2, run.span[1]]), position=True)[:, 3]
+    return float(ends[1] - ends[0]) / 200
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.1])
+def test_without_damping_a_free_swing_keeps_a_motion_without_contact_drifting(zeta: float) -> None:
+    parameters, state = RESONANT.replace(zeta=zeta), (1.0, -0.5, 2.0)
+    motion = simulate(parameters, state, periods=400).steady()
+    assert motion is not None
+    assert motion.itinerary == ("F1", "F3")
+    if zeta:
+        assert shown_progression(motion) == 0.0
+        return
+    advance = advance_of_last_half(parameters, state)
+    assert abs(advance) > 0.1
+    assert shown_progression(motion) == pytest.approx(advance, rel=1e-6)
+    assert f"{shown_progression(motion):.6g} per excitation period" in repr(motion)
+
+
+def test_a_stop_of_no_stiffness_makes_no_drift() -> None:
+    orbit = solve_orbit(Parameters(alpha=1.2, beta=0.0))
+    assert shown_progression(orbit.motion) == 0.0
+    stiff = solve_orbit(Parameters(alpha=1.2, beta=1e-4))
+    assert shown_progression(stiff.motion) == float(stiff.progression) != 0.0
