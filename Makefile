@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel packaging fuzz adversarial battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel packaging fuzz hardcases adversarial battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -22,13 +22,18 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
 	$(BIN)/capsule-sym report
 
-sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),capsule_sym/$(at)/*.* capsule_sym/$(at)/*/*.*)))
-PROVED := capsule_sym/paper.toml $(call sources,_symbolic _enclosures _orbits _map _native generated)
+sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),$(at)/*.* $(at)/*/*.*)))
+within = $(call sources,$(addprefix capsule_sym/,$(1)))
+PROVED := capsule_sym/paper.toml $(call within,_symbolic _enclosures _orbits _map _native generated)
 results/verify.json: $(READY) $(PROVED)
-results/hardcases.json: $(READY) capsule_sym/paper.toml $(call sources,_hardcases _study _map _native generated)
-results/%.json:
 	@mkdir -p results
-	$(BIN)/capsule-sym $* --json > $@.part
+	$(BIN)/capsule-sym verify --json > $@.part
+	@mv $@.part $@
+
+HARD := $(call sources,benchmarks/hardcases) $(call within,_study _map _native generated)
+results/hardcases.json: $(READY) capsule_sym/paper.toml $(HARD)
+	@mkdir -p results
+	$(BIN)/python -m benchmarks hardcases --json > $@.part
 	@mv $@.part $@
 
 # A test that stands still shows what each thread is at, and fails; the longest takes two minutes.
@@ -51,9 +56,13 @@ LINES ?= 2000
 fuzz: $(READY)  ## try LINES command lines of all kinds (LINES=2000)
 	CAPSULE_SYM_ALL=1 CAPSULE_SYM_FUZZ=$(LINES) $(BIN)/python -m pytest -q -m long tests/cli/test_fuzz.py
 
+ONLY ?=
+hardcases: $(READY)  ## judge every switch of the hard cases by 50 digits, or of those with ONLY in their name
+	$(BIN)/python -m benchmarks hardcases --only '$(ONLY)'
+
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
-	$(BIN)/capsule-sym adversarial --count $(N) --out results/adversarial
+	$(BIN)/python -m benchmarks adversarial --count $(N) --out results/adversarial
 
 battery: $(READY)  ## judge 60 branches by brute force and look for 1,000 random periodic motions
 	@mkdir -p results

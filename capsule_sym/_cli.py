@@ -56,7 +56,13 @@ class _Elsewhere(click.Command):
         self.module = module
 
 
-class _Group(click.Group):
+class Group(click.Group):
+    """A group of commands that are imported when they are called."""
+
+    def add(self, name: str, module: str, short_help: str) -> None:
+        """Add the command that a module has under this name, with _ for -."""
+        self.add_command(_Elsewhere(name, module, short_help))
+
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
@@ -78,7 +84,7 @@ def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> No
     context.exit()
 
 
-@click.group(cls=_Group, invoke_without_command=True)
+@click.group("capsule-sym", cls=Group, invoke_without_command=True)
 @click.option(
     "--version",
     is_flag=True,
@@ -97,8 +103,6 @@ def group(context: click.Context) -> None:
 for _name, _module, _text in (
     ("verify", "capsule_sym._symbolic.command", "Prove the derivations with SymPy."),
     ("enclose", "capsule_sym._enclosures.command", "Prove Section 4 in ball arithmetic."),
-    ("hardcases", "capsule_sym._hardcases.command", "Check the switches of hard cases."),
-    ("adversarial", "capsule_sym._hardcases.command", "Check random starts near tangencies."),
     ("bench", "capsule_sym._bench.command", "Measure speed against error, beside peers."),
     ("sweep", "capsule_sym._sweeps.command", "Run a grid of parameters or starts, resumably."),
     ("basin", "capsule_sym._sweeps.command", "Run a basin of attraction; tell its attractors."),
@@ -120,7 +124,7 @@ for _name, _module, _text in (
     ("report", "capsule_sym._figures.command", "Write the case study as one page of HTML."),
     ("explore", "capsule_sym._explorer.command", "Open the exact map as a page in a browser."),
 ):
-    group.add_command(_Elsewhere(_name, _module, _text))
+    group.add(_name, _module, _text)
 
 
 @group.command()
@@ -331,14 +335,14 @@ def _folded(global_map: str) -> str:
     return " ∘\n".join(" ∘ ".join(maps[i : i + 2]) for i in range(0, len(maps), 2))
 
 
-def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit.
+def main(arguments: Sequence[str] | None = None, commands: click.Group = group) -> NoReturn:
+    """Run the command line, of these commands, and exit.
 
     The status is that of the command, 2 for bad input, 130 for Ctrl-C, and 1 where stdout or
     stderr is closed or cannot be written, or the core was compiled from other files. `arguments`
     are those of the process if not given.
     """
-    status = _closed() or _status(list(sys.argv[1:] if arguments is None else arguments))
+    status = _closed() or _status(list(sys.argv[1:] if arguments is None else arguments), commands)
     if status == _INTERRUPTED:
         # An interrupt during an import may make the interpreter die of the signal in the end,
         # although it was caught.
@@ -357,20 +361,20 @@ def _closed() -> int:
     return _complain(f"closed: {' and '.join(closed)}", 1) if closed else 0
 
 
-def _status(arguments: list[str]) -> int:
+def _status(arguments: list[str], commands: click.Group = group) -> int:
     try:
-        return _ended(arguments)
+        return _ended(arguments, commands)
     except (KeyboardInterrupt, click.Abort) as interrupt:  # also while an error is told
         # With what was kept, where a command says so.
         return _complain(": ".join(["interrupted", *map(str, interrupt.args)]), _INTERRUPTED)
 
 
-def _ended(arguments: list[str]) -> int:
+def _ended(arguments: list[str], commands: click.Group) -> int:
     try:
         if asked := os.environ.get(_COMPLETE):
             return _complete(asked)
-        with group.make_context("capsule-sym", arguments) as context:
-            group.invoke(context)
+        with commands.make_context(commands.name, arguments) as context:
+            commands.invoke(context)
         sys.stdout.flush()
     except click.exceptions.Exit as done:
         return done.exit_code

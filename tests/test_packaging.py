@@ -83,7 +83,6 @@ SERIES = "t,x_r\n0,0\n1,0.1\n2,0.2\n3,0.1\n"
             ("sympy", "verify", "proof"),
             ("scipy", "optimise --maximise speed --over alpha=0.5:1", "design"),
             ("scipy", "fit series.csv --unknown alpha", "design"),
-            ("scipy", "hardcases", "design"),
             ("scipy", "bench --quick", "peers"),
             ("matplotlib", "figure fig1 --out fig1.svg", "plot"),
         ],

@@ -241,8 +241,8 @@ def report(out: Path, colours: Any, as_json: bool) -> None:
 
     The explorer, to which it links, is written beside it as explorer.html.
 
-    Figures are drawn for it; tables come from the files that `paper`, `verify`, `hardcases` and
-    `bench` leave in results, and a section whose file is missing says how to make it.
+    Figures are drawn for it; tables come from the files that `paper`, `verify`, `bench` and
+    `make paper` leave in results, and a section whose file is missing says how to make it.
     """
     require("plot", "matplotlib", "jinja2")
     from capsule_sym._figures.report import EXPLORER, write

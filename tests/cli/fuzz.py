@@ -21,9 +21,10 @@ import pytest
 from hypothesis import strategies as st
 
 import capsule_sym
+from benchmarks.__main__ import group as developers
+from benchmarks.hardcases import adversarial, table
 from capsule_sym._cli import _ended, _status, group
 from capsule_sym._design.command import NamedRange
-from capsule_sym._hardcases import adversarial, table
 from capsule_sym._options import Range
 
 NOT_PROVED, INTERRUPTED = 4, 130
@@ -61,10 +62,13 @@ _integers = _counts | _counts | st.integers().map(str) | st.sampled_from([*_HOST
 
 
 def commands() -> dict[str, click.Command]:
-    """The commands by name, each imported."""
-    context = click.Context(group)
-    found = {name: group.resolve_command(context, [name])[1] for name in group.commands}
-    return {name: command for name, command in found.items() if command}
+    """The commands by name, users' and developers', each imported."""
+    return {
+        name: command
+        for one in (group, developers)
+        for name in one.commands
+        if (command := one.resolve_command(click.Context(one), [name])[1])
+    }
 
 
 def _value(kind: click.ParamType) -> st.SearchStrategy[list[str]]:
@@ -223,7 +227,9 @@ def run(arguments: list[str], seconds: float) -> Ended:
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = _status(arguments)
+            status = _status(
+                arguments, developers if arguments[0] in developers.commands else group
+            )
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)

@@ -13,7 +13,6 @@ from capsule_sym._design import steering
 from capsule_sym._enclosures import command as enclosing
 from capsule_sym._enclosures import regions
 from capsule_sym._files import write_whole
-from capsule_sym._hardcases import adversarial
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._options import meant
 from capsule_sym._orbits.continuation import boxes
@@ -70,7 +69,6 @@ REFUSED = [
     ("enclose --thresholds --out taken/below.json", "taken is no writable directory"),
     ("figure fig6 --out taken/below.svg", "taken is no writable directory"),
     ("report --out taken/below.html", "taken is no writable directory"),
-    ("adversarial --out taken", "'taken' is a file"),
     (f"explore --out {300 * 'a'}", "aaa' cannot be written (File name too long)"),
     (f"sweep-info {300 * 'a'}", "must be the directory of a sweep"),
     ("sweep none.toml --store s", "alpha = []: must be one value or more"),
@@ -146,7 +144,6 @@ LACKING = [
     ("flint sympy", "enclose", "proof"),
     ("flint", "run --certify a.json", "proof"),
     ("sympy", "verify", "proof"),
-    ("scipy", "hardcases", "design"),
     ("scipy", "bench", "peers"),
 ]
 
@@ -173,7 +170,6 @@ def test_a_missing_extra_has_one_sentence_and_one_status(
     [
         ("enclose --region plane.jsonl", regions, "prove", "plane.jsonl"),
         ("enclose --from-rest rest.jsonl", regions, "prove", "rest.jsonl"),
-        ("adversarial --seed 7 --out log", adversarial, "run", "log/seed-7.jsonl"),
     ],
 )
 def test_an_interrupt_says_that_the_file_goes_on(

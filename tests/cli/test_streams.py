@@ -12,7 +12,6 @@ from capsule_sym._bench.full_study import Study
 from capsule_sym._cli import group, main
 from capsule_sym._enclosures import codimension_two, section4
 from capsule_sym._enclosures import command as enclosing
-from capsule_sym._hardcases import adversarial, table
 from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs import inner_products
@@ -27,8 +26,6 @@ SHORT = {
     "run": "--periods 1",
     "paper": "",
     "verify": "",
-    "hardcases": "--only graze",
-    "adversarial": "--count 1",
     "bench": "--quick",
     "sweep": "two.toml --store one",
     "basin": "--x-r 0:1:2 --periods 2 --store two",
@@ -67,10 +64,6 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(codimension_two, "section4", lambda exact: [])
     monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)
     monkeypatch.setattr(enclosing, "end", ThreadPoolExecutor.shutdown)
-    monkeypatch.setattr(table, "rows", lambda chosen: iter(()))
-    monkeypatch.setattr(table, "cost", lambda: (2, 8))
-    tally = adversarial.Tally(seconds=1.0)
-    monkeypatch.setattr(adversarial, "run", lambda *_: iter([tally]))
     monkeypatch.setattr(Study, "turns", lambda self: {})
 
 

@@ -22,8 +22,6 @@ NO_PROGRESS |= {"design", "optimise", "steer", "fit"}
 MIDDLE = {
     "paper": ([], "Running the case study"),
     "verify": ([], "deriving"),
-    "hardcases": ([], "Checking the hard cases"),
-    "adversarial": (["--count", "1000000"], "Comparing with 50 digits"),
     "bench": (["--only", "SciPy"], "trajectory"),
     "sweep": (["long.toml", "--store", "store"], r"\d of 810,000 cells"),
     "basin": (
@@ -37,8 +35,6 @@ MIDDLE = {
 }
 ENDS = {
     "verify": ["--only", "erratum.equation.6"],
-    "hardcases": ["--only", "graze from F2, 1e-02 past"],
-    "adversarial": ["--count", "8"],
     "sweep": ["short.toml", "--store", "store"],
     "basin": ["--x-r", "-1:1:3", "--v-r", "-1:1:4", "--periods", "40", "--store", "store"],
     "orbit": ["--starts", "2"],

@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from benchmarks.hardcases import adversarial, commands
+from benchmarks.hardcases.adversarial import CHUNK, Tally, chunk, compare, run
+from benchmarks.hardcases.lanes import LaneSwitch
+from benchmarks.hardcases.reference import Start
+from benchmarks.hardcases.starts import KINDS, RandomStart, random_start
 from capsule_sym import Parameters, Segment, Trajectory
-from capsule_sym._hardcases import adversarial, command
-from capsule_sym._hardcases.adversarial import CHUNK, Tally, chunk, compare, run
-from capsule_sym._hardcases.lanes import LaneSwitch
-from capsule_sym._hardcases.reference import Start
-from capsule_sym._hardcases.starts import KINDS, RandomStart, random_start
 from capsule_sym._map.backend import Backend
 from capsule_sym._native import core
 
@@ -165,7 +165,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path: Path, quick: list
 def test_nothing_is_written_unasked(tmp_path: Path, quick: list[int], monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     for more, written in ([], []), (["--out", "kept"], ["kept", "kept/seed-1.jsonl"]):
-        done = CliRunner().invoke(command.adversarial, ["--count", "1", "--json", *more])
+        done = CliRunner().invoke(commands.adversarial, ["--count", "1", "--json", *more])
         assert done.exit_code == 0, done.output
         assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")) == written
 

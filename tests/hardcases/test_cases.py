@@ -9,9 +9,9 @@ import sys
 
 import pytest
 
-from capsule_sym._hardcases.cases import Case, cases
-from capsule_sym._hardcases.reference import check
-from capsule_sym._hardcases.table import rows
+from benchmarks.hardcases.cases import Case, cases
+from benchmarks.hardcases.reference import check
+from benchmarks.hardcases.table import rows
 from capsule_sym._native import core
 from tests.judges import taylor_events
 

@@ -9,8 +9,8 @@ from random import Random
 import pytest
 from mpmath import mp, mpf
 
+from benchmarks.hardcases.cases import cases, flow_from
 from capsule_sym import Parameters, simulate
-from capsule_sym._hardcases.cases import cases, flow_from
 from capsule_sym._map import digits
 from capsule_sym._map.backend import backend
 from capsule_sym._map.digits import fifty_digits

@@ -8,9 +8,9 @@ from math import pi
 import pytest
 from mpmath import findroot
 
+from benchmarks.hardcases.cases import cases, flow_from
+from benchmarks.hardcases.reference import Start, check
 from capsule_sym import Outcome, Parameters, Trajectory, simulate
-from capsule_sym._hardcases.cases import cases, flow_from
-from capsule_sym._hardcases.reference import Start, check
 from capsule_sym._map.backend import backend
 from tests.hardcases.mutations import MUTATIONS
 

@@ -8,8 +8,8 @@ from random import Random
 import pytest
 from mpmath import mp, mpf
 
+from benchmarks.hardcases.cases import cases, flow_from
 from capsule_sym import InvalidInput, Outcome, Parameters, Status, simulate
-from capsule_sym._hardcases.cases import cases, flow_from
 from capsule_sym._map import location
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._native import core, watch

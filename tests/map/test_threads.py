@@ -22,7 +22,7 @@ from concurrent.futures import ThreadPoolExecutor
 from random import Random
 from threading import Event, Thread
 import mpmath
-from capsule_sym._hardcases.starts import random_start
+from benchmarks.hardcases.starts import random_start
 from capsule_sym._map import simulate
 from capsule_sym._map.digits import fifty_digits
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from benchmarks.hardcases.reference import CONTRACT, error
 from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
 from capsule_sym import _native as native
 from capsule_sym._errors import Stopped
-from capsule_sym._hardcases.reference import CONTRACT, error
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.batch import final_state, final_states, parameter_rows
 from capsule_sym._map.digits import fifty_digits

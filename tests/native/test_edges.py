@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import pytest
 
+from benchmarks.hardcases.reference import Start
+from benchmarks.hardcases.starts import RandomStart, random_start
 from capsule_sym import Outcome, Parameters, simulate
-from capsule_sym._hardcases.reference import Start
-from capsule_sym._hardcases.starts import RandomStart, random_start
 from tests.native import built
 
 SURE = (Outcome.REGULAR, Outcome.NEVER, Outcome.END)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._hardcases.reference import Start
+from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.native import core
 

@@ -17,11 +17,12 @@ from random import Random
 from time import perf_counter
 from typing import Any
 
+import capsule_sym
+from benchmarks.hardcases.lanes import LaneSwitch, first_switch
+from benchmarks.hardcases.reference import CONTRACT, WIDE, Start, error, names
+from benchmarks.hardcases.starts import RandomStart, random_start
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._files import growing
-from capsule_sym._hardcases.lanes import LaneSwitch, first_switch
-from capsule_sym._hardcases.reference import CONTRACT, WIDE, Start, error, names
-from capsule_sym._hardcases.starts import RandomStart, random_start
 from capsule_sym._map import Segment
 from capsule_sym._map.backend import Backend, default_backend
 from capsule_sym._map.digits import fifty_digits
@@ -118,8 +119,8 @@ def code() -> str:
     """Digest of all that a verdict depends on: the kernels, the map, its C core, these checks."""
     from capsule_sym._native import core
 
-    here = Path(__file__).parent
-    files = sorted(here.parent.glob("_map/*.py"))
+    here, package = Path(__file__).parent, Path(capsule_sym.__file__).parent
+    files = sorted(package.glob("_map/*.py"))
     files += [here / f"{name}.py" for name in ("adversarial", "lanes", "reference", "starts")]
     parts = [DIGEST.encode(), *map(_meaning, files)]
     if core is not None:

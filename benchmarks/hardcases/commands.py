@@ -19,8 +19,8 @@ from capsule_sym._options import (
 )
 
 if TYPE_CHECKING:
-    from capsule_sym._hardcases.adversarial import Tally
-    from capsule_sym._hardcases.table import Row
+    from benchmarks.hardcases.adversarial import Tally
+    from benchmarks.hardcases.table import Row
 
 _WIDTH = 200  # columns of a table that is piped
 _FAR = 1e-13  # from here on, double precision is expected to decide
@@ -37,8 +37,8 @@ def hardcases(as_json: bool, only: str) -> None:
     200 samples per period with Brent's method, and SciPy's solve_ivp with events at 1e-10.
     Exits with 1 if a switch is missed, invented or off by more than is allowed.
     """
-    from capsule_sym._hardcases.cases import cases
-    from capsule_sym._hardcases.table import cost, rows
+    from benchmarks.hardcases.cases import cases
+    from benchmarks.hardcases.table import cost, rows
     from capsule_sym._records import dumps
 
     require("design", "scipy")  # both baseline methods take it
@@ -99,7 +99,7 @@ def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
     it stopped, unless the code has changed. Exits with 1 if at a single start another field
     follows, another guard fires, or the time is not as accurate as promised.
     """
-    from capsule_sym._hardcases.adversarial import CHUNK, Tally, run
+    from benchmarks.hardcases.adversarial import CHUNK, Tally, run
     from capsule_sym._records import dumps
 
     total, log = Tally(), out / f"seed-{seed}.jsonl" if out else None

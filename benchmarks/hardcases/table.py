@@ -6,10 +6,10 @@ import statistics
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from benchmarks.hardcases import baselines
+from benchmarks.hardcases.cases import Case
+from benchmarks.hardcases.reference import ReferenceCheck, Start, check
 from capsule_sym._errors import Outcome
-from capsule_sym._hardcases import baselines
-from capsule_sym._hardcases.cases import Case
-from capsule_sym._hardcases.reference import ReferenceCheck, Start, check
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._parameters import Parameters
 from capsule_sym._processes import end, spawning, undisturbed

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._hardcases.reference import Start
+from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from capsule_sym._hardcases.reference import Start
+from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard, Point
 from capsule_sym._map.location import Flow, SegmentStart

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._hardcases.reference import Start
+from benchmarks.hardcases.reference import Start
 from capsule_sym._map.backend import NumpyBackend
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
