@@ -9,9 +9,11 @@ from pathlib import Path
 
 import click
 
-from capsule_sym.codegen._render import COMMAND, INPUTS, render
+from capsule_sym._symbolic.model import declaration
 
-_GENERATED = INPUTS.parent / "generated"
+COMMAND = "python -m capsule_sym.codegen"
+_ROOT = Path(__file__).resolve().parents[2]
+_GENERATED = _ROOT / "generated"
 _MANAGED = {".py", ".json", ".c", ".h", ".m", ".pxi"}
 
 
@@ -20,6 +22,13 @@ def _present(directory: Path) -> dict[str, str]:
     return {
         path.relative_to(directory).as_posix(): path.read_text(encoding="utf-8") for path in paths
     }
+
+
+def render() -> dict[str, str]:
+    """The generated files of the model that was chosen: what derives them knows no other."""
+    from capsule_sym.codegen._render import render
+
+    return render()
 
 
 def difference(expected: dict[str, str], present: dict[str, str]) -> str:
@@ -43,13 +52,24 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
     default=_GENERATED,
     help="Directory to write to or to check.  [default: generated/]",
 )
-def main(check: bool, out: Path) -> None:
-    """Derive the kernels and write them as NumPy, mpmath, C and MATLAB code."""
-    if not INPUTS.is_dir():
-        click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
+@click.option(
+    "--model",
+    type=click.Path(dir_okay=False, path_type=Path),
+    default=declaration.DEFAULT,
+    help="File that declares the model.  [default: the capsule]",
+)
+def main(check: bool, out: Path, model: Path) -> None:
+    """Derive the kernels of a model and write them as NumPy, mpmath, C and MATLAB code."""
+    if not (_ROOT / "codegen").is_dir():
+        click.echo(f"error: no generator inputs in {_ROOT}; run from a checkout", err=True)
         sys.exit(2)
     started = time.perf_counter()
-    expected = render()
+    declaration.choose(model)
+    try:
+        expected = render()
+    except declaration.BadDeclaration as error:
+        click.echo(f"error: {error}", err=True)
+        sys.exit(2)
     if check:
         found = difference(expected, _present(out))
         if found:

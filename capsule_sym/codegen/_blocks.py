@@ -10,7 +10,9 @@ from collections.abc import Callable
 import sympy as sp
 
 from capsule_sym._symbolic.model import basis, flow, jacobian, jets
+from capsule_sym._symbolic.model.flow import general_constants
 from capsule_sym._symbolic.model.model import SEGMENTS, kappa
+from capsule_sym._symbolic.model.symbols import gamma, omega
 
 Assignments = list[tuple[sp.Symbol, sp.Expr]]
 
@@ -23,6 +25,13 @@ def segment_constants(index: int) -> Assignments:
     """Constants of the segment of field `F{index}`, as read off its equations of motion."""
     values = flow.constants(SEGMENTS[index - 1])
     return [(name, sp.factor(values[name])) for name in _CONSTANTS]
+
+
+def flow_parameters() -> set[sp.Symbol]:
+    """Parameters that the linear flows, apart from their constant terms, depend on."""
+    made = general_constants(stick=False)
+    found = (made[name].free_symbols for name in (flow.m, kappa, basis.sigma, basis.K))
+    return {omega, gamma}.union(*found)
 
 
 def _relative_flow() -> Assignments:

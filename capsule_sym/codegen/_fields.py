@@ -9,7 +9,6 @@ from sympy.printing.pycode import pycode
 
 from capsule_sym._symbolic.model.enclosure import coefficients, extended_rates
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.switching import guards
 from capsule_sym._symbolic.model.symbols import PARAMETERS, alpha
 from capsule_sym.codegen._printers import LANGUAGES, Language
 
@@ -19,7 +18,7 @@ _PARAMETERS = tuple(parameter for parameter in PARAMETERS if parameter is not al
 
 def matrices(segment: Segment) -> dict[str, Matrix]:
     """Rates and guards of a field: rows of coefficients of `EXTENDED` and, last, of 1."""
-    found = {"rates": extended_rates(segment), "guards": guards(segment)}
+    found = {"rates": extended_rates(segment), "guards": segment.guards}
     return {name: [coefficients(row) for row in rows] for name, rows in found.items()}
 
 

@@ -6,6 +6,11 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from capsule_sym._symbolic.model.formulas import impact_planes
+from capsule_sym._symbolic.model.model import SEGMENTS
+from capsule_sym._symbolic.model.symbols import PARAMETERS, STATE
+from capsule_sym.codegen._blocks import flow_parameters
+
 Entry = dict[str, Any]
 
 _DTYPES = {"double": "f8", "int64_t": "i8", "int32_t": "i4"}
@@ -15,17 +20,70 @@ def _constant(value: str) -> str:
     return f"CAPSULE_{value.upper().replace('-', '_')}"
 
 
-def _fields(struct: Entry) -> Iterator[tuple[str, str, int]]:
-    """Name, C type and length (0 for a scalar) of every field."""
+def read(config: Entry) -> Entry:
+    """The interface with the model's counts and parameters in it."""
+    config["count"] = {
+        "parameter": str(len(PARAMETERS)),
+        "state": str(len(STATE)),
+        "field": str(len(SEGMENTS)),
+        "plane": str(max(impact_planes().values())),
+        **config["count"],
+    }
+    for struct in config["struct"]:
+        for entry in struct["fields"]:
+            entry[1] = entry[1].replace("@parameters", ", ".join(map(str, PARAMETERS)))
+    return config
+
+
+def _spelt(length: str, config: Entry) -> str:
+    """A length in counts, as C spells it."""
+    return re.sub(
+        r"[a-z]+",
+        lambda word: f"CAPSULE_{word[0].upper()}_COUNT" if word[0] in config["count"] else word[0],
+        length,
+    )
+
+
+def _number(length: str, config: Entry) -> int:
+    """A length in counts as a number."""
+    numbers: dict[str, int] = {}
+    for name, value in config["count"].items():
+        numbers[name] = eval(value, {}, numbers)
+    return int(eval(length, {}, numbers))
+
+
+def _fields(struct: Entry) -> Iterator[tuple[str, str, str]]:
+    """Name, C type and length (empty for a scalar) of every field."""
     for kind, names, _ in struct["fields"]:
         for name in names.split(", "):
-            bare, length = re.fullmatch(r"(\w+)(?:\[(\d+)\])?", name).groups()  # type: ignore[union-attr]
-            yield bare, kind, int(length or 0)
+            bare, length = re.fullmatch(r"(\w+)(?:\[(.+)\])?", name).groups()  # type: ignore[union-attr]
+            yield bare, kind, length or ""
 
 
-def c_interface(config: dict[str, list[Entry]]) -> str:
-    """Enumerations, structs, and the offsets of their fields."""
-    parts = []
+def _c_counts(config: Entry) -> str:
+    """Counts, positions of parameters, and lists of them for macros."""
+    rows = ""
+    for name, value in config["count"].items():
+        spelt = value if value.isdigit() else f"({_spelt(value, config)})"
+        rows += f"#define CAPSULE_{name.upper()}_COUNT {spelt}\n"
+    positions = "".join(f"    CAPSULE_{str(p).upper()}_AT,\n" for p in PARAMETERS)
+    flow = flow_parameters()
+    lists = {
+        "PARAMETERS": PARAMETERS,
+        "FLOW_PARAMETERS": [p for p in PARAMETERS if p in flow],
+        "RUN_PARAMETERS": [p for p in PARAMETERS if p not in flow],
+    }
+    text = f"/* How many there are. */\n{rows}\n/* Positions of the parameters. */\n"
+    text += f"enum {{\n{positions}}};\n\n"
+    text += "/* `of` of each parameter, of those that a linear flow depends on, of the others. */\n"
+    for name, several in lists.items():
+        text += f"#define CAPSULE_{name}(of) {' '.join(f'of({p})' for p in several)}\n"
+    return text
+
+
+def c_interface(config: Entry) -> str:
+    """Counts, enumerations, structs, and the offsets of their fields."""
+    parts = [_c_counts(config)]
     for enum in config["enum"]:
         rows = "".join(
             f"    {_constant(name)}, /* {doc} */\n" for name, doc in enum["values"].items()
@@ -33,7 +91,7 @@ def c_interface(config: dict[str, list[Entry]]) -> str:
         parts.append(f"/* {enum['doc']} */\ntypedef enum {{\n{rows}}} capsule_{enum['name']};\n")
     for struct in config["struct"]:
         rows = "".join(
-            f"    {kind} {names};{f' /* {doc} */' if doc else ''}\n"
+            f"    {kind} {_spelt_all(names, config)};{f' /* {doc} */' if doc else ''}\n"
             for kind, names, doc in struct["fields"]
         )
         name = f"capsule_{struct['name']}"
@@ -45,15 +103,22 @@ def c_interface(config: dict[str, list[Entry]]) -> str:
     return "\n".join(parts)
 
 
-def cython_interface(config: dict[str, list[Entry]], header: str) -> str:
+def _spelt_all(names: str, config: Entry) -> str:
+    return re.sub(r"\[(.+?)\]", lambda found: f"[{_spelt(found[1], config)}]", names)
+
+
+def cython_interface(config: Entry, header: str) -> str:
     """The same for the binding, with what a header declares, and checks of the dtypes."""
-    text = 'cdef extern from "capsule_interface.h" nogil:\n'
+    text = "cdef enum:\n"
+    for name, value in config["count"].items():
+        text += f"    CAPSULE_{name.upper()}_COUNT = {_number(value, config)}\n"
+    text += '\ncdef extern from "capsule_interface.h" nogil:\n'
     for enum in config["enum"]:
         text += f"    ctypedef int capsule_{enum['name']}\n"
     for struct in config["struct"]:
         text += f"    ctypedef struct capsule_{struct['name']}:\n"
         for kind, names, _ in struct["fields"]:
-            text += f"        {kind} {names}\n"
+            text += f"        {kind} {_spelt_all(names, config)}\n"
     text += f"\n{_cython_functions(header)}\ncdef extern from *:\n    '''\n"
     for struct in config["struct"]:
         name = f"capsule_{struct['name']}"
@@ -95,7 +160,7 @@ def _cython_functions(header: str) -> str:
     return out
 
 
-def python_interface(config: dict[str, list[Entry]]) -> str:
+def python_interface(config: Entry) -> str:
     """The same as enumerations and dtypes of Python."""
     parts = []
     for enum in config["enum"]:
@@ -110,8 +175,9 @@ def python_interface(config: dict[str, list[Entry]]) -> str:
         parts.append(f"{several}S = (\n{words})\n")
     for struct in config["struct"]:
         rows = "".join(
-            f'        ("{name}", "{_DTYPES[kind]}"{f", {length}" if length else ""}),\n'
+            f'        ("{name}", "{_DTYPES[kind]}"{shape}),\n'
             for name, kind, length in _fields(struct)
+            for shape in (f", {_number(length, config)}" if length else "",)
         )
         dtype = struct["name"].upper()
         parts.append(f"{dtype} = np.dtype(\n    [\n{rows}    ],\n    align=True,\n)\n")

@@ -63,9 +63,9 @@ def c_classification() -> str:
         "/* Fields by contact and drift + 1; contact, drift and linear flow by field - 1; a field\n"
         "   of each flow; and the plane of an impact by whether v_c and v_r are positive. */\n"
         f"static const signed char FIELD_OF[2][3] = {{{rows}}};\n"
-        f"static const signed char CONTACT_OF[6] = {{{contacts}}};\n"
-        f"static const signed char DRIFT_OF[6] = {{{drifts}}};\n"
-        f"static const signed char FLOW_OF[6] = {{{flows}}};\n"
+        f"static const signed char CONTACT_OF[CAPSULE_FIELD_COUNT] = {{{contacts}}};\n"
+        f"static const signed char DRIFT_OF[CAPSULE_FIELD_COUNT] = {{{drifts}}};\n"
+        f"static const signed char FLOW_OF[CAPSULE_FIELD_COUNT] = {{{flows}}};\n"
         f"static const signed char ONE_OF_FLOW[4] = {{{', '.join(str(g.index) for g in ones)}}};\n"
         f"static const signed char IMPACT_PLANE[2][2] = {{{impacts}}};\n"
     )

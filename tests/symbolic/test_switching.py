@@ -17,7 +17,6 @@ from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import (
     allowed_maps,
-    guards,
     leaves_of,
     line_transitions,
     local_maps,
@@ -117,7 +116,7 @@ def _passing(point: dict[sp.Symbol, sp.Rational]) -> tuple[set[int], set[int]]:
         if field.stick and point[v_c]:
             continue
         flow = Flow(field, point, start, sense=1, degree=6)
-        series = [flow.series(guard) for guard in guards(field)]
+        series = [flow.series(guard) for guard in field.guards]
         leading = [(one[first_order(one)], first_order(one)) for one in series]
         if all(term > 0 for term, _ in leading):
             departs.add(field.index)

@@ -1,16 +1,16 @@
 """Exact elimination of variables from linear constraints, after Fourier and Motzkin.
 
 Every set of the theory (surface, line, subspace) and every sign condition on it is linear in the
-state, in the excitation force and in alpha, delta and f_b, once x_r is measured from the contact
-plane (x_r = delta + s). Its coefficients are polynomials in zeta, beta and 1/gamma whose signs
-follow from the ranges of the parameters. Eliminating the variables one by one is then an
-equivalence over the real numbers; where the sign of a coefficient is not known, `Undecided` is
-raised.
+state, in the excitation force and in the parameters that are forces or lengths (of the capsule:
+alpha, delta and f_b), once x_r is measured from the contact plane (x_r = delta + s). Its
+coefficients are polynomials in the other parameters and 1/gamma, whose signs follow from the
+ranges of the parameters. Eliminating the variables one by one is then an equivalence over the real
+numbers; where the sign of a coefficient is not known, `Undecided` is raised.
 
-Every relation is homogeneous in the variables (the unit of force is free), so f_b = 1 stands for
-all f_b > 0. The force alpha cos(omega tau) takes any value in [-alpha, alpha]; its rate of change
-is left unbounded, which only makes a system easier to satisfy: what is inconsistent here is so in
-the model.
+Every relation is homogeneous in the variables (the unit of force is free), so a bound of friction
+of 1 stands for all that are > 0. The force alpha cos(omega tau) takes any value in [-alpha, alpha];
+its rate of change is left unbounded, which only makes a system easier to satisfy: what is
+inconsistent here is so in the model.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from typing import Any, Literal, TypeAlias
 import sympy as sp
 from sympy.polys.rings import PolyElement, ring
 
+from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, LOAD
 from capsule_sym._symbolic.model.symbols import (
+    PARAMETERS,
     alpha,
-    beta,
     delta,
-    f_b,
     force,
     force_rate,
     gamma,
@@ -38,7 +38,6 @@ from capsule_sym._symbolic.model.symbols import (
     v_c,
     v_r,
     x_r,
-    zeta,
 )
 
 Kind = Literal[">", ">=", "=="]
@@ -49,10 +48,15 @@ Relation: TypeAlias = sp.Basic
 depth = sp.Symbol("s", real=True)  # x_r - delta
 inverse_gamma = sp.Symbol("g", positive=True)
 
-VARIABLES = (depth, v_c, v_r, force_rate, force, alpha, delta)
+_FORCES = LOAD.free_symbols | BACKWARD.free_symbols | FORWARD.free_symbols
+_OTHER_FORCES = tuple(p for p in PARAMETERS if p in _FORCES and p != FORWARD)
+VARIABLES = (depth, v_c, v_r, force_rate, force, alpha, delta, *_OTHER_FORCES)
 """The symbols in which constraints are linear; coefficients hold the others."""
 
-_RING = ring((*VARIABLES, f_b, zeta, beta, omega, inverse_gamma), sp.QQ)[0]
+_RATIOS = tuple(p for p in PARAMETERS if p not in (*VARIABLES, FORWARD, omega, gamma))
+MAY_VANISH = tuple(ratio for ratio in _RATIOS if not ratio.is_positive)
+"""The coefficients' parameters that may be 0, which is a case of its own."""
+_RING = ring((*VARIABLES, FORWARD, *_RATIOS, omega, inverse_gamma), sp.QQ)[0]
 _GENERATOR = dict(zip(_RING.symbols, _RING.gens, strict=True))
 _POSITION = {symbol: position for position, symbol in enumerate(_RING.symbols)}
 _LINEAR = {
@@ -179,16 +183,16 @@ def _sign(polynomial: PolyElement) -> Sign:
 
 @cache
 def _polynomial(expression: sp.Expr) -> PolyElement:
-    """A homogeneous expression as a polynomial, at f_b = 1."""
+    """A homogeneous expression as a polynomial, at a bound of friction of 1."""
     polynomial = _RING.from_expr(sp.expand(expression.xreplace(_LINEAR)))
-    if len({sum(powers[: _POSITION[f_b] + 1]) for powers in polynomial}) > 1:
+    if len({sum(powers[: _POSITION[FORWARD] + 1]) for powers in polynomial}) > 1:
         raise Undecided(expression)
-    return Constraint(polynomial, "==").at({f_b: 1}).polynomial
+    return Constraint(polynomial, "==").at({FORWARD: 1}).polynomial
 
 
 @cache
 def constraint_of(relation: Relation) -> Constraint:
-    """A homogeneous relation as a constraint, at f_b = 1; a truth value as one of a constant."""
+    """A homogeneous relation as a constraint, at a bound of 1; a truth value as one of a number."""
     if relation in (sp.true, sp.false):
         return Constraint(_RING.one if relation == sp.true else -_RING.one, ">")
     if isinstance(relation, sp.Eq):
@@ -206,6 +210,11 @@ RANGES = (
     Constraint(_GENERATOR[delta], ">="),
     Constraint(_a - _u, ">="),
     Constraint(_a + _u, ">="),
+    *(
+        Constraint(_GENERATOR[p], ">" if p.is_positive else ">=")
+        for p in _OTHER_FORCES
+        if p.is_nonnegative
+    ),
 )
 """What holds of the variables by themselves: alpha >= 0, delta >= 0, and the force's range."""
 

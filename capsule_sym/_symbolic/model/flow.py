@@ -20,11 +20,10 @@ import sympy as sp
 
 from capsule_sym._symbolic.model import basis
 from capsule_sym._symbolic.model.basis import K, W, s, sigma
-from capsule_sym._symbolic.model.model import P, Segment, kappa
+from capsule_sym._symbolic.model.model import LOAD, P, Segment, friction_of, kappa
 from capsule_sym._symbolic.model.symbols import (
+    MODEL,
     alpha,
-    beta,
-    f_b,
     gamma,
     h,
     omega,
@@ -40,6 +39,7 @@ friction = sp.Symbol("friction", real=True)  # drift * f_b, the friction bound w
 
 cos_theta, sin_theta = sp.symbols("cos_theta sin_theta", real=True)  # forcing angle at the start
 STIFFNESS, DAMPER = sp.diff(P, x_r), sp.diff(P, v_r)  # P's parts in x_r and in v_r
+STOP = MODEL.regions[1].stiffness  # of the second spring
 
 spring = sp.Symbol("spring", real=True)  # the interaction force at the start less the damper's
 margin = sp.Symbol("margin", real=True)  # interaction force minus `friction` at the start
@@ -118,14 +118,15 @@ def derive() -> Flow:
         return sum(parts, sp.S.Zero).subs(force, FORCE)
 
     position, speed = in_time(increment), in_time(velocity)
-    # The momentum (gamma + 1) v_c + v_r of both bodies changes by friction and forcing alone.
+    # The momentum (gamma + 1) v_c + v_r of both bodies changes by the forces on them from outside.
+    resistance = friction - LOAD
     return Flow(
         position=position,
         velocity=speed,
         drift_short=margin * h / gamma + in_time(growth),
-        drift_long=(v_r - speed - friction * h + in_time(forcing / s)) / (gamma + 1),
+        drift_long=(v_r - speed - resistance * h + in_time(forcing / s)) / (gamma + 1),
         advance=v_c * h
-        + (v_r * h - position - friction * h**2 / 2 + in_time(forcing / s**2)) / (gamma + 1),
+        + (v_r * h - position - resistance * h**2 / 2 + in_time(forcing / s**2)) / (gamma + 1),
     )
 
 
@@ -138,9 +139,9 @@ def general_constants(stick: bool) -> dict[sp.Symbol, sp.Expr]:
     inertia = sp.Integer(1) if stick else 1 + 1 / gamma
     return {
         m: inertia,
-        kappa: contact * beta,
-        push: sp.S.Zero if stick else drift * f_b / gamma,
-        friction: sp.S.Zero if stick else drift * f_b,
+        kappa: contact * STOP,
+        push: LOAD if stick else LOAD + friction_of(drift) / gamma,
+        friction: sp.S.Zero if stick else friction_of(drift),
         sigma: inertia * DAMPER / 2,
-        K: inertia * STIFFNESS.subs(kappa, contact * beta),
+        K: inertia * STIFFNESS.subs(kappa, contact * STOP),
     }

@@ -17,6 +17,7 @@ from capsule_sym._symbolic.model.flow import (
     DAMPER,
     SPRING,
     STIFFNESS,
+    STOP,
     contact,
     cos_theta,
     drift,
@@ -28,18 +29,16 @@ from capsule_sym._symbolic.model.flow import (
     sin_theta,
 )
 from capsule_sym._symbolic.model.jets import forcing, gap, with_gap
-from capsule_sym._symbolic.model.model import P, kappa, segment
+from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, LOAD, P, bound_of, kappa, segment
 from capsule_sym._symbolic.model.symbols import (
+    PARAMETERS,
     alpha,
-    beta,
     delta,
-    f_b,
     gamma,
     omega,
     v_c,
     v_r,
     x_r,
-    zeta,
 )
 
 x_change, v_change, v_rate, index = sp.symbols("x_change v_change v_rate n", real=True)
@@ -64,7 +63,9 @@ class Formula:
     def size(self) -> Formula:
         """The same of the magnitudes of all terms."""
         ones = {cos_theta: sp.S.One, sin_theta: sp.S.One}
-        signed = {name: sp.Abs(name) for name in (push, friction)}
+        signed = {friction: sp.Abs(friction), push: sp.Abs(push)}
+        if LOAD != 0:  # the terms of push may cancel
+            signed[push] = sp.Abs(friction) / gamma + sp.Add(*map(sp.Abs, sp.Add.make_args(LOAD)))
         magnitudes = {a: sp.Symbol(a.name, nonnegative=True) for a in self.arguments}
 
         def positive(expression: sp.Expr) -> sp.Expr:
@@ -137,9 +138,16 @@ def formulas() -> tuple[Formula, ...]:
         ),
         Formula(
             "friction_guard",
-            "f_b - P (sign -1) or f_b + P (sign 1), of a capsule at rest that P pulls at.",
+            "How far P is from its bound ahead (sign -1) or behind (sign 1), of a capsule at rest.",
             (sign, pull),
-            (("guard", _friction_guard()),),
+            (("guard", bound_of(-sign) + sign * pull),),
+        ),
+        Formula(
+            "friction_bound",
+            "The friction bounds, added up.",
+            (),
+            (("bound", sp.Add(*{FORWARD, BACKWARD})),),
+            True,
         ),
         Formula(
             "force_change",
@@ -210,9 +218,9 @@ def formulas() -> tuple[Formula, ...]:
         ),
         Formula(
             "force_slopes",
-            "Derivatives of P with respect to delta, zeta and beta.",
+            "Derivatives of P with respect to the parameters in it.",
             (gap, v_r),
-            tuple((f"by_{name}", _slope(name)) for name in (delta, zeta, beta)),
+            tuple((f"by_{name}", slope) for name in PARAMETERS if (slope := _slope(name))),
         ),
         Formula(
             "response_next",
@@ -233,17 +241,9 @@ def formulas() -> tuple[Formula, ...]:
     )
 
 
-def _friction_guard() -> sp.Expr:
-    """The two of a resting capsule as one, by the sign of P in it."""
-    resting = segment(2)
-    force = [r.gts - r.lts for r in geometry.cell(2).relations if f_b in r.free_symbols]
-    upper, lower = (f.subs(resting.interaction, pull) for f in force)
-    return sp.expand((upper + lower) / 2 + sign * (lower - upper) / 2)
-
-
 def _slope(name: sp.Symbol) -> sp.Expr:
-    slope = sp.diff(P.subs(kappa, contact * beta), name)
-    return with_gap(slope).subs(contact * beta, kappa)
+    slope = sp.diff(P.subs(kappa, contact * STOP), name)
+    return with_gap(slope).subs(contact * STOP, kappa)
 
 
 def _rate_of_forcing() -> sp.Expr:
@@ -253,10 +253,10 @@ def _rate_of_forcing() -> sp.Expr:
 def places() -> dict[tuple[int, int, int, int], str]:
     """Surface, line or corner point by the signs of v_c, the gap, v_r, and by what P exceeds.
 
-    The last number is 3 (-3) for P > f_b (P < -f_b), 2 (-2) for P = f_b (P = -f_b), else 0. Off
-    rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
+    The last number is 3 (-3) for P beyond its bound, 2 (-2) for P on it, else 0; the sign is P's.
+    Off rest it has no meaning and is 0. A corner point on L9 is named before a line, O1 before O3.
     """
-    levels = {3: 2 * f_b, 2: f_b, 0: sp.S.Zero, -2: -f_b, -3: -2 * f_b}
+    levels = {3: 2 * FORWARD, 2: FORWARD, 0: sp.S.Zero, -2: -BACKWARD, -3: -2 * BACKWARD}
     force = sp.Symbol("P_3", real=True)
     order = ["O1", "O2", "O3"]
     pieces = [geometry.PIECES[n] for n in order] + [

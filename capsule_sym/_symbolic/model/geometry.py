@@ -15,14 +15,14 @@ from dataclasses import dataclass
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.model import P1, P2, P3, P4, segment
+from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, P1, P2, P3, P4, segment
 from capsule_sym._symbolic.model.proof import consistent, implies
-from capsule_sym._symbolic.model.symbols import STATE, delta, f_b, v_r
+from capsule_sym._symbolic.model.symbols import STATE, delta, v_r
 
 SCENARIOS: dict[str, Relation] = {
-    "δ < f_b": sp.Lt(delta, f_b),
-    "δ = f_b": sp.Eq(delta, f_b),
-    "δ > f_b": sp.Gt(delta, f_b),
+    f"δ < {FORWARD}": sp.Lt(delta, FORWARD),
+    f"δ = {FORWARD}": sp.Eq(delta, FORWARD),
+    f"δ > {FORWARD}": sp.Gt(delta, FORWARD),
 }
 """The three positions of the corner O1 (Fig. 2b-d)."""
 
@@ -88,32 +88,32 @@ _BACKWARD = sp.Lt(P1, 0)
 
 
 def _within(force: sp.Expr) -> tuple[Relation, Relation]:
-    return sp.Lt(force, f_b), sp.Gt(force, -f_b)
+    return sp.Lt(force, FORWARD), sp.Gt(force, -BACKWARD)
 
 
 _PIECES = (
-    Piece("S1", (_REST, _NO_CONTACT, sp.Gt(P3, f_b))),
+    Piece("S1", (_REST, _NO_CONTACT, sp.Gt(P3, FORWARD))),
     Piece("S2", (_REST, _NO_CONTACT, *_within(P3))),
-    Piece("S3", (_REST, _NO_CONTACT, sp.Lt(P3, -f_b))),
-    Piece("S4", (_REST, _CONTACT, sp.Gt(P4, f_b))),
+    Piece("S3", (_REST, _NO_CONTACT, sp.Lt(P3, -BACKWARD))),
+    Piece("S4", (_REST, _CONTACT, sp.Gt(P4, FORWARD))),
     Piece("S5", (_REST, _CONTACT, *_within(P4))),
-    Piece("S6", (_REST, _CONTACT, sp.Lt(P4, -f_b))),
+    Piece("S6", (_REST, _CONTACT, sp.Lt(P4, -BACKWARD))),
     Piece("S7", (_FORWARD, _PLANE, _RISING)),
     Piece("S8", (_FORWARD, _PLANE, _FALLING)),
     Piece("S9", (_BACKWARD, _PLANE, _RISING)),
     Piece("S10", (_BACKWARD, _PLANE, _FALLING)),
-    Piece("L1", (_REST, _NO_CONTACT, sp.Eq(P3, f_b))),
-    Piece("L2", (_REST, _NO_CONTACT, sp.Eq(P3, -f_b))),
-    Piece("L3", (_REST, _CONTACT, sp.Eq(P4, f_b))),
-    Piece("L4", (_REST, _CONTACT, sp.Eq(P4, -f_b))),
-    Piece("L5", (_REST, _PLANE, _RISING, sp.Gt(P3, f_b))),
+    Piece("L1", (_REST, _NO_CONTACT, sp.Eq(P3, FORWARD))),
+    Piece("L2", (_REST, _NO_CONTACT, sp.Eq(P3, -BACKWARD))),
+    Piece("L3", (_REST, _CONTACT, sp.Eq(P4, FORWARD))),
+    Piece("L4", (_REST, _CONTACT, sp.Eq(P4, -BACKWARD))),
+    Piece("L5", (_REST, _PLANE, _RISING, sp.Gt(P3, FORWARD))),
     Piece("L6", (_REST, _PLANE, _RISING, *_within(P3))),
     Piece("L7", (_REST, _PLANE, _FALLING, *_within(P3))),
-    Piece("L8", (_REST, _PLANE, _FALLING, sp.Lt(P3, -f_b))),
+    Piece("L8", (_REST, _PLANE, _FALLING, sp.Lt(P3, -BACKWARD))),
     Piece("L9", (_PLANE, sp.Eq(v_r, 0))),
-    Piece("L10", (_REST, _PLANE, _FALLING, sp.Gt(P3, f_b))),
-    Piece("O1", (_REST, _PLANE, sp.Eq(P3, f_b))),
-    Piece("O2", (_REST, _PLANE, sp.Eq(P3, -f_b))),
+    Piece("L10", (_REST, _PLANE, _FALLING, sp.Gt(P3, FORWARD))),
+    Piece("O1", (_REST, _PLANE, sp.Eq(P3, FORWARD))),
+    Piece("O2", (_REST, _PLANE, sp.Eq(P3, -BACKWARD))),
     Piece("O3", (_REST, _PLANE, sp.Eq(v_r, 0))),
 )
 PIECES: dict[str, Piece] = {piece.name: piece for piece in _PIECES}

@@ -1,7 +1,7 @@
 """Derivatives of a segment's flow with respect to start, duration and every parameter.
 
 Columns, in order: x_r, v_r, v_c and the forcing angle theta at the start, the duration h, then
-the parameters alpha, omega, delta, zeta, beta, gamma, f_b. The angle at the start is held while
+the parameters. The angle at the start is held while
 omega varies; with the start's time held instead, add tau_0 times the column of theta.
 """
 
@@ -64,7 +64,8 @@ def rows(stick: bool) -> tuple[tuple[sp.Expr, ...], ...]:
     if not stick:
         state += [v_c + flow.drift_long, flow.advance]
     else:
-        state = [expression.subs({push: 0, friction: 0}) for expression in state]
+        still = {name: general_constants(stick)[name] for name in (push, friction)}
+        state = [expression.subs(still) for expression in state]
     return tuple(
         tuple(_total(expression, column, stick).subs(x_r - delta, gap) for column in COLUMNS)
         for expression in state

@@ -1,4 +1,4 @@
-"""The six linear segments of the capsule system, Eqs. (7)-(12), built from their physics.
+"""The linear segments of the declared model, Eqs. (7)-(12) of the capsule, built from its physics.
 
 A segment is a choice of two things: whether the second spring is in contact, and what friction
 does (drives against forward drift, against backward drift, or holds the capsule). Newton's
@@ -9,35 +9,43 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.symbols import (
-    alpha,
-    beta,
-    delta,
-    f_b,
-    gamma,
-    omega,
-    tau,
-    v_c,
-    v_r,
-    x_r,
-    zeta,
-)
+from capsule_sym._symbolic.model.declaration import Mode, Region, excess
+from capsule_sym._symbolic.model.symbols import MODEL, gamma, v_c, v_r, x_r
 
-kappa = sp.Symbol("kappa", nonnegative=True)  # stiffness of the second spring while it acts
-
-P = x_r + 2 * zeta * v_r + kappa * (x_r - delta)
-"""Force of the inner mass on the capsule: the one place of the tree where its terms stand."""
+kappa = MODEL.stiffness  # of the second spring while it acts
+P = MODEL.force
+"""Force of the inner mass on the capsule."""
 
 # Auxiliary functions of Section 2.
 P1 = v_c
 P2 = x_r
-P3 = P.subs(kappa, 0)
-P4 = P.subs(kappa, beta)
+P3, P4 = (P.subs(kappa, region.stiffness) for region in MODEL.regions)
 
-_FRICTION_NAMES = {+1: "FD", 0: "S", -1: "BD"}
+FORWARD, BACKWARD = MODEL.bounds[1], MODEL.bounds[-1]
+"""Friction bounds: at rest -BACKWARD < P < FORWARD."""
+LOAD = MODEL.load
+"""Constant force on the mass, beside drive and interaction."""
+
+
+def friction_of(way: sp.Expr) -> sp.Expr:
+    """The friction that drift of a way works against: P where it begins; 0 at rest, of way 0.
+
+    Where the bounds differ each is multiplied with 0 or 1, which is exact.
+    """
+    if FORWARD == BACKWARD:
+        return way * FORWARD
+    return FORWARD * way * (way + 1) / 2 - BACKWARD * way * (way - 1) / 2
+
+
+def bound_of(way: sp.Expr) -> sp.Expr:
+    """The friction bound of drift of a way (1, -1), likewise."""
+    if FORWARD == BACKWARD:
+        return FORWARD
+    return FORWARD * (1 + way) / 2 + BACKWARD * (1 - way) / 2
 
 
 @dataclass(frozen=True)
@@ -48,8 +56,18 @@ class Segment:
     """
 
     index: int
-    contact: bool
-    drift: int
+    region: Region
+    way: Mode
+
+    @property
+    def contact(self) -> bool:
+        """Whether the second spring acts."""
+        return self.region is MODEL.regions[1]
+
+    @property
+    def drift(self) -> int:
+        """The direction of drift."""
+        return self.way.way
 
     @property
     def name(self) -> str:
@@ -59,38 +77,45 @@ class Segment:
     @property
     def mode(self) -> str:
         """Mode of operation in the paper's notation, such as `NC-FD`."""
-        return f"{'C' if self.contact else 'NC'}-{_FRICTION_NAMES[self.drift]}"
+        return f"{self.region.name}-{self.way.name}"
 
     @property
     def stick(self) -> bool:
         """Whether friction holds the capsule at rest."""
         return self.drift == 0
 
+    def here(self, expression: sp.Expr) -> sp.Expr:
+        """An expression with the second spring's stiffness in this segment."""
+        return expression.subs(kappa, self.region.stiffness)
+
     @property
     def interaction(self) -> sp.Expr:
         """Force of the inner mass on the capsule: P3 without contact, P4 with it."""
-        return P4 if self.contact else P3
+        return self.here(P)
 
     @property
     def friction(self) -> sp.Expr:
         """Force of the ground on the capsule: the Coulomb bound in drift, the reaction in stick."""
-        return -self.interaction if self.stick else -self.drift * f_b
+        return self.here(self.way.friction)
+
+    @cached_property
+    def guards(self) -> tuple[sp.Expr, ...]:
+        """The functions that are positive in the field's cell and vanish on its boundary."""
+        return tuple(self.here(excess(one)) for one in (*self.region.where, *self.way.where))
 
     @cached_property
     def field(self) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
         """Time derivatives of (x_r, v_r, v_c) at time tau, Eqs. (7)-(12)."""
-        mass_acceleration = alpha * sp.cos(omega * tau) - self.interaction
         capsule_acceleration = sp.expand((self.interaction + self.friction) / gamma)
+        mass_acceleration = self.here(MODEL.mass_force)
         return v_r, sp.expand(mass_acceleration - capsule_acceleration), capsule_acceleration
 
 
 SEGMENTS: tuple[Segment, ...] = tuple(
-    Segment(index, contact, drift)
-    for index, (contact, drift) in enumerate(
-        ((contact, drift) for contact in (False, True) for drift in (+1, 0, -1)), start=1
-    )
+    Segment(index, region, mode)
+    for index, (region, mode) in enumerate(product(MODEL.regions, MODEL.modes), start=1)
 )
-"""The six segments, F1 to F6 in order."""
+"""The segments, F1 to F6 in order."""
 
 
 def segment(index: int) -> Segment:

@@ -1,8 +1,8 @@
 """Exact decisions about the inequalities of the theory, and exact points that satisfy them.
 
 Variables are eliminated exactly, so that consistency and implication are decided, not sampled;
-where the elimination meets a coefficient of unknown sign, `Undecided` is raised. zeta = 0 and
-beta = 0 are cases of their own, beside zeta > 0 and beta > 0.
+where the elimination meets a coefficient of unknown sign, `Undecided` is raised. A parameter of 0
+is a case of its own, beside one that is positive.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import sympy as sp
 from sympy.solvers.inequalities import solve_rational_inequalities
 
 from capsule_sym._symbolic.model.elimination import (
+    MAY_VANISH,
     RANGES,
     VARIABLES,
     Constraint,
@@ -32,14 +33,12 @@ from capsule_sym._symbolic.model.elimination import (
 )
 from capsule_sym._symbolic.model.symbols import (
     alpha,
-    beta,
     delta,
     force,
     gamma,
     omega,
     tau,
     x_r,
-    zeta,
 )
 
 
@@ -49,15 +48,15 @@ def _zero_patterns(symbols: list[sp.Symbol]) -> Iterator[dict[sp.Symbol, int]]:
 
 
 def _cases(constraints: Iterable[Constraint]) -> Iterator[list[Constraint]]:
-    """The constraints for zeta and beta zero or positive, in every combination that occurs."""
+    """The constraints for parameters zero or positive, in every combination that occurs."""
     constraints = [*constraints, *RANGES]
-    present = [s for s in (zeta, beta) if any(c.involves(s) for c in constraints)]
+    present = [s for s in MAY_VANISH if any(c.involves(s) for c in constraints)]
     for values in _zero_patterns(present):
         yield [constraint.at(values) for constraint in constraints]
 
 
 def _satisfiable(constraints: list[Constraint]) -> bool:
-    """Whether some state and some positive zeta, beta, omega and 1/gamma satisfy constraints."""
+    """Whether some state and some positive parameters satisfy constraints."""
     try:
         unsettled = without(constraints, VARIABLES)
     except Contradiction:
@@ -126,7 +125,7 @@ def always_solvable(
     eliminated = [depth if symbol == x_r else symbol for symbol in unknowns]
     given = [constraint_of(relation) for relation in hypotheses]
     wanted = [constraint_of(relation) for relation in relations]
-    present = [s for s in (zeta, beta) if any(c.involves(s) for c in given + wanted)]
+    present = [s for s in MAY_VANISH if any(c.involves(s) for c in given + wanted)]
     for values in _zero_patterns(present):
         case = [constraint.at(values) for constraint in given]
         fixed = [constraint_of(sp.Gt(s, 0)) for s in present if s not in values]

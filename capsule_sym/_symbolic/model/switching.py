@@ -31,19 +31,17 @@ from capsule_sym._symbolic.model.geometry import (
     SURFACES,
     Piece,
 )
-from capsule_sym._symbolic.model.model import SEGMENTS, Segment
+from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, SEGMENTS, P, Segment
 from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.symbols import (
     STATE,
     delta,
-    f_b,
     gamma,
     omega,
     tau,
     v_c,
     v_r,
     x_r,
-    zeta,
 )
 
 # The state, the force and its first rate of change: derivatives that hold no more than these.
@@ -122,14 +120,6 @@ def derivatives(expression: sp.Expr, index: int, orders: int) -> tuple[sp.Expr, 
     return tuple(found)
 
 
-def guards(field: Segment) -> tuple[sp.Expr, ...]:
-    """The functions that are positive in the cell of a field and vanish on its boundary."""
-    side = x_r - delta if field.contact else delta - x_r
-    if field.stick:
-        return side, f_b - field.interaction, f_b + field.interaction
-    return side, field.drift * v_c
-
-
 class _Split(Exception):
     """A sign that is not the same all over the piece."""
 
@@ -139,7 +129,7 @@ class _Split(Exception):
 
 def _first_sign(guard: sp.Expr, field: Segment, known: tuple[Relation, ...]) -> tuple[int, Sign]:
     """Order and sign of the first derivative of a guard that does not vanish (0: all vanish)."""
-    orders = _ORDERS_OF_FORCE if guard.has(f_b) else _ORDERS_OF_MOTION
+    orders = _ORDERS_OF_FORCE if guard.has(FORWARD, BACKWARD) else _ORDERS_OF_MOTION
     for order, expression in enumerate(derivatives(guard, field.index, orders)):
         sign = sign_under(expression, known)
         if sign is None:
@@ -159,7 +149,7 @@ def _passage(field: Segment, known: tuple[Relation, ...]) -> tuple[bool | None, 
     arrives: bool | None = True
     departs: bool | None = True
     split: _Split | None = None
-    for guard in guards(field):
+    for guard in field.guards:
         try:
             order, sign = _first_sign(guard, field, known)
         except _Split as found:
@@ -308,7 +298,7 @@ def momentum(field: Segment) -> sp.Expr:
     Its rate along a drift field holds the springs and friction only: the damper's impulse
     2 zeta (x_r - delta) / gamma is taken out.
     """
-    return field.drift * (v_c - 2 * zeta * (x_r - delta) / gamma)
+    return field.drift * (v_c - P.diff(v_r) * (x_r - delta) / gamma)
 
 
 def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
@@ -317,7 +307,7 @@ def never_rests(field: Segment, hypotheses: Iterable[Relation]) -> bool:
     So it is when `momentum` is positive at the impact, never decreases in the cell, and is not
     positive where the capsule is at rest.
     """
-    side, speed = guards(field)
+    side, speed = field.guards
     hypotheses = list(hypotheses)
     held = momentum(field)
     return (

@@ -23,7 +23,7 @@ import sympy as sp
 from capsule_sym._symbolic.model.enclosure import Flow, first_order
 from capsule_sym._symbolic.model.geometry import SCENARIOS
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
-from capsule_sym._symbolic.model.switching import LocalMap, guards, time_derivative
+from capsule_sym._symbolic.model.switching import LocalMap, time_derivative
 from capsule_sym._symbolic.model.symbols import (
     alpha,
     beta,
@@ -80,7 +80,7 @@ def _departs(witness: Witness, field: Segment) -> bool:
     if field.stick and witness.end[2] != 0:
         return False
     flow = _flow(witness, field)
-    series = [flow.series(guard) for guard in guards(field)]
+    series = [flow.series(guard) for guard in field.guards]
     return all(one[first_order(one)] * (-1) ** first_order(one) > 0 for one in series)
 
 
@@ -95,11 +95,11 @@ def source(witness: Witness) -> str | None:
     field = SEGMENTS[witness.local_map.field - 1]
     flow = _flow(witness, field)
     late, early = witness.bracket
-    if not all(flow.positive_until(guard, late) for guard in guards(field)):
+    if not all(flow.positive_until(guard, late) for guard in field.guards):
         return None
     if field.stick:
         return f"Σ{field.index}"
-    side, speed = guards(field)
+    side, speed = field.guards
     planes = {speed: f"Σ{field.index}", side: ENTRY_PLANE[field.index]}
     for crossed, other in ((speed, side), (side, speed)):
         if (

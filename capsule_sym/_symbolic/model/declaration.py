@@ -1,0 +1,335 @@
+"""The words in which a model is declared, and the checks of what they say.
+
+A declaration is a Python file that makes one `Model`, named `model`, and tells it parameters,
+state, regions, forces, modes of friction and the equations of both bodies, in this order.
+`capsule.py` is the paper's. All derivations read `MODEL`: the capsule, or what `choose` named before
+they were imported, so that one process knows one model.
+"""
+
+from __future__ import annotations
+
+import runpy
+import sys
+import traceback
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import sympy as sp
+
+tau = sp.Symbol("tau", real=True)
+"""Time."""
+
+DEFAULT = Path(__file__).with_name("capsule.py")
+_RESERVED = ("alpha", "omega", "delta", "gamma")
+_STATE = ("x_r", "v_r", "v_c")
+
+
+class BadDeclaration(Exception):
+    """A declaration that says what cannot be derived from; its text begins with file and line."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A dimensionless parameter, with all that is told of it anywhere."""
+
+    symbol: sp.Symbol
+    default: float
+    low: float
+    high: float
+    label: str
+    """A few words, as on an axis."""
+    definition: str
+    """Its scaling, as in the documentation of `Parameters`."""
+    about: str
+    """A sentence for who sees it for the first time."""
+    letter: str
+    tex: str
+    slider: tuple[float, float, float]
+    """Ends and step of the explorer's slider."""
+    device: tuple[str, str] | None
+    """What of a device it alone is in proportion to, and that one's unit."""
+
+    @property
+    def name(self) -> str:
+        """The name in code."""
+        return str(self.symbol)
+
+    @property
+    def positive(self) -> bool:
+        """Whether 0 is not allowed."""
+        return self.low > 0
+
+    @property
+    def signed(self) -> bool:
+        """Whether values below 0 are allowed."""
+        return self.low < 0
+
+
+@dataclass(frozen=True)
+class Region:
+    """The states on one side of the stop, and the second spring's stiffness there."""
+
+    name: str
+    where: tuple[sp.Basic, ...]
+    stiffness: sp.Expr
+    line: int
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Drift of a way (1, -1) against a friction, or rest (0) within bounds of the force."""
+
+    name: str
+    way: int
+    where: tuple[sp.Basic, ...]
+    friction: sp.Expr
+    line: int
+
+
+def excess(relation: sp.Basic) -> sp.Expr:
+    """The function that is positive where a strict inequality holds."""
+    return relation.gts - relation.lts
+
+
+class Model:
+    """A model as it is declared; each word notes its line, and `check` refuses what is wrong."""
+
+    def __init__(self) -> None:
+        self.parameters: list[Parameter] = []
+        self.state: tuple[sp.Symbol, ...] = ()
+        self.state_labels: dict[str, str] = {}
+        self.regions: list[Region] = []
+        self.modes: list[Mode] = []
+        self.stiffness = sp.Symbol("kappa", nonnegative=True)
+        self._lines: dict[str, int] = {}
+
+    def parameter(
+        self,
+        name: str,
+        default: float,
+        between: tuple[float, float] | None = None,
+        *,
+        label: str,
+        definition: str,
+        about: str,
+        letter: str = "",
+        tex: str = "",
+        slider: tuple[float, float, float],
+        device: tuple[str, str] | None = None,
+    ) -> sp.Symbol:
+        """A parameter, positive if its range is, of either sign if its range begins below 0."""
+        self._note(f"parameter {name}")
+        if between is None:
+            raise self._bad(f"parameter {name}", f"parameter {name} has no range")
+        low, high = between
+        if not low <= default <= high:
+            raise self._bad(
+                f"parameter {name}", f"{name} = {default:g} is not in [{low:g}, {high:g}]"
+            )
+        if any(name == one.name for one in self.parameters):
+            raise self._bad(f"parameter {name}", f"parameter {name} is declared twice")
+        sign = {"positive": True} if low > 0 else {"real" if low < 0 else "nonnegative": True}
+        symbol = sp.Symbol(name, **sign)
+        told = (label, definition, about, letter or name, tex or name, slider, device)
+        self.parameters.append(Parameter(symbol, default, low, high, *told))
+        return symbol
+
+    def states(self, **labels: str) -> tuple[sp.Symbol, ...]:
+        """The state: relative displacement and velocity of the mass, and the capsule's velocity."""
+        self._note("state")
+        if tuple(labels) != _STATE:
+            raise self._bad("state", f"the state is {', '.join(_STATE)}, not {', '.join(labels)}")
+        self.state_labels = labels
+        self.state = tuple(sp.Symbol(name, real=True) for name in labels)
+        return self.state
+
+    def region(self, name: str, where: sp.Basic, stiffness: sp.Expr) -> None:
+        """The states where an inequality holds, and the second spring's stiffness there."""
+        self.regions.append(Region(name, (where,), sp.sympify(stiffness), self._note("region")))
+
+    def interaction(self, force: sp.Expr) -> sp.Expr:
+        """The force of the mass on the capsule, with `stiffness` for the second spring's."""
+        self._note("interaction")
+        self.force = force
+        return force
+
+    def rest(self, name: str, *where: sp.Basic) -> None:
+        """Rest of the capsule, while the force obeys two inequalities."""
+        self.modes.append(Mode(name, 0, where, -self.force, self._note("rest")))
+
+    def drift(self, name: str, where: sp.Basic, against: sp.Expr) -> None:
+        """Drift of the capsule against a friction, where an inequality for its velocity holds."""
+        line, way = self._note("drift"), 1 if excess(where).coeff(self.state[2]) == 1 else -1
+        self.modes.append(Mode(name, way, (where,), -way * against, line))
+
+    def mass(self, force: sp.Expr) -> None:
+        """The right side of v_r' + v_c', all forces on the mass."""
+        self._note("mass")
+        self.mass_force = force
+
+    def capsule(self, inertia: sp.Symbol, force: sp.Expr) -> None:
+        """The left side's mass and the right side of gamma v_c', but for friction."""
+        self._note("capsule")
+        self.capsule_force, self.inertia = force, inertia
+
+    def _note(self, word: str) -> int:
+        frame = sys._getframe(2)
+        self._file = frame.f_code.co_filename
+        self._lines[word] = frame.f_lineno
+        return frame.f_lineno
+
+    def _bad(self, word: str | int, said: str) -> BadDeclaration:
+        line = word if isinstance(word, int) else self._lines.get(word, 1)
+        return BadDeclaration(f"{self._file}:{line}: {said}")
+
+    def symbol(self, name: str) -> sp.Symbol:
+        """A parameter's symbol; raises KeyError if none has this name."""
+        return {one.name: one.symbol for one in self.parameters}[name]
+
+    @property
+    def bounds(self) -> Mapping[int, sp.Expr]:
+        """The friction that a drift of a way works against, which bounds the force at rest."""
+        return {mode.way: -mode.way * mode.friction for mode in self.modes if mode.way}
+
+    @property
+    def load(self) -> sp.Expr:
+        """The constant force on the mass beside drive and interaction."""
+        drive = self.symbol("alpha") * sp.cos(self.symbol("omega") * tau)
+        return sp.expand(self.mass_force - drive + self.force)
+
+    def check(self) -> None:
+        """Raises BadDeclaration, with the line at fault."""
+        for word in ("state", "interaction", "region", "rest", "drift", "mass", "capsule"):
+            if word not in self._lines:
+                raise self._bad(1, f"nothing is said of the {word}")
+        if missing := [n for n in _RESERVED if n not in [one.name for one in self.parameters]]:
+            raise self._bad(
+                1,
+                f"no parameter {missing[0]}: amplitude, frequency, gap and mass ratio"
+                f" are named {', '.join(_RESERVED)}",
+            )
+        self._check_symbols()
+        self._check_equations()
+        self._check_guards()
+        self._check_ways()
+
+    def _check_symbols(self) -> None:
+        said: list[tuple[str | int, Iterable[sp.Basic]]] = [
+            ("interaction", [self.force]),
+            ("mass", [self.mass_force]),
+            ("capsule", [self.capsule_force, self.inertia]),
+            *((one.line, [*one.where, one.stiffness]) for one in self.regions),
+            *((one.line, [*one.where, one.friction]) for one in self.modes),
+        ]
+        known = {*(one.symbol for one in self.parameters), *self.state, tau, self.stiffness}
+        for word, expressions in said:
+            found = set[sp.Symbol]().union(*(e.free_symbols for e in expressions)) - known
+            if found:
+                raise self._bad(word, f"unknown symbol {min(map(str, found))}")
+
+    def _check_equations(self) -> None:
+        held = {*self.state, tau, self.stiffness}
+        if self.load.free_symbols & held:
+            raise self._bad(
+                "mass",
+                "the forces on the mass are alpha*cos(omega*tau), less the "
+                "interaction force, and a constant",
+            )
+        if sp.expand(self.capsule_force - self.force) != 0:
+            raise self._bad("capsule", "the capsule is moved by the interaction force and friction")
+        if self.inertia != self.symbol("gamma"):
+            raise self._bad("capsule", f"the mass ratio is gamma, not {self.inertia}")
+        x_r, v_r, v_c = self.state
+        spring = self.stiffness * (x_r - self.symbol("delta"))
+        rest = sp.expand(self.force - spring)
+        if (
+            not self._affine(self.force)
+            or rest.subs({x_r: 0, v_r: 0}) != 0
+            or v_c in (self.force.free_symbols)
+        ):
+            raise self._bad(
+                "interaction",
+                "the interaction force is linear in x_r and v_r, with "
+                f"{self.stiffness}*(x_r - delta) for the second spring",
+            )
+
+    def _affine(self, function: sp.Expr) -> bool:
+        try:
+            return bool(sp.Poly(sp.expand(function), *self.state).total_degree() <= 1)
+        except sp.PolynomialError:
+            return False
+
+    def _check_guards(self) -> None:
+        parts: list[Region | Mode] = [*self.regions, *self.modes]
+        for one in parts:
+            for relation in one.where:
+                if not isinstance(relation, sp.StrictGreaterThan | sp.StrictLessThan):
+                    raise self._bad(one.line, f"{relation} is no strict inequality")
+                if not self._affine(excess(relation)):
+                    raise self._bad(one.line, f"{relation} is not affine in {', '.join(_STATE)}")
+
+    def _check_ways(self) -> None:
+        """Each guard that vanishes leads on: across it another region or mode begins."""
+        if [len(self.regions), *(mode.way for mode in self.modes)] != [2, 1, 0, -1]:
+            raise self._bad("rest", "two regions, and drift forward, rest and drift backward")
+        first, second = self.regions
+        if sp.expand(excess(first.where[0]) + excess(second.where[0])) != 0:
+            raise self._bad(
+                second.line,
+                f"no way from {first.name} to {second.name}: beside {first.where[0]} lies nothing",
+            )
+        ahead, rest, back = self.modes
+        reached = {sp.expand(ahead.friction + self.force), sp.expand(back.friction + self.force)}
+        held = {sp.expand(-way * excess(r)) for way, r in zip((1, -1), rest.where, strict=False)}
+        if held != reached or len(rest.where) != 2:
+            raise self._bad(
+                rest.line,
+                f"no way from {rest.name} to {ahead.name} or {back.name}: rest "
+                "ends where the force meets the friction of a drift",
+            )
+        for one, way in ((ahead, 1), (back, -1)):
+            if sp.expand(excess(one.where[0]) - way * self.state[2]) != 0:
+                raise self._bad(
+                    one.line, f"no way from {one.name} to {rest.name}: a drift ends where v_c is 0"
+                )
+
+
+def load(path: Path) -> Model:
+    """The model that a file declares; raises BadDeclaration."""
+    try:
+        model = runpy.run_path(str(path)).get("model")
+    except BadDeclaration:
+        raise
+    except OSError as error:
+        raise BadDeclaration(f"{path}:1: cannot be read ({error.strerror})") from error
+    except SyntaxError as error:
+        raise BadDeclaration(f"{path}:{error.lineno}: {error.msg}") from error
+    except Exception as error:
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if frame.filename == str(path)]
+        raise BadDeclaration(f"{path}:{lines[-1] if lines else 1}: {error}") from error
+    if not isinstance(model, Model):
+        raise BadDeclaration(f"{path}:1: declares no Model named model")
+    model.check()
+    return model
+
+
+_choice = [DEFAULT]
+
+
+def choose(path: Path) -> None:
+    """Name the declaration of this process, before any derivation is imported."""
+    _choice[:] = [path]
+
+
+def path() -> Path:
+    """The file that declares the model of this process."""
+    return _choice[0]
+
+
+@cache
+def chosen() -> Model:
+    """The model of this process; raises BadDeclaration."""
+    return load(_choice[0])
