@@ -5,10 +5,11 @@
 
 int capsule_parameters_allowed(const capsule_parameters *p)
 {
-    return isfinite(p->alpha) && p->alpha >= 0.0 && isfinite(p->omega) && p->omega > 0.0 &&
-           isfinite(p->delta) && p->delta >= 0.0 && isfinite(p->zeta) && p->zeta >= 0.0 &&
-           isfinite(p->beta) && p->beta >= 0.0 && isfinite(p->gamma) && p->gamma > 0.0 &&
-           isfinite(p->f_b) && p->f_b > 0.0;
+#define FINITE(name) && isfinite(p->name)
+#define POSITIVE(name) && p->name > 0.0
+#define NOT_NEGATIVE(name) && p->name >= 0.0
+    return 1 CAPSULE_PARAMETERS(FINITE) CAPSULE_POSITIVE_PARAMETERS(POSITIVE)
+        CAPSULE_NOT_NEGATIVE_PARAMETERS(NOT_NEGATIVE);
 }
 
 capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map)
@@ -16,12 +17,13 @@ capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map
     if (!p || !map)
         return CAPSULE_REFUSED;
     map->parameters = *p;
-    for (int field = 1; field <= 6; field++)
-        capsule_constants_of(field, p->alpha, p->omega, p->delta, p->zeta, p->beta, p->gamma,
-                             p->f_b, &map->field[field - 1]);
+    for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++)
+        capsule_constants_of(field, p, &map->field[field - 1]);
     const capsule_constants *c = &map->field[FIELD_OF[0][1] - 1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
-    map->may_rest = amplitude < c->delta && amplitude * sqrt(force_gain2(c)) < c->f_b;
+    const double at = centre(c), pull = force(c, at, at - c->delta, 0.0);
+    map->may_rest = at + amplitude < c->delta && amplitude * sqrt(force_gain2(c)) <
+                    fmin(friction_guard(c, -1.0, pull), friction_guard(c, 1.0, pull));
     return capsule_parameters_allowed(p) ? CAPSULE_DONE : CAPSULE_REFUSED;
 }
 

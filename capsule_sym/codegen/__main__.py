@@ -10,10 +10,9 @@ from pathlib import Path
 import click
 
 from capsule_sym._symbolic.model import declaration
+from capsule_sym.codegen import COMMAND, INPUTS
 
-COMMAND = "python -m capsule_sym.codegen"
-_ROOT = Path(__file__).resolve().parents[2]
-_GENERATED = _ROOT / "generated"
+_GENERATED = INPUTS.parent / "generated"
 _MANAGED = {".py", ".json", ".c", ".h", ".m", ".pxi"}
 
 
@@ -60,8 +59,8 @@ def difference(expected: dict[str, str], present: dict[str, str]) -> str:
 )
 def main(check: bool, out: Path, model: Path) -> None:
     """Derive the kernels of a model and write them as NumPy, mpmath, C and MATLAB code."""
-    if not (_ROOT / "codegen").is_dir():
-        click.echo(f"error: no generator inputs in {_ROOT}; run from a checkout", err=True)
+    if not INPUTS.is_dir():
+        click.echo(f"error: no generator inputs at {INPUTS}; run from a checkout", err=True)
         sys.exit(2)
     started = time.perf_counter()
     declaration.choose(model)

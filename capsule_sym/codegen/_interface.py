@@ -72,12 +72,17 @@ def _c_counts(config: Entry) -> str:
         "PARAMETERS": PARAMETERS,
         "FLOW_PARAMETERS": [p for p in PARAMETERS if p in flow],
         "RUN_PARAMETERS": [p for p in PARAMETERS if p not in flow],
+        "POSITIVE_PARAMETERS": [p for p in PARAMETERS if p.is_positive],
+        "NOT_NEGATIVE_PARAMETERS": [p for p in PARAMETERS if p.is_nonnegative],
     }
     text = f"/* How many there are. */\n{rows}\n/* Positions of the parameters. */\n"
     text += f"enum {{\n{positions}}};\n\n"
-    text += "/* `of` of each parameter, of those that a linear flow depends on, of the others. */\n"
+    text += (
+        "/* `of` of each parameter; of those that a linear flow depends on, and of the others; of\n"
+    )
+    text += "   those that are above 0, and of those that are not below it. */\n"
     for name, several in lists.items():
-        text += f"#define CAPSULE_{name}(of) {' '.join(f'of({p})' for p in several)}\n"
+        text += f"#define CAPSULE_{name}(of) \\\n    {' '.join(f'of({p})' for p in several)}\n"
     return text
 
 

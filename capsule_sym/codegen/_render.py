@@ -17,8 +17,8 @@ import sympy as sp
 from capsule_sym._symbolic.model import declaration, jacobian
 from capsule_sym._symbolic.model.formulas import Formula, formulas
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.symbols import PARAMETERS
-from capsule_sym.codegen.__main__ import COMMAND
+from capsule_sym._symbolic.model.symbols import PARAMETERS, omega
+from capsule_sym.codegen import COMMAND, INPUTS
 from capsule_sym.codegen._blocks import blocks, segment_constants
 from capsule_sym.codegen._fields import field_texts
 from capsule_sym.codegen._interface import c_interface, cython_interface, python_interface, read
@@ -28,7 +28,6 @@ from capsule_sym.codegen._rounding import CIRCULAR_UNITS, units
 from capsule_sym.codegen._tables import c_classification, table_text
 
 _PACKAGE = Path(__file__).resolve().parents[1]
-INPUTS = _PACKAGE.parent / "codegen"
 _HEADER = _PACKAGE / "_native" / "capsule.h"
 
 _PARAMETER_NAMES = tuple(map(str, PARAMETERS))
@@ -162,6 +161,14 @@ def _segment_texts(language: Language) -> str:
     return "\n\n".join(texts)
 
 
+def _used_parameters(language: Language) -> str:
+    """What C's function of the constants names of its parameters."""
+    values = [value for segment in SEGMENTS for _, value in segment_constants(segment.index)]
+    used = {omega}.union(*(value.free_symbols for value in values))
+    names = (p.name for p in PARAMETERS if p in used)
+    return "\n".join(f"    const double {name} = p->{name};" for name in names)
+
+
 def _field_constants() -> str:
     """Assignments of each field's constants over any number type, from those of its parameters."""
     text, language = "", LANGUAGES["real"]
@@ -215,6 +222,7 @@ def render() -> dict[str, str]:
                 f"double {name};" for name in _CONSTANT_NAMES if name != "resonant"
             ),
             "segment_constants": _segment_texts(language),
+            "used_parameters": _used_parameters(language),
             "table": table_text(language),
             "fields": field_texts(language),
             "kernels": "\n\n".join(kernel.text(language) for kernel in kernels),

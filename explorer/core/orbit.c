@@ -33,7 +33,7 @@ static guard_kind guard_between(int f, int g)
 static void make_fields(const double p[7])
 {
     for (int f = 1; f <= 6; f++)
-        capsule_constants_of(f, p[0], p[1], p[2], p[3], p[4], p[5], p[6], &fields[f - 1]);
+        capsule_constants_of(f, (const capsule_parameters *)p, &fields[f - 1]);
 }
 
 static segment segment_of(int f) { return fields[f - 1]; }

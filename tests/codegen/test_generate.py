@@ -16,9 +16,10 @@ import pytest
 import sympy as sp
 from click.testing import CliRunner, Result
 
+from capsule_sym.codegen import COMMAND
 from capsule_sym.codegen import __main__ as command
 from capsule_sym.codegen._lower import lower
-from capsule_sym.codegen._render import COMMAND, digest, render
+from capsule_sym.codegen._render import digest, render
 from capsule_sym.generated import mp as generated_mp
 from capsule_sym.generated import py as generated_py
 

@@ -118,8 +118,8 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 
 def native_arguments(library: ctypes.CDLL, case: Case) -> tuple[_Constants, _Start]:
     c = _Constants()
-    parameters = map(ctypes.c_double, case.parameters.__getstate__())
-    library.capsule_constants_of(case.field, *parameters, ctypes.byref(c))
+    parameters = (ctypes.c_double * 7)(*case.parameters.to_dict().values())
+    library.capsule_constants_of(case.field, parameters, ctypes.byref(c))
     return c, _Start(*case.start(double, float))
 
 

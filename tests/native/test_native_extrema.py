@@ -182,8 +182,8 @@ class Library:
 
     def of(self, one: Segment) -> ctypes.Array[ctypes.c_double]:
         """The constants of a segment's field."""
-        values = map(ctypes.c_double, one.parameters.to_dict().values())
-        self.library.capsule_constants_of(one.field, *values, self.constants)
+        values = (ctypes.c_double * 7)(*one.parameters.to_dict().values())
+        self.library.capsule_constants_of(one.field, values, self.constants)
         return self.constants
 
 

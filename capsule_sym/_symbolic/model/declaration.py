@@ -2,8 +2,8 @@
 
 A declaration is a Python file that makes one `Model`, named `model`, and tells it parameters,
 state, regions, forces, modes of friction and the equations of both bodies, in this order.
-`capsule.py` is the paper's. All derivations read `MODEL`: the capsule, or what `choose` named before
-they were imported, so that one process knows one model.
+`capsule.py` is the paper's. All derivations read `MODEL`: the capsule, or what `choose` named
+before they were imported, so that one process knows one model.
 """
 
 from __future__ import annotations
