@@ -17,7 +17,7 @@ from capsule_sym._enclosures.balls import Ball, Matrix, Unproved, arb, ball, pre
 from capsule_sym._enclosures.events import Event, prove_event
 from capsule_sym._enclosures.krawczyk import Tube
 from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
-from capsule_sym._enclosures.trajectories import enclose_run, exactly
+from capsule_sym._enclosures.runs import enclose_run, exactly
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
@@ -158,7 +158,7 @@ def certify_run(
             "parameters": parameters,
             "angle": _decimal_of(angle),
             "durations": [decimal(h - g) for g, h in pairwise(instants)],
-            "states": [[exactly(x) for x in start], *map(_told, passage.states[1:])],
+            "states": [[exactly(x) for x in start], *map(_told, passage.states[1:-1])],
             "end": _told(passage.state),
             "stable": False,
         }

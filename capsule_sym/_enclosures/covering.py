@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._enclosures.attraction import itinerary_of, steps_of
+from capsule_sym._enclosures.attraction import corner, inverse_of, sides_of
 from capsule_sym._enclosures.balls import (
     Ball,
     Matrix,
@@ -31,8 +31,8 @@ from capsule_sym._enclosures.balls import (
     thin,
     upper,
 )
-from capsule_sym._enclosures.bundles import Bundle, Fields, Interval
-from capsule_sym._enclosures.trajectories import corner, inverse_of, sides_of
+from capsule_sym._enclosures.passage import Bundle, Interval, Passage
+from capsule_sym._enclosures.runs import itinerary_of, steps_of
 from capsule_sym._enclosures.trapping import Trap, trap
 from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -131,13 +131,13 @@ def target(values: Mapping[str, Ball]) -> Target:
     if {step.field for step in steps} - {2, 5} or steps[0].field != steps[-1].field:
         raise Unproved("covering", "no orbit with the capsule at rest is found")
     turns = _TURNS * 2 * arb.pi() / values["omega"]
-    fields = Fields(values, Interval(given["alpha"], upper(values["alpha"] - given["alpha"])))
+    passage = Passage(values, Interval(given["alpha"], upper(values["alpha"] - given["alpha"])))
     line = np.zeros((3, 4))
     line[:2, 0] = run([_SETTLED * math.tau / given["omega"]])[0][:2]
 
     def turned(sides: Doubles) -> tuple[Bundle, Matrix]:
         line[:2, 2:] = sides
-        return fields.period(fields.section(thin(line), arb(0)), steps, turns, arb(0))
+        return passage.period(passage.section(thin(line), arb(0)), steps, turns, arb(0))
 
     there, by = turned(np.zeros((2, 2)))
     sides = sides_of(by, 2)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from time import process_time
 from typing import NamedTuple
 
-from capsule_sym._enclosures.bundles import Interval
+from capsule_sym._enclosures.attraction import tendency
 from capsule_sym._enclosures.cells import ALPHA, EXACT, Outcome
-from capsule_sym._enclosures.intervals import tendency
+from capsule_sym._enclosures.passage import Interval
 from capsule_sym._enclosures.section4 import GAMMAS
 from capsule_sym._errors import CapsuleError
 

@@ -67,14 +67,15 @@ def known(itinerary: Itinerary, segment: int, still: Sequence[int] = ()) -> Know
     first = segment
     while (first - 1) % n in still:
         first -= 1
-    found = _after(itinerary.guard_before(first % n))
+    found = after(itinerary.guard_before(first % n))
     while first % n in still:
         found = _passed(found, itinerary, first % n)
         first += 1
     return found
 
 
-def _after(guard: Guard | None) -> Known:
+def after(guard: Guard | None) -> Known:
+    """What is exact just after a guard has vanished."""
     if guard is None:
         return Known()
     if guard is Guard.GAP:

@@ -18,7 +18,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple, Protocol
 
-from capsule_sym._enclosures import cells, from_rest, intervals, patches, section4
+from capsule_sym._enclosures import attraction, cells, from_rest, patches, section4
 from capsule_sym._enclosures.cells import Cell, Outcome
 from capsule_sym._enclosures.digest import closure, digest
 from capsule_sym._enclosures.from_rest import AlphaInterval
@@ -104,7 +104,7 @@ def code() -> str:
 def code_from_rest() -> str:
     """The digest of the code that proves where the motions from rest go."""
     given = (from_rest, cells, section4, generated)
-    return digest((*closure(intervals), *given, contact, drift, guard_between))
+    return digest((*closure(attraction), *given, contact, drift, guard_between))
 
 
 def _patches() -> list[Cell]:

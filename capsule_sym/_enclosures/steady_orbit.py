@@ -15,7 +15,7 @@ from capsule_sym._enclosures.equations import Shooting
 from capsule_sym._enclosures.fields import V
 from capsule_sym._enclosures.krawczyk import Tube
 from capsule_sym._enclosures.orbits import columns_of, prove, shooting_of
-from capsule_sym._enclosures.trajectories import enclose_run
+from capsule_sym._enclosures.runs import enclose_run
 from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary

@@ -17,7 +17,7 @@ from capsule_sym import Parameters, simulate
 from capsule_sym._cli import group
 from capsule_sym._enclosures import checker, command, covering, section4
 from capsule_sym._enclosures.balls import Unproved
-from capsule_sym._enclosures.trajectories import enclose_run
+from capsule_sym._enclosures.runs import enclose_run
 from capsule_sym._map.trajectory import Kept
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -16,15 +17,15 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from capsule_sym import InvalidInput, Parameters, simulate, solve_orbit
-from capsule_sym._enclosures import bundles, intervals, regions
+from capsule_sym._enclosures import attraction, passage, regions
+from capsule_sym._enclosures.attraction import tendency
 from capsule_sym._enclosures.balls import Unproved, arb, ball, floats, matrix, precision, thin
-from capsule_sym._enclosures.bundles import Fields, Interval
 from capsule_sym._enclosures.cells import ALPHA, EXACT
 from capsule_sym._enclosures.fields import Field
 from capsule_sym._enclosures.from_rest import AlphaInterval, attempt
-from capsule_sym._enclosures.intervals import tendency
+from capsule_sym._enclosures.passage import Interval, Passage, Step
 from capsule_sym._enclosures.regions import FROM_REST, begun, prove
-from capsule_sym._enclosures.trajectories import Step
+from capsule_sym._enclosures.runs import steps_of
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 
@@ -32,24 +33,24 @@ AT_3_3 = EXACT | {"gamma": "3.3"}
 SECTION, PLACES = 3, (-1.0, -0.6, 0.0, 0.7, 1.0)
 
 
-def carried(alphas: Interval, sections: int) -> tuple[bundles.Bundle, float]:
+def carried(alphas: Interval, sections: int) -> tuple[passage.Bundle, float]:
     """The bundle from rest after some periods, and the phase of its sections in periods."""
     with precision(80):
         exact = {name: ball(AT_3_3[name]) for name in PARAMETERS if name != "alpha"}
-        motions = intervals._Motions(
-            Fields(exact, alphas),
-            simulate(Parameters(alpha=alphas.middle, gamma=3.3), periods=intervals._PERIODS),
+        motions = attraction._Motions(
+            Passage(exact, alphas),
+            simulate(Parameters(alpha=alphas.middle, gamma=3.3), periods=attraction._PERIODS),
         )
-        start = motions.fields.section(matrix(3, 2), arb(0))
+        start = motions.passage.section(matrix(3, 2), arb(0))
         ahead = motions.turn * arb(motions.offset)
-        first = intervals.steps_of(motions.run, 0, motions.offset)
-        found, _ = motions.fields.period(start, first, ahead, motions.angle)
+        first = steps_of(motions.run, 0, motions.offset)
+        found, _ = motions.passage.period(start, first, ahead, motions.angle)
         for section in range(sections):
             found, _ = motions.passed(found, section)
         return found, motions.offset
 
 
-def missed(found: bundles.Bundle, offset: float, alphas: Interval) -> float:
+def missed(found: passage.Bundle, offset: float, alphas: Interval) -> float:
     """By how much runs at places of the interval are outside, beside the bundle's thickness."""
     rest = np.sum(abs(found[:3, 2:]), axis=1)
     worst = 0.0
@@ -72,46 +73,46 @@ def test_a_bundle_holds_the_motions_of_its_interval(alpha: float) -> None:
 
 
 def test_a_bundle_without_what_is_of_second_order_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bundles, "_shifted", with_terms())
+    monkeypatch.setattr(passage, "_shifted", with_terms())
     alphas = Interval(1.2, 8e-4)
     assert missed(*carried(alphas, SECTION), alphas) > 1e-7
 
 
 def with_terms(*, error: bool = False, rest: bool = False):
     """The step to a switch with only some of the terms that are no form of (1, s, e)."""
-    shifted = bundles._shifted
+    shifted = passage._shifted
 
     def without(field, moved, late, missed, d):
         found = shifted(field, moved, late, missed if error else arb(0), d)
-        return found if rest else arb_mat([row[: -bundles.SIZE] for row in found.tolist()])
+        return found if rest else arb_mat([row[: -passage.SIZE] for row in found.tolist()])
 
     return without
 
 
-def fields_at(alphas: Interval) -> Fields:
-    return Fields({name: ball(AT_3_3[name]) for name in PARAMETERS if name != "alpha"}, alphas)
+def fields_at(alphas: Interval) -> Passage:
+    return Passage({name: ball(AT_3_3[name]) for name in PARAMETERS if name != "alpha"}, alphas)
 
 
-def flowed(field: Field, start: bundles.Bundle, place: np.ndarray, h: float) -> np.ndarray:
+def flowed(field: Field, start: passage.Bundle, place: np.ndarray, h: float) -> np.ndarray:
     """The state of a bundle's member after a time."""
     return expm(floats(field.A) * h) @ (start[:6] @ place)
 
 
-def one_switch(place: Sequence[float]) -> tuple[bundles.Bundle, float, np.ndarray]:
+def one_switch(place: Sequence[float]) -> tuple[passage.Bundle, float, np.ndarray]:
     """F1 in a thick bundle to its switch: the bundle, and time and state at a place."""
     with precision(80):
         fields = fields_at(Interval(1.2, 2e-2))
         columns = np.array([[-1.0, 0.01, 0.0], [1.0, 0.02, 0.03], [0.5, 0.0, 0.01]])
         start, field = fields.section(thin(columns), arb(0.5)), fields._fields[1]
-        row = floats(field.guards)[bundles.GUARD_ROWS[Guard.GAP]]
+        row = floats(field.guards)[passage.GUARD_ROWS[Guard.GAP]]
         at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
         h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
-        _, found = bundles._switch(field, start, Step(1, h, Guard.GAP), "F1")
-        return bundles._doubles(found), h, flowed(field, start, at, h)
+        _, found = passage._switch(field, thin(start), Step(1, h, Guard.GAP), 53.0, "F1")
+        return passage.rounded(found), h, flowed(field, start, at, h)
 
 
 def outside(
-    found: bundles.Bundle, place: Sequence[float], time: float, state: np.ndarray
+    found: passage.Bundle, place: Sequence[float], time: float, state: np.ndarray
 ) -> tuple[float, float]:
     """By how much time and state of a place are outside."""
     thick = np.sum(abs(found[:, 3:]), axis=1)
@@ -128,10 +129,10 @@ def test_a_switch_is_held_only_with_each_of_its_terms(monkeypatch: pytest.Monkey
         return np.max([outside(bundle, place, *true) for place, bundle, *true in found], axis=0)
 
     assert max(worst()) < 1e-14
-    monkeypatch.setattr(bundles, "_shifted", with_terms(rest=True))
+    monkeypatch.setattr(passage, "_shifted", with_terms(rest=True))
     assert worst()[0] > 1e-7
     monkeypatch.undo()
-    monkeypatch.setattr(bundles, "_shifted", with_terms(error=True))
+    monkeypatch.setattr(passage, "_shifted", with_terms(error=True))
     assert worst()[1] > 1e-7
 
 
@@ -150,10 +151,10 @@ def test_a_bundle_of_many_times_is_held_at_one_time(
         columns = np.array([[middle[0], 0.0, spread], [middle[1], 0.0, 0.0], [middle[2], 0.0, 0.0]])
         start = fields.section(thin(columns), arb(0.5))
         late = np.zeros((7, 1))
-        late[bundles.TIME] = 1e-2
+        late[passage.TIME] = 1e-2
         start = np.column_stack([start[:, :3], late, start[:, 3:]])
         total = 0.7
-        found = bundles._doubles(bundles._until(field, start, arb(total), "F1")[1])
+        found = passage.rounded(passage._until(field, thin(start), arb(total), "F1")[1])
     for place in CORNERS:
         at = np.array([1.0, 0.0, *place] + [0.0] * (start.shape[1] - 4))
         state = flowed(field, start, at, total - 1e-2 * place[1])
@@ -167,8 +168,8 @@ def test_doubles_hold_balls_and_columns_that_are_put_together(count: int) -> Non
     rng = np.random.default_rng(1)
     middles, radius = rng.normal(size=(7, count)), 1e-3
     whole = thin(middles) + arb_mat([[ball(0, radius)] * count] * 7)
-    found = bundles._doubles(whole)
-    assert found.shape[1] <= max(count, bundles._KEPT + 2) + 7
+    found = passage.rounded(whole)
+    assert found.shape[1] <= max(count, passage._KEPT + 2) + 7
     assert np.array_equal(found[:, :2], middles[:, :2])
     for _ in range(50):
         direction = rng.normal(size=7)
@@ -176,12 +177,12 @@ def test_doubles_hold_balls_and_columns_that_are_put_together(count: int) -> Non
         assert np.sum(abs(direction @ found[:, 1:])) >= reach
 
 
-def motions_at(alpha: float, radius: float) -> intervals._Motions:
-    run = simulate(Parameters(alpha=alpha, gamma=3.3), periods=intervals._PERIODS)
-    return intervals._Motions(fields_at(Interval(alpha, radius)), run)
+def motions_at(alpha: float, radius: float) -> attraction._Motions:
+    run = simulate(Parameters(alpha=alpha, gamma=3.3), periods=attraction._PERIODS)
+    return attraction._Motions(fields_at(Interval(alpha, radius)), run)
 
 
-def columns_about(motions: intervals._Motions, section: int, wide: float) -> np.ndarray:
+def columns_about(motions: attraction._Motions, section: int, wide: float) -> np.ndarray:
     """A box in x_r and v_r about the run at a section."""
     x, v, _ = motions.run([math.tau / 0.8 * (section + motions.offset)])[0]
     return np.array([[x, 0.0, wide, 0.0], [v, 0.0, 0.0, wide], [0.0, 0.0, 0.0, 0.0]])
@@ -202,7 +203,7 @@ def test_guards_are_those_of_all_members() -> None:
         motions = motions_at(0.005, 1e-6)
         columns = np.array([[0.0, 0.0, 0.03], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
         with pytest.raises(Unproved, match="the gap"):
-            motions.passed(motions.fields.section(thin(columns), motions.angle), 600)
+            motions.passed(motions.passage.section(thin(columns), motions.angle), 600)
 
 
 @pytest.mark.parametrize("alpha", [0.7, 1.8])
@@ -212,13 +213,13 @@ def test_the_derivative_is_that_of_all_members(alpha: float) -> None:
         motions = motions_at(alpha, wide)
         columns = columns_about(motions, 600, wide)
         columns[2, 0] = motions.run([math.tau / 0.8 * (600 + motions.offset)])[0][2]
-        _, by = motions.passed(motions.fields.section(thin(columns), motions.angle), 600)
+        _, by = motions.passed(motions.passage.section(thin(columns), motions.angle), 600)
         for s, u in CORNERS:
             narrow = motions_at(alpha + s * wide, 1e-15)
             narrow.offset, narrow.angle = motions.offset, motions.angle
             narrow.run = motions.run
             member = columns[:, :2] + np.outer(columns[:, 2:] @ [u, s], [1.0, 0.0])
-            _, one = narrow.passed(narrow.fields.section(thin(member), narrow.angle), 600)
+            _, one = narrow.passed(narrow.passage.section(thin(member), narrow.angle), 600)
             size = 2 if alpha < 1 else 3
             assert all(by[i, j].overlaps(one[i, j]) for i in range(size) for j in range(size))
 
@@ -227,36 +228,57 @@ def test_a_bundle_farther_away_than_the_box_is_not_in_it() -> None:
     with precision(80):
         motions = motions_at(0.7, 1e-5)
         wide = thin(columns_about(motions, 600, 1e-2))
-        bundle = motions.fields.section(wide, motions.angle)
+        bundle = motions.passage.section(wide, motions.angle)
         with pytest.raises(Unproved):
             motions._entered(bundle, 600)
 
 
+def test_a_turn_that_begins_at_a_switch_is_no_map_of_a_box(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with precision(80):
+        motions = motions_at(0.7, 1e-5)
+        steps = motions.steps(600)
+        other = replace(steps[-1], field=1 if steps[0].field != 1 else 2)
+        monkeypatch.setattr(motions, "steps", lambda _: [*steps[:-1], other])
+        bundle = motions.passage.section(thin(columns_about(motions, 600, 1e-5)), motions.angle)
+        with pytest.raises(Unproved, match="begins at a switch"):
+            motions._entered(bundle, 600)
+
+
+def test_sides_that_do_not_span_a_box_are_refused() -> None:
+    """Floating point has an inverse of this matrix; its balls know that there may be none."""
+    sides = np.ones((2, 2)) + np.diag([2.0**-52, 0.0])
+    assert np.all(np.isfinite(np.linalg.inv(sides)))
+    with precision(40), pytest.raises(Unproved, match="not seen to span it"):
+        attraction.inverse_of(sides)
+
+
 def test_a_bundle_has_to_be_in_the_box_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     """Half as large as the bundle, the box is still carried into itself."""
-    monkeypatch.setattr(intervals, "_ROOM", 0.5)
+    monkeypatch.setattr(attraction, "_ROOM", 0.5)
     with precision(80):
         motions = motions_at(0.7, 1e-9)
         wide = thin(columns_about(motions, 600, 1e-5))
         with pytest.raises(Unproved, match=r"^attraction: 2, then .* is not within it"):
-            motions._entered(motions.fields.section(wide, motions.angle), 600)
+            motions._entered(motions.passage.section(wide, motions.angle), 600)
 
 
 def test_saltations_are_those_of_all_members(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[float] = []
-    saltation = bundles.saltation
+    saltation = passage.saltation
 
     def spied(field, following, guard, end):
         seen.append(float(end[1, 0].rad()))
         return saltation(field, following, guard, end)
 
-    monkeypatch.setattr(bundles, "saltation", spied)
+    monkeypatch.setattr(passage, "saltation", spied)
     carried(Interval(1.2, 1e-4), 1)
     assert min(seen) > 1e-6
 
 
 def test_a_box_smaller_than_it_has_to_be_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(intervals, "_ROOM", 0.5)
+    monkeypatch.setattr(attraction, "_ROOM", 0.5)
     with pytest.raises(Unproved, match="is not within it"):
         tendency(AT_3_3, Interval(0.7, 1e-4))
 
@@ -273,7 +295,7 @@ def test_a_part_is_proved_at_its_own_mass_ratio(ratio: int, gamma: float) -> Non
 def test_other_constants_are_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """The digest has the parameters and what contact and drift are, not only the proof."""
     held = {module.__name__.rpartition(".")[2] for module in regions_digest(monkeypatch)}
-    assert {"cells", "section4", "from_rest", "bundles", "guards", "contact", "drift"} <= held
+    assert {"cells", "section4", "from_rest", "passage", "guards", "contact", "drift"} <= held
 
 
 def regions_digest(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
@@ -310,17 +332,26 @@ def test_a_motion_that_has_not_come_near_enough_proves_nothing(
 ) -> None:
     alphas = Interval(0.7, 2e-4)
     assert tendency(AT_3_3, alphas).factor < 1
-    monkeypatch.setattr(intervals, "_repeated", lambda *_: [1])
+    monkeypatch.setattr(attraction, "_repeated", lambda *_: [1])
     with pytest.raises(Unproved):
         tendency(AT_3_3, alphas)
 
 
 def test_a_derivative_that_is_too_large_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Were the saltation twice as large, the box would not be seen to shrink."""
-    saltation = bundles.saltation
-    monkeypatch.setattr(bundles, "saltation", lambda *given: saltation(*given) * 2)
+    saltation = passage.saltation
+    monkeypatch.setattr(passage, "saltation", lambda *given: saltation(*given) * 2)
     with pytest.raises(Unproved, match="attraction"):
         tendency(AT_3_3, Interval(0.7, 1e-5))
+
+
+@pytest.mark.parametrize("decimal", ["0.7", "0.00737", "1.5513", "0.1", "1.9"])
+def test_the_interval_about_a_decimal_holds_it(decimal: str) -> None:
+    found = Interval.about(decimal)
+    away = abs(Fraction(decimal) - Fraction(found.middle))
+    assert 0 < away <= Fraction(found.radius)
+    with precision(200):
+        assert found.hull.contains(ball(decimal))
 
 
 def test_halves_cover_their_interval() -> None:

@@ -1,17 +1,20 @@
-"""All states of a motion over an interval of alpha, carried through its switches as affine forms.
+"""States carried through given segments, every switch enclosed and proved to be the first event.
 
 A bundle is the set of G (1, s, e_1, e_2, ...): s in [-1, 1] is the place of alpha in its interval,
 and every e is in [-1, 1]. Rows are the extended state and the time since the last section. What the
 states of one alpha have in common, their switching times above all, so stays in common, where a box
-would forget it. Matrices are doubles; what they lose in rounding becomes another column.
+would forget it. The step from switch to switch is one; what a bundle becomes between two of them is
+the number's: in `DOUBLES` what rounding loses is another column, in `BALLS` all is one ball, with
+as many digits as are wanted of a single motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb_mat
@@ -25,35 +28,54 @@ from capsule_sym._enclosures.balls import (
     bits,
     floats,
     matrix,
+    precision,
     symmetric,
     thin,
+    unit,
     upper,
 )
-from capsule_sym._enclosures.equations import GUARD_ROWS
-from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, W, generated
-from capsule_sym._enclosures.guards import Known
+from capsule_sym._enclosures.equations import GUARD_ROWS, pin
+from capsule_sym._enclosures.fields import ONE, SIZE, C, Field, U, V, W, X, generated
+from capsule_sym._enclosures.guards import Known, after
 from capsule_sym._enclosures.margins import QuickWatch
-from capsule_sym._enclosures.trajectories import Step, after, pin, saltation, three
+from capsule_sym._enclosures.stability import saltation, three
+from capsule_sym._map.expansion import Guard
+from capsule_sym._native import check_time
 
 TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]
 """Shape (7, n): the middle, the direction of alpha, and the other directions."""
 
-_NEAR = 1e-8  # change of a duration at which its refinement ends
 _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
 _REFINEMENTS = 12
+_SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 _UP = 1 + 1e-12
-_HEAD = matrix(SIZE, ROWS, ((i, i, 1) for i in range(SIZE)))
+_HEAD = unit(SIZE, ROWS)
 _FIXED: Sequence[str] = generated.PARAMETERS
 _kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
 
 
 @dataclass(frozen=True)
-class Interval:
-    """Values of alpha: all within `radius` of `middle`, both exact."""
+class Step:
+    """A segment as guessed: its field, duration, and the guard that ends it (None: time does)."""
 
-    middle: float
-    radius: float
+    field: int
+    duration: float
+    guard: Guard | None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of alpha: all within `radius` of `middle`, an exact number or a ball."""
+
+    middle: Any
+    radius: float = 0.0
+
+    @classmethod
+    def about(cls, decimal: object) -> Interval:
+        """The narrow one of doubles that holds a decimal: a double is off by half of the radius."""
+        middle = float(Fraction(str(decimal)))
+        return cls(middle, 2.0**-52 * middle)
 
     @property
     def hull(self) -> Ball:
@@ -61,22 +83,40 @@ class Interval:
         return arb(self.middle) + symmetric(self.radius)
 
 
-class Fields:
+class Number(NamedTuple):
+    """What a bundle is carried in from switch to switch.
+
+    `carried` gives for a bundle of balls one that holds it, and its middle, direction of alpha and
+    rest; `bits` are those to which a switching time is refined by Newton's method, half of them by
+    its last step.
+    """
+
+    carried: Callable[[Matrix], tuple[Matrix, Matrix]]
+    bits: Callable[[], float]
+
+
+class Passage:
     """The six fields at parameters that are narrow balls, for an interval of alpha."""
 
-    def __init__(self, values: Mapping[str, Ball], alphas: Interval) -> None:
+    def __init__(
+        self, values: Mapping[str, Ball], alphas: Interval, number: Number | None = None
+    ) -> None:
         self.values, self.alphas = {**values, "alpha": alphas.hull}, alphas
+        self.number = number or DOUBLES
         self._fields, self._watch = _fields(self.values)
 
-    def section(self, states: Matrix, angle: Ball) -> Bundle:
-        """A bundle of states (3, n) at a forcing angle that is the same for all; time begins."""
+    def start(self, states: Matrix, angle: Ball) -> Matrix:
+        """States (3, n) at a forcing angle that is the same for all, as time begins."""
         sine, cosine = angle.sin_cos()
-        middle, radius = arb(self.alphas.middle), arb(self.alphas.radius)
         found = arb_mat([*states.tolist()[:3], *[[0] * states.ncols()] * (ROWS - 3)])
-        found[U, 0], found[U, 1] = middle * cosine, radius * cosine
-        found[W, 0], found[W, 1] = middle * sine, radius * sine
+        for column, amplitude in enumerate((arb(self.alphas.middle), arb(self.alphas.radius))):
+            found[U, column], found[W, column] = amplitude * cosine, amplitude * sine
         found[ONE, 0] = arb(1)
-        return _doubles(found)
+        return found
+
+    def section(self, states: Matrix, angle: Ball) -> Bundle:
+        """A bundle of states (3, n) at a forcing angle, in doubles."""
+        return rounded(self.start(states, angle))
 
     def moved(self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball) -> Bundle:
         """A bundle at the next section, a time `total` later.
@@ -84,51 +124,55 @@ class Fields:
         The steps lead there from the section at which the bundle is; the last has no guard. `angle`
         is the forcing angle at the end. Raises Unproved unless all states take exactly these steps.
         """
-        *_, (_, _, ended) = self._segments(bundle, steps, total)
+        *_, (_, _, ended) = self.segments(thin(bundle), steps, total)
         return self.section(ended, angle)
 
     def period(
         self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball
     ) -> tuple[Bundle, Matrix]:
         """A bundle at the next section, as `moved` gives it, and the derivative by the state."""
-        by = matrix(3, 3, ((i, i, 1) for i in range(3)))
-        segments = self._segments(bundle, steps, total)
-        for (field, h, ended), step, then in zip(segments, steps, [*steps[1:], None], strict=True):
-            by = three(field.flow(h)) * by
-            if step.guard is not None and then is not None:
-                hull = _hull(_states(ended))
-                by = saltation(field, self._fields[then.field], step.guard, hull) * by
+        ended, by = self.carried(thin(bundle), steps, total)
         return self.section(ended, angle), by
 
-    def _segments(
-        self, bundle: Bundle, steps: Sequence[Step], total: Ball
+    def carried(self, start: Matrix, steps: Sequence[Step], total: Ball) -> tuple[Matrix, Matrix]:
+        """A bundle after its steps, and the derivative (3, 3) by the state, over all of it."""
+        by, ended = unit(3), start
+        segments = self.segments(start, steps, total)
+        for (field, h, ended), step, then in zip(segments, steps, [*steps[1:], None], strict=True):
+            by = three(field.flow(h)) * by
+            if then is not None:
+                following = self._fields[then.field]
+                by = saltation(field, following, step.guard, hull(_states(ended))) * by
+        return ended, by
+
+    def segments(
+        self, start: Matrix, steps: Sequence[Step], total: Ball
     ) -> Iterator[tuple[Field, Ball, Matrix]]:
         """Each segment's field, duration and states at its end, after it is proved."""
-        known = Known()
+        known, here, begun = Known(), start, _form(_states(start))
         if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
             raise Unproved("first switch", "it is not the last segment alone that has no guard")
         for number, step in enumerate(steps, 1):
+            check_time()
             field = self._fields[step.field]
             name = f"segment {number}, F{step.field}"
-            if field.stick and np.any(bundle[C]):
+            if field.stick and not all(here[C, j].is_zero() for j in range(here.ncols())):
                 raise Unproved("first switch", f"{name} does not begin at rest")
             if step.guard is None:
-                h, ended = _until(field, bundle, total, name)
+                h, ended = _until(field, here, total, name)
                 following = Known()
             else:
-                h, ended = _switch(field, bundle, step, name)
-                pin(field, step.guard, ended)
+                h, ended = _switch(field, here, step, self.number.bits(), name)
+                _pin(field, step.guard, ended)
                 following = after(step.guard)
             if field.stick:
                 for j in range(ended.ncols()):
                     ended[C, j] = arb(0)
             orders = known.orders(step.field), following.orders(step.field)
-            forms = _begun(bundle), _form(_states(ended))
-            self._watch.segment(field, *forms, h, orders, name)
+            self._watch.segment(field, begun, _form(_states(ended)), h, orders, name)
             yield field, h, ended
-            if step.guard is None:
-                return
-            bundle, known = _doubles(ended), following
+            if step.guard is not None:
+                (here, begun), known = self.number.carried(ended), following
 
 
 def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch]:
@@ -143,46 +187,50 @@ def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch
     return _kept[key]
 
 
-def _until(field: Field, bundle: Bundle, total: Ball, name: str) -> tuple[Ball, Matrix]:
+def _until(field: Field, bundle: Matrix, total: Ball, name: str) -> tuple[Ball, Matrix]:
     """Duration and states of a segment up to a time since the section."""
-    middle = arb((total - arb(bundle[TIME, 0])).mid())
-    moved = _flow(field, middle) * thin(bundle)
+    middle = arb((total - bundle[TIME, 0]).mid())
+    moved = _flow(field, middle) * bundle
     late = arb_mat([[-x for x in moved.tolist()[TIME]]])
     late[0, 0] += total
-    d = _hull(late)[0, 0]
+    d = hull(late)[0, 0]
     if not middle + d > 0:
         raise Unproved("first switch", f"the time is over before {name}")
     return middle + d, _shifted(field, moved, late, arb(0), d)
 
 
-def _switch(field: Field, bundle: Bundle, step: Step, name: str) -> tuple[Ball, Matrix]:
+def _switch(
+    field: Field, bundle: Matrix, step: Step, digits: float, name: str
+) -> tuple[Ball, Matrix]:
     """Duration and states of a segment up to where its guard vanishes."""
     assert step.guard is not None
     row = matrix(1, SIZE, ((0, k, field.guards[GUARD_ROWS[step.guard], k]) for k in range(SIZE)))
     rate = row * field.A
-    h, start = arb(step.duration), thin(bundle[:SIZE, :1])
+    h, start = arb(step.duration), _states(bundle) * _chosen(bundle.ncols())
+    near = max(2.0 ** (-digits / 2), 1e-300)
+    start = start.mid()
     for _ in range(_REFINEMENTS):
         there = field.flow(h) * start
         move = (row * there)[0, 0] / (rate * there)[0, 0]
         if not upper(move) < 1:
             raise Unproved("first switch", f"{name} has no switch near the guess")
         h = arb((h - move).mid())
-        if upper(move) < _NEAR:
+        if upper(move) < near:
             break
-    moved = _flow(field, h) * thin(bundle)
+    moved = _flow(field, h) * bundle
     states = _states(moved)
-    off, hull = row * states, _hull(states)
-    slope, reach = (rate * hull)[0, 0], 0.0
+    off, whole = row * states, hull(states)
+    slope, reach = (rate * whole)[0, 0], 0.0
     for _ in range(_REFINEMENTS):
         if not slope < 0:
             break
         # The mean value theorem; as the guard falls all over the reach, it has one zero there.
-        d = -_hull(off)[0, 0] / slope
+        d = -hull(off)[0, 0] / slope
         if upper(d) < reach:
             chord = arb((rate * states)[0, 0].mid())
             return h + d, _shifted(field, moved, off / -chord, (1 - slope / chord) * d, d)
         reach = 1.25 * upper(d) + 1e-300
-        slope = (rate * (field.flow(symmetric(reach)) * hull))[0, 0]
+        slope = (rate * (_around(field, reach) * whole))[0, 0]
     raise Unproved("first switch", f"the switch of {name} is not enclosed")
 
 
@@ -192,10 +240,10 @@ def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -
     y(d) = y + A y_0 d + A (y - y_0) d + A^2 e^(A d') y d^2/2, with y_0 the middle.
     """
     states = _states(moved)
-    hull, middle = _hull(states), states * _chosen(states.ncols())
+    whole, middle = hull(states), states * _chosen(states.ncols())
     rates = [*(x for (x,) in (field.A * middle).tolist()), arb(1)]
-    rest = field.A * (hull - middle) * d
-    rest += field.A * (field.A * (field.flow(symmetric(upper(d))) * hull)) * (d * d / 2)
+    rest = field.A * (whole - middle) * d
+    rest += field.A * (field.A * (_around(field, upper(d)) * whole)) * (d * d / 2)
     rows = (moved + matrix(ROWS, 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
     error = arb(missed.abs_upper())
     for i, row in enumerate(rows):
@@ -204,6 +252,22 @@ def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -
             box[i] = arb(rest[i, 0].abs_upper())
         row += [rates[i] * error, *box]
     return arb_mat(rows)
+
+
+def _around(field: Field, reach: float) -> Matrix:
+    """The flow over all times up to a reach forwards and backwards."""
+    with precision(min(bits(), _SLOPE_BITS)):
+        return field.flow(symmetric(reach))
+
+
+def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
+    """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift."""
+    slope, constant = (0, 0) if guard is Guard.DRIFT else pin(field, guard)
+    for j in range(ended.ncols()):
+        if guard is not Guard.DRIFT:
+            ended[X, j] = slope * ended[V, j] + (0 if j else constant)
+        if guard is not Guard.GAP:
+            ended[C, j] = arb(0)
 
 
 def _flow(field: Field, h: Ball) -> Matrix:
@@ -236,7 +300,7 @@ def _parts(count: int) -> Matrix:
     return arb_mat([[int(j == 0), int(j == 1), rest if j > 1 else 0] for j in range(count)])
 
 
-def _hull(states: Matrix) -> Matrix:
+def hull(states: Matrix) -> Matrix:
     """The column of balls that holds all states of a bundle."""
     return states * _any(states.ncols())
 
@@ -246,14 +310,7 @@ def _form(states: Matrix) -> Matrix:
     return states * _parts(states.ncols())
 
 
-def _begun(bundle: Bundle) -> Matrix:
-    """A bundle in doubles as middle, direction of alpha, and rest."""
-    rest = np.sum(abs(bundle[:SIZE, 2:]), axis=1) * _UP
-    rows = zip(bundle[:SIZE, :2].tolist(), rest.tolist(), strict=True)
-    return arb_mat([[*row, symmetric(radius)] for row, radius in rows])
-
-
-def _doubles(whole: Matrix) -> Bundle:
+def rounded(whole: Matrix) -> Bundle:
     """A bundle in doubles that holds a bundle of balls; rounding is a box, as more columns."""
     kept = floats(whole)
     left = (whole - thin(kept)) * (_any(whole.ncols()) * symmetric(1))
@@ -266,3 +323,19 @@ def _doubles(whole: Matrix) -> Bundle:
         lost = [x + y for x, y in zip(lost, short.tolist(), strict=True)]
     box = np.diag(np.array(lost) * _UP)
     return np.column_stack([kept, box[:, np.any(box, axis=0)]])
+
+
+def _in_doubles(whole: Matrix) -> tuple[Matrix, Matrix]:
+    bundle = rounded(whole)
+    rest = np.sum(abs(bundle[:SIZE, 2:]), axis=1) * _UP
+    rows = zip(bundle[:SIZE, :2].tolist(), rest.tolist(), strict=True)
+    return thin(bundle), arb_mat([[*row, symmetric(radius)] for row, radius in rows])
+
+
+def _in_balls(whole: Matrix) -> tuple[Matrix, Matrix]:
+    found = hull(whole)
+    return found, _states(found)
+
+
+DOUBLES = Number(_in_doubles, lambda: 53.0)
+BALLS = Number(_in_balls, lambda: float(bits()))
