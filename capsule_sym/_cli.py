@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, NoReturn, TextIO, TypeVar
 
 import click
 
-from capsule_sym._errors import CapsuleError, InvalidInput
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     certify_option,
     chosen_parameters,
     json_option,
@@ -31,6 +30,7 @@ from capsule_sym._options import (
     parameter_options,
     state_option,
 )
+from capsule_sym._errors import CapsuleError, InvalidInput
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -101,28 +101,28 @@ def group(context: click.Context) -> None:
 
 
 for _name, _module, _text in (
-    ("verify", "capsule_sym._symbolic.command", "Prove the derivations with SymPy."),
-    ("enclose", "capsule_sym._enclosures.command", "Prove Section 4 in ball arithmetic."),
-    ("bench", "capsule_sym._bench.command", "Measure speed against error, beside peers."),
-    ("sweep", "capsule_sym._sweeps.command", "Run a grid of parameters or starts, resumably."),
-    ("basin", "capsule_sym._sweeps.command", "Run a basin of attraction; tell its attractors."),
-    ("sweep-info", "capsule_sym._sweeps.command", "Show what the results of a sweep hold."),
-    ("orbit", "capsule_sym._orbits.command", "Close the periodic orbit exactly."),
+    ("verify", "capsule_sym._commands.verify", "Prove the derivations with SymPy."),
+    ("enclose", "capsule_sym._commands.enclose", "Prove Section 4 in ball arithmetic."),
+    ("bench", "capsule_sym._commands.bench", "Measure speed against error, beside peers."),
+    ("sweep", "capsule_sym._commands.sweep", "Run a grid of parameters or starts, resumably."),
+    ("basin", "capsule_sym._commands.sweep", "Run a basin of attraction; tell its attractors."),
+    ("sweep-info", "capsule_sym._commands.sweep", "Show what the results of a sweep hold."),
+    ("orbit", "capsule_sym._commands.orbit", "Close the periodic orbit exactly."),
     (
         "branch",
-        "capsule_sym._orbits.branch_command",
+        "capsule_sym._commands.branch",
         "Follow an orbit in a parameter, with bifurcations.",
     ),
-    ("curve", "capsule_sym._orbits.curve_command", "Follow bifurcations in two parameters."),
-    ("design", "capsule_sym._design.study_command", "Study the drives of one device."),
-    ("optimise", "capsule_sym._design.command", "Find the best parameters for a metric."),
-    ("steer", "capsule_sym._design.command", "Find the best drives both ways, and a path."),
-    ("fit", "capsule_sym._design.command", "Find parameters from measured series."),
-    ("figure", "capsule_sym._figures.command", "Draw a figure of the case study."),
-    ("diagram", "capsule_sym._figures.command", "Draw branches of orbits, labelled."),
-    ("sweep-figure", "capsule_sym._figures.command", "Draw the results of a sweep or a basin."),
-    ("report", "capsule_sym._figures.command", "Write the case study as one page of HTML."),
-    ("explore", "capsule_sym._explorer.command", "Open the exact map as a page in a browser."),
+    ("curve", "capsule_sym._commands.curve", "Follow bifurcations in two parameters."),
+    ("design", "capsule_sym._commands.design", "Study the drives of one device."),
+    ("optimise", "capsule_sym._commands.optimise", "Find the best parameters for a metric."),
+    ("steer", "capsule_sym._commands.optimise", "Find the best drives both ways, and a path."),
+    ("fit", "capsule_sym._commands.optimise", "Find parameters from measured series."),
+    ("figure", "capsule_sym._commands.figures", "Draw a figure of the case study."),
+    ("diagram", "capsule_sym._commands.figures", "Draw branches of orbits, labelled."),
+    ("sweep-figure", "capsule_sym._commands.figures", "Draw the results of a sweep or a basin."),
+    ("report", "capsule_sym._commands.figures", "Write the case study as one page of HTML."),
+    ("explore", "capsule_sym._commands.explore", "Open the exact map as a page in a browser."),
 ):
     group.add(_name, _module, _text)
 
@@ -197,7 +197,7 @@ def run(
     else:
         _print_run(trajectory, motion, physical)
     if certify is not None:
-        from capsule_sym._orbits.command import certify_found
+        from capsule_sym._commands.orbit import certify_found
 
         certify_found(certify, [trajectory], limit)
 

@@ -19,11 +19,11 @@ from matplotlib.figure import Figure
 from benchmarks.hardcases import adversarial
 from capsule_sym import InvalidInput, Parameters, save_figure, simulate
 from capsule_sym._cli import _status, group
+from capsule_sym._commands.options import WritablePath
 from capsule_sym._enclosures import regions
 from capsule_sym._explorer import page
 from capsule_sym._figures import animation
 from capsule_sym._files import growing, read_json, whole, write_whole
-from capsule_sym._options import WritablePath
 from capsule_sym._symbolic import frozen
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")

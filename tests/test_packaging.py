@@ -405,7 +405,7 @@ def contracts(checkout: Path) -> subprocess.CompletedProcess[str]:
 PICTURES = [
     # page, how a package is written in it, what of the contract it has to show
     ("docs/design.md", r"^(?:capsule_sym/(\w+)|generated/)", lambda name: True),
-    ("README.md", r"(\w+)", lambda name: (ROOT / "capsule_sym" / name).is_dir() or name == "_cli"),
+    ("README.md", r"(\w+)", lambda name: (ROOT / "capsule_sym" / name).is_dir()),
 ]
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     interrupted,
     json_option,
     make_console,

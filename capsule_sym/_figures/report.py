@@ -20,13 +20,12 @@ from capsule_sym._figures.catalogue import BENCH, FIGURES, Study, measured
 from capsule_sym._figures.equations import EQUATIONS, typeset
 from capsule_sym._figures.style import Colours, figure_style
 from capsule_sym._files import read_json
-from capsule_sym._options import Track
 from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._records import write as write_texts
 from capsule_sym._study.casestudy import GAMMAS, THRESHOLDS
-from capsule_sym._study.data import Store
+from capsule_sym._study.data import Store, Track
 from capsule_sym.generated.py import DIGEST
 
 EXPLORER = "explorer.html"

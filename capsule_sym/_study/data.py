@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -19,7 +19,6 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._files import read_json, write_whole
 from capsule_sym._map import Trajectory, simulate
-from capsule_sym._options import Track
 from capsule_sym._parameters import Parameters
 from capsule_sym._records import dumps
 from capsule_sym._study import casestudy
@@ -37,6 +36,10 @@ _STEPS = 30  # of a branch that is followed for its bifurcations only
 _ACROSS = 20  # of a chart, points at which motions are run
 _DRAWN = 3  # excitation periods of a motion that are drawn at least
 _CLOSING = 256  # excitation periods within which Newton's method closes a slow motion
+
+Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
+"""Passes items on and shows how many of a total, if known, are done; the text says what is done,
+or gives it for each item."""
 
 
 class Store:

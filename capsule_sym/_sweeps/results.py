@@ -200,3 +200,46 @@ def open_results(path: str | os.PathLike[str]) -> xr.Dataset:
     except (OSError, ValueError):
         damaged = [place.name]
     raise InvalidInput("store", str(path), f"undamaged: {damaged[0]} is not; --resume mends it")
+
+
+def info_record(path: Path, check: bool = False) -> dict[str, Any]:
+    """What a store holds, in plain values; with `check` also what of it is damaged.
+
+    Raises InvalidInput where there is no store.
+    """
+    record: dict[str, Any]
+    rounds = sorted(path.glob("round-*")) if os.path.isdir(path) else []
+    if rounds:
+        record = {"store": str(path), "rounds": [info_record(place, check) for place in rounds]}
+        if check:
+            record["damaged_parts"] = damaged_in_chart(path)
+        return record
+    held = Held(path)
+    tally = held.tally()
+    described = held.head["sweep"]
+    record = {
+        "store": str(path),
+        "axes": described["axes"],
+        "cells": math.prod(axis["count"] for axis in described["axes"]),
+        "done": tally.outcomes.total(),
+        "outcomes": dict(tally.outcomes),
+        "itineraries": {text: cells for text, (_, cells) in tally.itineraries.items()},
+        "reasons": dict(tally.reasons.most_common(20)),
+        "cores": tally.cores,
+        "sweep": {name: v for name, v in described.items() if name != "axes"},
+        "provenance": held.head["provenance"],
+    }
+    if check:
+        found = held.check()
+        record["damaged_parts"] = [*found.files, *(f"chunk {index}" for index in found.chunks)]
+    elif held.head["kind"] == "basin":
+        with open_results(path) as results:
+            if ATTRACTOR in results:
+                record["attractors"] = results[ATTRACTOR].attrs["attractors"]
+    return record
+
+
+def damaged_parts(record: dict[str, Any]) -> int:
+    """How many damaged parts a record of a checked store tells of."""
+    own: list[str] = record.get("damaged_parts", [])
+    return len(own) + sum(damaged_parts(part) for part in record.get("rounds", ()))

@@ -9,13 +9,13 @@ import pytest
 from click.testing import CliRunner
 
 from capsule_sym._bench import full_study, goals, model, reference, roots, tools
-from capsule_sym._bench.command import bench
 from capsule_sym._bench.full_study import Study
 from capsule_sym._bench.peers import compiled, own
 from capsule_sym._bench.ratios import Ratio
 from capsule_sym._bench.scaling import Growth
 from capsule_sym._bench.study import Row
 from capsule_sym._bench.tools import ONE_ROW, OURS
+from capsule_sym._commands.bench import bench
 from capsule_sym._figures import catalogue
 from capsule_sym._native import core
 

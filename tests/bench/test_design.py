@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from capsule_sym._bench import design
-from capsule_sym._bench.command import bench
 from capsule_sym._bench.goals import Goal
+from capsule_sym._commands.bench import bench
 from capsule_sym._native import core
 from tests.cli.terminal import in_terminal
 

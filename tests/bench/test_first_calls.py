@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._bench import first_calls
-from capsule_sym._bench.command import bench
+from capsule_sym._commands.bench import bench
 
 
 @pytest.mark.parametrize(

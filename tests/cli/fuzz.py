@@ -24,8 +24,8 @@ import capsule_sym
 from benchmarks.__main__ import group as developers
 from benchmarks.hardcases import adversarial, table
 from capsule_sym._cli import _ended, _status, group
-from capsule_sym._design.command import NamedRange
-from capsule_sym._options import Range
+from capsule_sym._commands.optimise import NamedRange
+from capsule_sym._commands.options import Range
 
 NOT_PROVED, INTERRUPTED = 4, 130
 ENDS = {0, 2, 3}

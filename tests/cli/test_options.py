@@ -9,12 +9,12 @@ import pytest
 
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
+from capsule_sym._commands import enclose as enclosing
+from capsule_sym._commands.options import meant
 from capsule_sym._design import steering
-from capsule_sym._enclosures import command as enclosing
 from capsule_sym._enclosures import regions
 from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression
-from capsule_sym._options import meant
 from capsule_sym._orbits.continuation import boxes
 
 Command = Callable[..., subprocess.CompletedProcess[str]]

@@ -10,8 +10,8 @@ import pytest
 
 from capsule_sym._bench.full_study import Study
 from capsule_sym._cli import group, main
+from capsule_sym._commands import enclose as enclosing
 from capsule_sym._enclosures import codimension_two, section4
-from capsule_sym._enclosures import command as enclosing
 from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs import inner_products

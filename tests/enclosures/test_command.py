@@ -15,7 +15,8 @@ from click.testing import CliRunner
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._cli import group
-from capsule_sym._enclosures import checker, command, covering, section4
+from capsule_sym._commands import enclose as command
+from capsule_sym._enclosures import checker, covering, section4
 from capsule_sym._enclosures.balls import Unproved
 from capsule_sym._enclosures.runs import enclose_run
 from capsule_sym._map.trajectory import Kept

@@ -26,7 +26,7 @@ from capsule_sym import (
     run_sweep,
 )
 from capsule_sym._sweeps.files import sealed
-from capsule_sym._sweeps.info import damaged_parts, info_record
+from capsule_sym._sweeps.results import damaged_parts, info_record
 from tests.sampling import sampled, some
 from tests.sweeps import chart, contents
 

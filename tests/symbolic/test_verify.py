@@ -12,9 +12,9 @@ import pytest
 from click.testing import CliRunner
 
 from capsule_sym import InvalidInput
+from capsule_sym._commands.verify import verify as command
 from capsule_sym._paper import read
 from capsule_sym._symbolic import frozen, verify
-from capsule_sym._symbolic.command import verify as command
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.paper import bifurcations, captions, motions
 from capsule_sym._symbolic.proofs.items import Item, Result, settle

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     check_beside,
     json_option,
     make_console,

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     certify_option,
     check_beside,
     chosen_parameters,
@@ -19,7 +18,8 @@ from capsule_sym._options import (
     ranged_parameter_options,
     ranges,
 )
-from capsule_sym._orbits.command import certify_found, settled, settling_option, tables_option
+from capsule_sym._commands.orbit import certify_found, settled, settling_option, tables_option
+from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

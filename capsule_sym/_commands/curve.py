@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._options import (
+from capsule_sym._commands.branch import followed, tell_early_end
+from capsule_sym._commands.options import (
     certify_option,
     chosen_parameters,
     json_option,
@@ -17,8 +17,8 @@ from capsule_sym._options import (
     ranged_parameter_options,
     ranges,
 )
-from capsule_sym._orbits.branch_command import followed, tell_early_end
-from capsule_sym._orbits.command import certify_found, settling_option, tables_option
+from capsule_sym._commands.orbit import certify_found, settling_option, tables_option
+from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,9 +7,9 @@ from tempfile import gettempdir
 
 import click
 
+from capsule_sym._commands.options import check_beside, json_option, out_option, tell_written
 from capsule_sym._explorer import page
 from capsule_sym._files import write_whole
-from capsule_sym._options import check_beside, json_option, out_option, tell_written
 
 _NAME = "capsule-sym-explorer.html"
 

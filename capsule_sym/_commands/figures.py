@@ -7,11 +7,7 @@ from typing import Any
 
 import click
 
-from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.catalogue import FIGURES, Study
-from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
-from capsule_sym._files import read_json
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     chosen_parameters,
     is_given,
     json_option,
@@ -21,6 +17,10 @@ from capsule_sym._options import (
     tell_written,
     tracking,
 )
+from capsule_sym._errors import InvalidInput
+from capsule_sym._figures.catalogue import FIGURES, Study
+from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
+from capsule_sym._files import read_json
 
 _colours_option = click.option(
     "--colours",

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._files import write_whole
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     WritablePath,
     check_beside,
     json_option,
@@ -19,6 +18,7 @@ from capsule_sym._options import (
     make_table,
     require,
 )
+from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     Range,
     check_beside,
     chosen_parameters,
     json_option,
+    make_console,
     make_progress,
     max_seconds_option,
     parameter_options,
@@ -26,7 +27,6 @@ from capsule_sym._options import (
     require,
     state_option,
 )
-from capsule_sym._sweeps.info import damaged_parts, info_record, show
 
 if TYPE_CHECKING:
     from capsule_sym._parameters import Parameters, PhysicalParameters
@@ -124,6 +124,7 @@ def sweep(
     from capsule_sym._sweeps.execution import run_sweep
     from capsule_sym._sweeps.plan import load_sweep
     from capsule_sym._sweeps.refinement import refine_sweep
+    from capsule_sym._sweeps.results import info_record
 
     check_beside("compute", never=("stride",))
     over = ranges()
@@ -212,6 +213,7 @@ def basin(
     require(*_EXTRA)
     from capsule_sym._sweeps.axes import Axis
     from capsule_sym._sweeps.basin import run_basin
+    from capsule_sym._sweeps.results import info_record
     from capsule_sym._sweeps.sweep import Sweep
 
     windows = {"x_r": x_r, "v_r": v_r, "v_c": v_c, "phase": phase}
@@ -234,15 +236,17 @@ def basin(
 def sweep_info(store: str, check: bool, as_json: bool) -> None:
     """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
     require(*_EXTRA)
+    from capsule_sym._sweeps.results import damaged_parts, info_record
+
     record = info_record(Path(store), check)
-    show(record, as_json)
+    _show(record, as_json)
     if damaged_parts(record):
         raise click.exceptions.Exit(1)
 
 
 def _tell(record: dict[str, Any], as_json: bool) -> None:
     """Prints what a run did; exits with 3, and how to go on, where the time was over."""
-    show(record, as_json)
+    _show(record, as_json)
     if record["status"] == "time-limit":
         click.echo(f"the run ends ({record['status']}): {record['message']}", err=True)
         raise click.exceptions.Exit(3)
@@ -340,3 +344,62 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             bar.update(task, completed=done)
 
         yield show
+
+
+def _show(record: dict[str, Any], as_json: bool) -> None:
+    """Prints a record."""
+    from capsule_sym._records import dumps
+
+    if as_json:
+        click.echo(dumps(record))
+        return
+    screen = make_console()
+    for part in record.get("rounds", ()):
+        _show(part, as_json)
+    for axis in record.get("axes", ()):
+        names = ", ".join(axis["quantities"])
+        screen.print(
+            f"axis {axis['name']:<12} {axis['count']} values of {names} "
+            f"from {_numbers(axis['first'])} to {_numbers(axis['last'])}"
+        )
+    for name in ("cells", "done", "computed", "damaged", "fraction_computed"):
+        if name in record:
+            screen.print(f"{name.replace('_', ' '):<17} {record[name]:,}")
+    if record.get("computed"):
+        screen.print(f"{'seconds':<17} {record['seconds']:.2f}")
+    if record.get("periods_per_second_and_core"):
+        rate = record["periods_per_second_and_core"]
+        screen.print(f"{'speed':<17} {rate:,.0f} excitation periods per second and core")
+    for one, title in zip(
+        ("outcome", "itinerary", "reason", "core"),
+        ("outcomes", "itineraries", "reasons", "cores"),
+        strict=True,
+    ):
+        _print_shares(screen, one, record.get(title, {}))
+    for number, attractor in enumerate(record.get("attractors", ())):
+        screen.print(
+            f"attractor {number:<7} {attractor['share']:7.2%}  {attractor['itinerary']}  "
+            f"period number {attractor['period_number']}, "
+            f"progression {attractor['progression']:.9g}, "
+            f"multiplier {attractor['multiplier']:.6g}"
+        )
+    for name, value in record.get("provenance", {}).items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{part} {version}" for part, version in value.items())
+        screen.print(f"{name:<17} {value}")
+    if "damaged_parts" in record:
+        screen.print(f"{'damaged':<17} {len(record['damaged_parts']):,}")
+        for part in record["damaged_parts"]:
+            screen.print(f"{'':<17} {part}", soft_wrap=True)
+
+
+def _print_shares(screen: Any, title: str, counts: dict[str, int]) -> None:
+    ranked = sorted(counts.items(), key=lambda item: -item[1])
+    for name, cells in ranked[:12]:
+        screen.print(f"{title:<17} {cells:>12,}  {name}")
+    if len(ranked) > 12:
+        screen.print(f"{'':<17} {sum(n for _, n in ranked[12:]):>12,}  in {len(ranked) - 12} more")
+
+
+def _numbers(values: list[float]) -> str:
+    return ", ".join(f"{value:g}" for value in values)

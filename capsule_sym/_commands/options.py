@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from capsule_sym._parameters import Parameters, PhysicalParameters
+    from capsule_sym._study.data import Track
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
 _Item = TypeVar("_Item")
@@ -278,11 +279,6 @@ def make_progress(*columns: ProgressColumn) -> Progress:
         # What is printed meanwhile goes above the bars if it goes to the terminal at all.
         redirect_stdout=sys.stdout.isatty(),
     )
-
-
-Track = Callable[[Iterable[Any], str | Callable[[Any], str], float | None], Iterable[Any]]
-"""Passes items on and shows how many of a total, if known, are done; the text says what is done,
-or gives it for each item."""
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._design.command import (
+from capsule_sym._commands.optimise import (
     NO_RESULT,
     bounds_of,
     finite,
@@ -24,9 +24,7 @@ from capsule_sym._design.command import (
     with_unit,
     write_all,
 )
-from capsule_sym._design.counts import POINTS
-from capsule_sym._errors import InvalidInput
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     chosen_parameters,
     json_option,
     make_console,
@@ -35,6 +33,8 @@ from capsule_sym._options import (
     out_option,
     parameter_options,
 )
+from capsule_sym._design.counts import POINTS
+from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from capsule_sym._design.optimum import Optimum

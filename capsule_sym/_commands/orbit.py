@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     certify_option,
     check_beside,
     chosen_parameters,

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
-from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym._options import (
+from capsule_sym._commands.options import (
     Range,
     check_beside,
     chosen_parameters,
@@ -25,6 +23,8 @@ from capsule_sym._options import (
     parameter_options,
     state_option,
 )
+from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
+from capsule_sym._errors import InvalidInput, NotInstalled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
