@@ -21,7 +21,7 @@ from capsule_sym._commands.options import (
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from capsule_sym._symbolic.proofs.items import Result
@@ -58,6 +58,7 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
         from capsule_sym._symbolic import verify as theory
         from capsule_sym._symbolic.report import markdown
 
+        prove_motions()
         progress.update(task, description="deriving")
         chosen = theory.items() if only is None else theory.item(only)
         progress.update(task, description="proving", total=sum(map(len, chosen.values())))
@@ -92,6 +93,19 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
         click.echo(f"not proved: {', '.join(unproved)}", err=True)
     if unproved or changed:
         raise click.exceptions.Exit(1)
+
+
+def prove_motions() -> None:
+    """Has the motions of Section 4 proved in ball arithmetic."""
+    from capsule_sym._enclosures.attraction import tendency
+    from capsule_sym._enclosures.balls import Unproved
+    from capsule_sym._enclosures.steady_orbit import first_fields, steady_orbit
+    from capsule_sym._symbolic.paper.case_study import Prover, prove_by
+
+    def from_rest(values: Mapping[str, str]) -> tuple[int, ...]:
+        return tendency(values).itinerary
+
+    prove_by(Prover(steady_orbit, from_rest, first_fields, Unproved))
 
 
 def _print_reached(results: Sequence[Result], seconds: float) -> None:

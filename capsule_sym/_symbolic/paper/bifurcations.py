@@ -8,7 +8,6 @@ from functools import partial
 
 import sympy as sp
 
-from capsule_sym._enclosures.steady_orbit import SteadyOrbit
 from capsule_sym._paper import Entry, Event, Paper, events
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import v_r
@@ -18,6 +17,7 @@ from capsule_sym._symbolic.paper.case_study import (
     Bracket,
     Maps,
     Point,
+    SteadyOrbit,
     cycle,
     global_map,
     maps,

@@ -1,5 +1,6 @@
 """The motions of Section 4, proved in ball arithmetic, at the printed mass ratio and at 3.0.
 
+The proofs are given by the command, with `prove_by`: this package imports no ball arithmetic.
 `steady_orbit` is the stable orbit at an amplitude, `from_rest` the one to which the motion from
 (0, 0, 0) tends; `BRACKETS` encloses each bifurcation by two amplitudes with different motions.
 """
@@ -8,16 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import sympy as sp
 
-from capsule_sym._enclosures.attraction import tendency
-from capsule_sym._enclosures.balls import Unproved
-from capsule_sym._enclosures.steady_orbit import SteadyOrbit
-from capsule_sym._enclosures.steady_orbit import first_fields as _first_fields
-from capsule_sym._enclosures.steady_orbit import steady_orbit as _steady_orbit
 from capsule_sym._paper import Paper
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.model.model import SEGMENTS
@@ -59,29 +56,70 @@ def point(paper: Paper, alpha: str, gamma: str | None = None) -> Point:
     return Point(tuple((numbers | {"gamma": gamma or entry["gamma"], "alpha": alpha}).items()))
 
 
+class SteadyOrbit(Protocol):
+    """A stable orbit that is proved: its fields in order of time.
+
+    `speeds` bounds v_r where each segment begins, `state` is (x_r, v_r, v_c) at omega tau = 0.
+    """
+
+    @property
+    def fields(self) -> Itinerary: ...
+    @property
+    def speeds(self) -> tuple[tuple[Fraction, Fraction], ...]: ...
+    @property
+    def state(self) -> tuple[float, ...]: ...
+
+
+@dataclass(frozen=True)
+class Prover:
+    """What proves motions at parameters that are given as decimals by name.
+
+    Each of its functions raises `unproved` where it does not succeed.
+    """
+
+    steady_orbit: Callable[[Mapping[str, str]], SteadyOrbit]
+    from_rest: Callable[[Mapping[str, str]], Itinerary]
+    first_fields: Callable[[Mapping[str, str]], Itinerary]
+    unproved: type[Exception]
+
+
+_provers: list[Prover] = []
+
+
+def prove_by(prover: Prover) -> None:
+    """Has motions proved by this."""
+    _provers[:] = [prover]
+
+
+def _prover() -> Prover:
+    if not _provers:
+        raise RuntimeError("nothing proves motions: call prove_by first")
+    return _provers[0]
+
+
 def _decided(found: Callable[[Mapping[str, str]], T], at: Point) -> T:
     try:
         return found(dict(at.numbers))
-    except Unproved as error:
+    except _prover().unproved as error:
         raise Undecided(f"{at}: {error}") from error
 
 
 @cache
 def steady_orbit(at: Point) -> SteadyOrbit:
     """The stable orbit near which the motion from rest settles."""
-    return _decided(_steady_orbit, at)
+    return _decided(_prover().steady_orbit, at)
 
 
 @cache
 def from_rest(at: Point) -> Itinerary:
     """The fields of the orbit to which the motion from rest is proved to tend."""
-    return _decided(tendency, at).itinerary
+    return _decided(_prover().from_rest, at)
 
 
 @cache
 def first_fields(at: Point) -> Itinerary:
     """The fields of the motion from rest within one period."""
-    return _decided(_first_fields, at)
+    return _decided(_prover().first_fields, at)
 
 
 def maps(itinerary: Itinerary) -> Maps:
