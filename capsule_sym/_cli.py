@@ -342,12 +342,8 @@ def main(arguments: Sequence[str] | None = None, commands: click.Group = group) 
     stderr is closed or cannot be written, or the core was compiled from other files. `arguments`
     are those of the process if not given.
     """
-    status = _closed() or _status(list(sys.argv[1:] if arguments is None else arguments), commands)
-    if status == _INTERRUPTED:
-        # An interrupt during an import may make the interpreter die of the signal in the end,
-        # although it was caught.
-        os._exit(status)
-    sys.exit(status)
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    sys.exit(_closed() or _status(given, commands))
 
 
 def _closed() -> int:

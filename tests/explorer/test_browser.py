@@ -179,11 +179,13 @@ def test_the_diagram_finds_the_bifurcations_that_the_package_finds(open_page):
 
 
 def test_a_chart_is_cancelled_and_chosen_from_by_keys(open_page):
-    tab = open_page("#view=chart&c_size=128")
+    # Minutes of work, so that it is not done before it is looked at.
+    tab = open_page("#view=chart&c_size=512&c_periods=10000&zeta=0")
     _until(tab, "/cells run$/.test(document.getElementById('chart-status').textContent)")
     tab.click("#chart-stop")
     _until(tab, "document.getElementById('chart-status').textContent === 'Stopped.'")
-    tab.fill("#field-c_size", "32")
+    for name, value in {"zeta": "0.05", "c_periods": "300", "c_size": "32"}.items():
+        tab.fill(f"#field-{name}", value)
     _until(tab, "/finished in/.test(document.getElementById('chart-status').textContent)")
     chart = tab.locator("#chart")
     chart.focus()

@@ -50,7 +50,7 @@ def started(store: Path, executor: str, sweep: str) -> subprocess.Popen[str]:
         [sys.executable, "-c", PROGRAM, str(store), executor, sweep],
         cwd=ROOT,
         stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
     )
@@ -137,8 +137,8 @@ def worker_deaths(store: Path, executor: str, deaths: int) -> int:
         if workers:
             os.kill(chance.choice(workers), signal.SIGKILL)
             killed += 1
-    program.communicate(timeout=300)
-    assert program.returncode == 0
+    _, said = program.communicate(timeout=300)
+    assert program.returncode == 0, said
     return killed
 
 
