@@ -63,15 +63,17 @@ class DaskPool(Pool):
 
     def __init__(self, executor: Any) -> None:
         super().__init__(executor)
-        self.client = executor._client
+        self.client, self.given = executor._client, executor.submit
         self.said = ""
 
     def submit(self, part: Sweep) -> Future[Block]:
         """Has a chunk computed; raises Lost where the client has lost its scheduler."""
         try:
-            return self.executor.submit(compute_while_wanted, part)
+            # Not pure: a chunk that is given again is one of its own.
+            future: Future[Block] = self.given(compute_while_wanted, part, pure=False)
         except Exception as error:
             raise self.lost() from error
+        return future
 
     def lost(self) -> CapsuleError:
         """What a future that nobody cancelled means."""
@@ -79,6 +81,10 @@ class DaskPool(Pool):
             "the connection to the Dask scheduler is lost; what was finished is kept, and "
             "--resume goes on from there"
         )
+
+    def died(self, error: Exception) -> bool:
+        """Whether so many workers died under a chunk that the scheduler gave it up."""
+        return isinstance(error, import_module("distributed").KilledWorker)
 
     def waited(self) -> None:
         """Says what a run waits for, once, where that is not its chunks."""

@@ -245,6 +245,10 @@ class _Run:
                 except CancelledError as error:
                     raise pool.lost() from error
                 except Exception as error:
+                    self.deaths += 1  # one death may fail all chunks under way
+                    if pool.died(error) and self.deaths < _MOST_DEATHS * self.workers:
+                        self.lost.append(under_way.pop(future))
+                        continue
                     reason = " ".join(f"{type(error).__name__}: {error}".split())
                     raise Lost(f"chunk {index}: {reason}") from error
                 with deferred():  # what is kept and what is counted agree at an interrupt

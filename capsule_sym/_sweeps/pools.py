@@ -31,6 +31,10 @@ class Pool:
         """Has a chunk computed."""
         return self.executor.submit(compute, part)
 
+    def died(self, error: Exception) -> bool:
+        """Whether a chunk failed because its worker died, and may be given again."""
+        return False
+
     def waited(self) -> None:
         """Called when nothing was finished for some time."""
 

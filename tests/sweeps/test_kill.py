@@ -34,8 +34,11 @@ from capsule_sym import run_sweep
 
 if __name__ == "__main__":
     if sys.argv[2] == "dask":
+        import dask
         from distributed import Client, LocalCluster
 
+        # Under one death of its worker a chunk fails, not under the fourth.
+        dask.config.set({"distributed.scheduler.allowed-failures": 0})
         cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
         executor = Client(cluster).get_executor()
     else:
