@@ -7,7 +7,6 @@ doi 10.1016/j.physd.2019.04.008).
 from __future__ import annotations
 
 import math
-from collections.abc import Container
 from dataclasses import dataclass, fields, replace
 from os import PathLike
 from typing import Any, NamedTuple, Self, TypeVar
@@ -16,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym.generated import facts
+from capsule_sym.generated.parameters import Fields
 
 _Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
 
@@ -59,8 +60,11 @@ def mean_power(work: Any, rate: Any) -> Any:
     return work * rate / math.tau
 
 
-def _number(name: str, value: object, *, positive: bool) -> float:
-    allowed = "finite and > 0" if positive else "finite and >= 0"
+def _number(name: str, value: object, positive: bool | None = None) -> float:
+    """A value as a float; raises InvalidInput unless it is one that the parameter may have."""
+    positive = name in POSITIVE if positive is None else positive
+    least = 0.0 if name not in facts.SIGNED else -math.inf
+    allowed = "finite" + ("" if least else " and > 0" if positive else " and >= 0")
     # Kinds whose conversion to double would silently drop digits (mpf, Fraction, strings) are
     # refused, and so is bool, which Python counts as an int.
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
@@ -69,59 +73,35 @@ def _number(name: str, value: object, *, positive: bool) -> float:
         number = float(value)
     except OverflowError:
         number = -math.inf if value < 0 else math.inf
-    if not math.isfinite(number) or number < 0 or (positive and number == 0):
+    if not math.isfinite(number) or number < least or (positive and number == 0):
         raise InvalidInput(name, number, allowed)
     return number
 
 
-DRIVEN = {
-    "P_d": ("alpha", "N"),
-    "Omega": ("omega", "rad/s"),
-    "G": ("delta", "m"),
-    "c": ("zeta", "N s/m"),
-    "k2": ("beta", "N/m"),
-}
-"""What of a device one dimensionless parameter alone is in proportion to, and its unit."""
-
-POSITIVE = frozenset(("omega", "gamma", "f_b", "M_m", "M_c", "k1", "Omega", "mu", "g"))
+POSITIVE = frozenset((*facts.POSITIVE, "M_m", "M_c", "k1", "Omega", "mu", "g"))
 """Parameters, dimensionless and of a device, that are above 0; the others may be 0."""
 
 
-def _validate(instance: Any, positive: Container[str]) -> None:
-    for name in _names(type(instance)):
-        value = _number(name, getattr(instance, name), positive=name in positive)
-        object.__setattr__(instance, name, value)
+def _validate(instance: Any) -> None:
+    for name in names_of(instance):
+        object.__setattr__(instance, name, _number(name, getattr(instance, name)))
 
 
-def _names(kind: type[Any]) -> list[str]:
-    return [field.name for field in fields(kind)]
+def names_of(parameters: Any) -> tuple[str, ...]:
+    """Names of parameters, dimensionless or of a device, from a set of them or its type."""
+    return tuple(field.name for field in fields(parameters))
 
 
 @dataclass(frozen=True, slots=True)
-class Parameters:
+class Parameters(Fields):
     """The seven dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
     gamma and f_b are > 0 and the others are >= 0.
     """
 
-    alpha: float = 0.7
-    """Excitation amplitude, P_d / P_f."""
-    omega: float = 0.8
-    """Excitation frequency, Omega / Omega0."""
-    delta: float = 0.02
-    """Gap, k1 G / P_f."""
-    zeta: float = 0.05
-    """Damping ratio, c / (2 M_m Omega0)."""
-    beta: float = 1.5
-    """Stiffness ratio, k2 / k1."""
-    gamma: float = 3.3
-    """Mass ratio, M_c / M_m."""
-    f_b: float = 1.0
-    """Friction bound, max|F_r| / P_f; 1 for dry friction."""
-
     def __post_init__(self) -> None:
-        _validate(self, POSITIVE)
+        _validate(self)
 
     @property
     def period(self) -> float:
@@ -130,7 +110,7 @@ class Parameters:
 
     def replace(self, **changes: float) -> Self:
         """A copy with some parameters changed; raises `InvalidInput` as construction does."""
-        names = _names(type(self))
+        names = names_of(self)
         for name in changes:
             if name not in names:
                 raise InvalidInput("parameter", name, f"one of {', '.join(names)}")
@@ -138,7 +118,7 @@ class Parameters:
 
     def to_dict(self) -> dict[str, float]:
         """The parameters by name, in the order of the fields."""
-        return {name: getattr(self, name) for name in self.__slots__}
+        return {name: getattr(self, name) for name in facts.PARAMETERS}
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,9 +152,9 @@ class PhysicalParameters:
     """Gravitational acceleration (m/s^2)."""
 
     def __post_init__(self) -> None:
-        _validate(self, POSITIVE)
+        _validate(self)
         for name in ("friction_force", "natural_frequency", "length_scale"):
-            _number(name, getattr(self, name), positive=True)
+            _number(name, getattr(self, name), True)
         self.dimensionless()
 
     @property
@@ -221,8 +201,10 @@ class PhysicalParameters:
         None of the five changes the units of force, length and time. Raises `InvalidInput` for
         another name.
         """
-        if name not in DRIVEN:
-            raise InvalidInput("parameter", name, f"one of {', '.join(DRIVEN)}, of the device")
+        if name not in facts.DRIVEN:
+            raise InvalidInput(
+                "parameter", name, f"one of {', '.join(facts.DRIVEN)}, of the device"
+            )
         scales = {
             "P_d": 1 / self.friction_force,
             "Omega": 1 / self.natural_frequency,
@@ -230,7 +212,7 @@ class PhysicalParameters:
             "c": 1 / (2 * self.M_m * self.natural_frequency),
             "k2": 1 / self.k1,
         }
-        return DRIVEN[name][0], scales[name]
+        return facts.DRIVEN[name][0], scales[name]
 
     def time(self, tau: _Quantity) -> _Quantity:
         """Time in s, from dimensionless time: a float or an array of any shape."""
@@ -265,7 +247,7 @@ def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameter
     when the file cannot be read, is not TOML, or holds a key or a value that is not allowed.
     """
     table = read_toml(path)
-    dimensionless, physical = _names(Parameters), _names(PhysicalParameters)
+    dimensionless, physical = names_of(Parameters), names_of(PhysicalParameters)
     for name in table:
         if name not in dimensionless and name not in physical:
             allowed = f"one of {', '.join(dimensionless)}, or of {', '.join(physical)}"

@@ -23,6 +23,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
 NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
+MODEL = ROOT / "generated" / "page" / "model.ts"
 
 LIBRARY = ("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c")
 """What of the C library the page needs: no lanes, no fused multiply-adds."""
@@ -39,7 +40,7 @@ def sources() -> Iterator[Path]:
     own = (path for path in HERE.rglob("*") if "node_modules" not in path.parts)
     yield from sorted(path for path in own if path.is_file() and path.suffix in _TEXTS)
     yield from sorted([NATIVE / name for name in LIBRARY] + list(NATIVE.glob("*.h")))
-    yield from sorted(KERNELS.glob("*.[ch]"))
+    yield from (*sorted(KERNELS.glob("*.[ch]")), MODEL)
 
 
 def digest() -> str:

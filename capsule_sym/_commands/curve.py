@@ -161,10 +161,10 @@ def _scaled(
     device: PhysicalParameters | None, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
     """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
-    from capsule_sym._parameters import Parameters
+    from capsule_sym.generated.facts import PARAMETERS
 
     low, high, *_ = ends
-    if name in Parameters.__slots__:
+    if name in PARAMETERS:
         return name, (low, high), 1.0
     assert device is not None  # or `chosen_parameters` has refused it
     tied, factor = device.tie(name)

@@ -15,6 +15,7 @@ import click
 from click.core import ParameterSource
 
 from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym.generated.facts import DEFAULTS, DRIVEN, LABELS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -167,17 +168,7 @@ def ranged_parameter_options(counted: bool = False) -> Callable[[_Command], _Com
 
 
 def parameter_options(command: _Command, kind: Any = float) -> _Command:
-    """Add --params for a file, and an option for each of the seven parameters."""
-    # The defaults shown are those of `Parameters`, whose import would cost NumPy's.
-    options = (
-        ("alpha", "0.7", "Excitation amplitude."),
-        ("omega", "0.8", "Excitation frequency."),
-        ("delta", "0.02", "Gap."),
-        ("zeta", "0.05", "Damping ratio."),
-        ("beta", "1.5", "Stiffness ratio."),
-        ("gamma", "3.3", "Mass ratio."),
-        ("f_b", "1", "Friction bound."),
-    )
+    """Add --params for a file, and an option for each of the parameters."""
     command = click.option(
         "--params",
         "file",
@@ -186,8 +177,8 @@ def parameter_options(command: _Command, kind: Any = float) -> _Command:
         help="Parameters from a file, dimensionless (options above override it) or physical in SI "
         "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
     )(command)
-    for name, default, text in reversed(options):
-        text = f"{text}  [default: {default}]"
+    for name, default in reversed(DEFAULTS.items()):
+        text = f"{LABELS[name].capitalize()}.  [default: {default:g}]"
         flags = dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}"))
         command = click.option(*flags, name, type=kind, help=text)(command)
     return command
@@ -201,7 +192,7 @@ def chosen_parameters(
     Raises InvalidInput for values that are not allowed, for options beside SI units, and for ranges
     of a device's parameters where there is none.
     """
-    from capsule_sym._parameters import DRIVEN, Parameters, load_parameters
+    from capsule_sym._parameters import Parameters, load_parameters
 
     given = {name: value for name, value in dimensionless.items() if value is not None}
     try:

@@ -26,7 +26,7 @@ from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import package
 from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
+from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters, names_of
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 _OF_START = (*START, "x_c")
@@ -261,7 +261,7 @@ class Problem:
     """What is done, in words."""
 
     def __post_init__(self) -> None:
-        own = type(self.system).__slots__
+        own = names_of(self.system)
         for name in self.unknown:
             if name not in own and name not in _OF_START:
                 raise InvalidInput("unknown", name, f"one of {', '.join((*own, *_OF_START))}")
@@ -316,7 +316,7 @@ class Problem:
     def system_at(self, values: Vector) -> System:
         """The system with these values of the unknown."""
         now = self.now(values)
-        return type(self.system)(**{name: now[name] for name in type(self.system).__slots__})
+        return type(self.system)(**{name: now[name] for name in names_of(self.system)})
 
     def _run(self, values: Vector) -> _Run:
         """The motion at these values; raises _Over where there is no time for it."""

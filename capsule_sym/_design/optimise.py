@@ -23,13 +23,12 @@ from capsule_sym._design.quantities import (
     dimensionless,
     function_of,
     limits_of,
-    names_of,
     real,
 )
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters
+from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters, names_of
 
 Vector = NDArray[np.float64]
 

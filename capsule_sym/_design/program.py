@@ -23,14 +23,13 @@ from capsule_sym._design.quantities import (
     Limit,
     System,
     dimensionless,
-    names_of,
     of,
     real,
     valued,
 )
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import Watch
-from capsule_sym._parameters import Parameters
+from capsule_sym._parameters import Parameters, names_of
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]

@@ -17,7 +17,13 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
-from capsule_sym._parameters import METRIC_UNITS, Parameters, PhysicalParameters, mean_power
+from capsule_sym._parameters import (
+    METRIC_UNITS,
+    Parameters,
+    PhysicalParameters,
+    mean_power,
+    names_of,
+)
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
@@ -45,11 +51,6 @@ OF_DEVICE = {
 def real(value: object) -> bool:
     """Whether a value is a finite real number, of Python or of NumPy."""
     return is_real(value) and math.isfinite(value)
-
-
-def names_of(system: System) -> tuple[str, ...]:
-    """The parameters of a system by name."""
-    return type(system).__slots__
 
 
 def values_of(system: System) -> dict[str, float]:

@@ -11,9 +11,9 @@ from capsule_sym._design.borders import distances
 from capsule_sym._design.kinks import Kink, by_u
 from capsule_sym._design.optimum import Constraint, Optimum, OptimumStatus, Tightest
 from capsule_sym._design.program import KEPT, WHOLE, Place, Program
-from capsule_sym._design.quantities import System, names_of, of
+from capsule_sym._design.quantities import System, of
 from capsule_sym._design.stationary import SOLVED, Stationary, rough
-from capsule_sym._parameters import METRIC_UNITS
+from capsule_sym._parameters import METRIC_UNITS, names_of
 
 
 def optimum_of(program: Program, name: str, found: Stationary, kink: Kink | None) -> Optimum:

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym._parameters import PhysicalParameters
+from capsule_sym.generated.facts import PARAMETERS
 
 DEVICE = PhysicalParameters.__slots__
 _UNIT = {name: i for i, name in enumerate(DEVICE)}
@@ -45,15 +46,12 @@ def slopes_of(device: PhysicalParameters) -> Slopes:
     values = np.array([getattr(device, name) for name in DEVICE])
     size = np.where(values == 0.0, 1.0, values)
     found = np.array(
-        [
-            getattr(device.dimensionless(), name) * powers[name] / size
-            for name in Parameters.__slots__
-        ]
+        [getattr(device.dimensionless(), name) * powers[name] / size for name in PARAMETERS]
     )
     for name in ("k2", "c", "G", "P_d"):  # what may be 0, where a parameter is in proportion to it
         if getattr(device, name) == 0.0:
             one = replace(device, **{name: 1.0}).dimensionless()
-            for row, parameter in enumerate(Parameters.__slots__):
+            for row, parameter in enumerate(PARAMETERS):
                 if powers[parameter][_UNIT[name]]:
                     found[row, _UNIT[name]] = getattr(one, parameter)
     return Slopes(found, (friction - _powers(k1=1)) / size, rate / size)

@@ -18,6 +18,7 @@ import capsule_sym
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.sizes import FORMATS, RESOLUTION, RESOLUTIONS
 from capsule_sym._files import write_whole
+from capsule_sym.generated import facts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,18 +42,9 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#00
 """Colours of curves that are compared."""
 
 LABELS = {
-    "x_r": "relative displacement $x_r$",
-    "v_r": "relative velocity $v_r$",
-    "v_c": "capsule velocity $v_c$",
+    **{name: f"{text} ${facts.TEX[name]}$" for name, text in facts.LABELS.items()},
     "x": r"displacements $x_m$, $x_c$",
     "time": r"time $\omega\tau/2\pi$ (periods)",
-    "alpha": r"excitation amplitude $\alpha$",
-    "omega": r"excitation frequency $\omega$",
-    "delta": r"gap $\delta$",
-    "zeta": r"damping ratio $\zeta$",
-    "beta": r"stiffness ratio $\beta$",
-    "gamma": r"mass ratio $\gamma$",
-    "f_b": "friction bound $f_b$",
     "velocity": r"average velocity $\langle v_c\rangle$",
     "progression": "progression per period",
 }

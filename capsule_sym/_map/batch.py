@@ -12,17 +12,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput, Stopped
 from capsule_sym._map.backend import NumpyBackend
-from capsule_sym._map.checks import LARGEST_STATE, RANGES, check_count, check_start
+from capsule_sym._map.checks import LARGEST_STATE, check_count, check_start
 from capsule_sym._map.escalation import Run, step, write
 from capsule_sym._map.evaluation import borrowed, give_back
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
+from capsule_sym.generated.facts import PARAMETERS, RANGES
 
-_NAMES = Parameters.__slots__
 _SIDE_BY_SIDE = 8
-_row = attrgetter(*_NAMES)
-_LOW, _HIGH = np.array(list(map(RANGES.__getitem__, _NAMES))).T.copy()
+_row = attrgetter(*PARAMETERS)
+_LOW, _HIGH = np.array([*RANGES.values()]).T.copy()
 _STATES = np.full(3, -LARGEST_STATE), np.full(3, LARGEST_STATE)
 
 
@@ -53,7 +53,7 @@ def parameter_rows(base: Parameters, **columns: ArrayLike) -> NDArray[np.float64
     count = max((v.size for v in values.values()), default=1)
     rows = np.tile(np.array(list(base.to_dict().values())), (count, 1))
     for name, column in values.items():
-        rows[:, _NAMES.index(name)] = column
+        rows[:, PARAMETERS.index(name)] = column
     return checked_rows(rows)
 
 
@@ -199,10 +199,10 @@ def _finish(
 
 def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rows of parameters; raises InvalidInput for a shape or a value that is not allowed."""
-    if rows.ndim != 2 or rows.shape[1] != len(_NAMES):
+    if rows.ndim != 2 or rows.shape[1] != len(PARAMETERS):
         raise InvalidInput("parameters", rows.shape, "an array of shape (n, 7)")
     if at := core().outside(rows, _LOW, _HIGH):
-        name = _NAMES[at[1]]
+        name = PARAMETERS[at[1]]
         low, high = RANGES[name]
         raise InvalidInput(name, float(rows[at]), f"in [{low:g}, {high:g}] for a run")
     return rows

@@ -12,18 +12,10 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._parameters import Parameters, PhysicalParameters
+from capsule_sym.generated.facts import RANGES
 
 _LARGEST_COUNT = 10**12
 LARGEST_STATE = 1e20
-RANGES = {
-    "alpha": (0.0, 1e10),
-    "omega": (1e-6, 1e6),
-    "delta": (0.0, 1e10),
-    "zeta": (0.0, 1e4),
-    "beta": (0.0, 1e10),
-    "gamma": (1e-8, 1e8),
-    "f_b": (1e-10, 1e10),
-}
 _scales = attrgetter(*RANGES)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._map.checks import check_count
 from capsule_sym._parameters import UNITS
+from capsule_sym.generated.facts import LABELS, STATE
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -27,20 +28,11 @@ _NAMES = {
     "field": "field",
     "source": "switching plane at the start",
     "target": "switching plane at the end",
-    "x_r": "relative displacement at the start",
-    "v_r": "relative velocity at the start",
-    "v_c": "capsule velocity at the start",
     "x_c": "capsule position at the start",
     "advance": "change of the capsule position",
     "outcome": "how the segment ends",
     "evaluations": "expansions or guard evaluations to find the end",
-    "alpha": "excitation amplitude",
-    "omega": "excitation frequency",
-    "delta": "gap",
-    "zeta": "damping ratio",
-    "beta": "stiffness ratio",
-    "gamma": "mass ratio",
-    "f_b": "friction bound",
+    **{name: text + " at the start" * (name in STATE) for name, text in LABELS.items()},
     "itinerary": "fields of one period of the motion",
     "period_number": "excitation periods of one period of the motion",
     "progression": "advance of the capsule per excitation period",

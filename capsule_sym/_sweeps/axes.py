@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.checks import RANGES, check_count, is_real
+from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import DRIVEN, PhysicalParameters
+from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
+from capsule_sym.generated.facts import DRIVEN, RANGES
 
 START = ("x_r", "v_r", "v_c", "phase")
 

@@ -11,9 +11,10 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import DRIVEN, Parameters, PhysicalParameters, read_toml
+from capsule_sym._parameters import Parameters, PhysicalParameters, read_toml
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym.generated.facts import DRIVEN
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
 _SPACINGS = {"linear": Axis.linear, "log": Axis.log}

@@ -13,7 +13,7 @@ from capsule_sym._symbolic.model import declaration
 from capsule_sym.codegen import COMMAND, INPUTS
 
 _GENERATED = INPUTS.parent / "generated"
-_MANAGED = {".py", ".json", ".c", ".h", ".m", ".pxi"}
+_MANAGED = {".py", ".json", ".c", ".h", ".m", ".pxi", ".ts"}
 
 
 def _present(directory: Path) -> dict[str, str]:

@@ -181,6 +181,7 @@ LANGUAGES = {
         "real",
     ),
     "matlab": Language(_MATLAB, "{} = {};", "{0} = c.{0};", _MATLAB_FUNCTION, "%"),
+    "page": Language(_C99(), "", "", "", "//"),
     "bound": Language(
         _Bound(),
         "const bound {} = {};",

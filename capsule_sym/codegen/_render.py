@@ -20,6 +20,7 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import PARAMETERS, omega
 from capsule_sym.codegen import COMMAND, INPUTS
 from capsule_sym.codegen._blocks import blocks, segment_constants
+from capsule_sym.codegen._facts import page_facts, python_facts, python_fields
 from capsule_sym.codegen._fields import field_texts
 from capsule_sym.codegen._interface import c_interface, cython_interface, python_interface, read
 from capsule_sym.codegen._lower import Kernel, lower, wrapped
@@ -105,7 +106,9 @@ def _kernels(config: dict[str, Any]) -> dict[str, list[Kernel]]:
     order = int(config["jet_order"])
     derivations = blocks(order)
     constants = frozenset(_CONSTANT_NAMES)
-    kernels: dict[str, list[Kernel]] = {target["language"]: [] for target in config["target"]}
+    kernels: dict[str, list[Kernel]] = {
+        target["language"]: [] for target in config["target"] if target["language"] != "page"
+    }
     for entry in config["kernel"]:
         block = derivations[entry.get("block", entry["name"])]()
         returns = entry["returns"]
@@ -208,7 +211,7 @@ def render() -> dict[str, str]:
     files = {"__init__.py": f'"""{header}"""\n'}
     for target in config["target"]:
         language = LANGUAGES[target["language"]]
-        kernels = by_language[target["language"]]
+        kernels = [] if target["language"] == "page" else by_language[target["language"]]
         operations |= {kernel.name: kernel.operations for kernel in [*kernels, *inline, *sizes]}
         values = {
             "header": header,
@@ -237,6 +240,9 @@ def render() -> dict[str, str]:
             "real_formulas": "\n".join(kernel.text(LANGUAGES["real"]) for kernel in inline),
             "bound_formulas": "\n".join(kernel.text(LANGUAGES["bound"]) for kernel in sizes),
             "field_constants": _field_constants(),
+            "facts": python_facts(),
+            "parameter_fields": python_fields(),
+            "page_facts": page_facts(),
             "classification": c_classification(),
             "c_interface": c_interface(interface),
             "python_interface": python_interface(interface),
@@ -246,7 +252,7 @@ def render() -> dict[str, str]:
         for path, template in target["files"].items():
             text = _fill(template, values)
             marks = (" ...", "%") if language.comment == "%" else ()
-            files[path] = text if path.endswith(".pxi") else wrapped(text, *marks)
+            files[path] = text if path.endswith((".pxi", ".ts")) else wrapped(text, *marks)
     manifest = {
         "command": COMMAND,
         "sympy": sp.__version__,

@@ -1,5 +1,9 @@
 // Every value of the page's state: its range as the package has it, its default, and what it means.
 
+import { PARAMETERS, PARAMETER_FIELDS } from "../../generated/page/model.ts";
+
+export { PARAMETERS };
+
 export interface NumberField {
   kind: "number";
   low: number;
@@ -39,7 +43,6 @@ const choice = (name: string, of: readonly string[], value = of[0] ?? ""): Choic
   value,
 });
 
-export const PARAMETERS = ["alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b"] as const;
 export const DEVICE = ["M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu", "g"] as const;
 export const STARTS = ["x_r", "v_r", "v_c"] as const;
 export type Parameter = (typeof PARAMETERS)[number];
@@ -50,26 +53,7 @@ const start = (symbol: string, name: string, about: string, si: string) =>
   number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-2, 2, 0.01], si });
 
 export const NUMBERS = {
-  alpha: number("α", "excitation amplitude", [0, 1e10], 0.7,
-    "Amplitude of the force that drives the inner mass, over the friction force: P_d / P_f.",
-    { slider: [0, 2, 0.001] }),
-  omega: number("ω", "excitation frequency", [1e-6, 1e6], 0.8,
-    "Frequency of the driving force, over the natural frequency √(k₁/M_m) of the inner mass.",
-    { slider: [0.1, 3, 0.001] }),
-  delta: number("δ", "gap", [0, 1e10], 0.02,
-    "Distance at which the inner mass meets the second spring, over the length P_f / k₁.",
-    { slider: [0, 1, 0.001] }),
-  zeta: number("ζ", "damping ratio", [0, 1e4], 0.05,
-    "Damping between mass and capsule, over twice M_m √(k₁/M_m); 1 is critical.",
-    { slider: [0, 1, 0.001] }),
-  beta: number("β", "stiffness ratio", [0, 1e10], 1.5,
-    "Stiffness of the second spring over that of the first: k₂ / k₁.",
-    { slider: [0, 20, 0.01] }),
-  gamma: number("γ", "mass ratio", [1e-8, 1e8], 3.3,
-    "Mass of the capsule over the inner mass: M_c / M_m. The paper prints 3.3; its global maps come out at 3.0.",
-    { slider: [0.2, 8, 0.01] }),
-  f_b: number("f_b", "friction bound", [1e-10, 1e10], 1,
-    "Largest friction force over P_f: 1 for dry friction.", { slider: [0.1, 2, 0.01] }),
+  ...PARAMETER_FIELDS,
   M_m: number("M_m", "inner mass", [1e-9, 1e9], 0.5, "Mass that moves inside the capsule.", { unit: "kg", slider: [0.01, 5, 0.01] }),
   M_c: number("M_c", "mass of the capsule", [1e-9, 1e9], 1.65, "Mass of the capsule without the inner mass.", { unit: "kg", slider: [0.01, 10, 0.01] }),
   k1: number("k₁", "spring", [1e-9, 1e12], 50, "Stiffness of the spring between mass and capsule.", { unit: "N/m", slider: [1, 500, 0.1] }),

@@ -26,13 +26,12 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
-from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
+from capsule_sym.generated import facts, formulas
 
 _GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
-PARAMETERS = Parameters.__slots__
+PARAMETERS = facts.PARAMETERS
 _OMEGA, _DELTA, _ZETA, _BETA, _GAMMA, _F_B = (
     PARAMETERS.index(name) for name in ("omega", "delta", "zeta", "beta", "gamma", "f_b")
 )
