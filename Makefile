@@ -82,7 +82,7 @@ verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
 
 certificates: $(READY)  ## write results/certificates.json, and check it with code of its own
 	$(BIN)/capsule-sym enclose --thresholds --out results/certificates.json
-	$(BIN)/python capsule_sym/_enclosures/checker.py results/certificates.json
+	$(BIN)/python capsule_sym/_enclosures/certificates/checker.py results/certificates.json
 
 SECONDS ?= 3600
 regions: $(READY)  ## prove the (alpha, gamma) plane for SECONDS more (3600); resumes

@@ -8,7 +8,7 @@ from functools import cache as _cache
 
 # What an extra brings and a module cannot do without; the others ask for it when they are called.
 _NEEDS = {
-    "flint": ("_enclosures.certificates", "_enclosures.checker"),
+    "flint": ("_enclosures.certificates.certify", "_enclosures.certificates.checker"),
     "zarr": ("_sweeps.basin", "_sweeps.execution", "_sweeps.refinement", "_sweeps.results"),
 }
 

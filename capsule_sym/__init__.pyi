@@ -17,11 +17,11 @@ from capsule_sym._design.steering import Break as Break
 from capsule_sym._design.steering import Steering as Steering
 from capsule_sym._design.steering import SteeringStatus as SteeringStatus
 from capsule_sym._design.steering import steer as steer
-from capsule_sym._enclosures.certificates import certify_bifurcation as certify_bifurcation
-from capsule_sym._enclosures.certificates import certify_orbit as certify_orbit
-from capsule_sym._enclosures.certificates import certify_run as certify_run
-from capsule_sym._enclosures.checker import Rejected as Rejected
-from capsule_sym._enclosures.checker import check_certificate as check_certificate
+from capsule_sym._enclosures.certificates.certify import certify_bifurcation as certify_bifurcation
+from capsule_sym._enclosures.certificates.certify import certify_orbit as certify_orbit
+from capsule_sym._enclosures.certificates.certify import certify_run as certify_run
+from capsule_sym._enclosures.certificates.checker import Rejected as Rejected
+from capsule_sym._enclosures.certificates.checker import check_certificate as check_certificate
 from capsule_sym._errors import CapsuleError as CapsuleError
 from capsule_sym._errors import InvalidInput as InvalidInput
 from capsule_sym._errors import NotInstalled as NotInstalled

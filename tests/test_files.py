@@ -20,7 +20,7 @@ from benchmarks.hardcases import adversarial
 from capsule_sym import InvalidInput, Parameters, save_figure, simulate
 from capsule_sym._cli import _status, group
 from capsule_sym._commands.options import WritablePath
-from capsule_sym._enclosures import regions
+from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._explorer import page
 from capsule_sym._figures import animation
 from capsule_sym._files import growing, read_json, whole, write_whole
@@ -178,7 +178,7 @@ def test_a_log_keeps_its_lines_on_a_full_disk_and_without_a_torn_one(tmp_path: P
 @posix
 def test_a_proof_that_goes_on_keeps_what_was_proved_on_a_full_disk(tmp_path: Path) -> None:
     path = tmp_path / "plane.jsonl"
-    line = '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}\n'
+    line = '{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}\n'
     path.write_text(regions._begin(regions.PLANE) + line, encoding="utf-8")
     before = path.read_bytes()
     with full_disk(), suppress(OSError):

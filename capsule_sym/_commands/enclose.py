@@ -92,7 +92,7 @@ def enclose(
     if region is not None or from_rest is not None:
         _parts(region, from_rest, seconds, as_json)
         return
-    from capsule_sym._enclosures.section4 import GAMMAS
+    from capsule_sym._enclosures.case import GAMMAS
     from capsule_sym._files import write_whole
     from capsule_sym._records import dumps
 
@@ -129,7 +129,7 @@ def enclose(
 def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json: bool) -> None:
     from rich.progress import TextColumn, TimeElapsedColumn
 
-    from capsule_sym._enclosures.regions import FROM_REST, PLANE, Plane, prove
+    from capsule_sym._enclosures.regions.subdivision import FROM_REST, PLANE, Plane, prove
 
     path, task, what = (
         (region, PLANE, "the plane") if region else (from_rest, FROM_REST, "the motions from rest")
@@ -163,8 +163,8 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
 
 
 def _cover(as_json: bool) -> None:
-    from capsule_sym._enclosures.covering import ALPHAS, record
-    from capsule_sym._enclosures.section4 import EXACT, GAMMAS
+    from capsule_sym._enclosures.case import EXACT, GAMMAS
+    from capsule_sym._enclosures.regions.covering import ALPHAS, record
 
     with undisturbed():
         pool = spawning(2)
@@ -192,7 +192,7 @@ def _proved(
     gamma: str, intervals: bool, certify: bool
 ) -> tuple[dict[str, Any], list[dict[str, Any]], list[str]]:
     """The record of a mass ratio, and if wanted its certificates and why any is missing."""
-    from capsule_sym._enclosures.section4 import certified, prove_section, record
+    from capsule_sym._enclosures.certificates.section4 import certified, prove_section, record
 
     kept, missing = certified(gamma) if certify else ([], [])
     return record(prove_section(gamma, intervals=intervals)), kept, missing
@@ -200,9 +200,9 @@ def _proved(
 
 def _met() -> tuple[list[dict[str, Any]], list[str]]:
     """The records of the mass ratios at which two bifurcations coincide, and why any is missing."""
-    from capsule_sym._enclosures.balls import Unproved
-    from capsule_sym._enclosures.codimension_two import record, section4
-    from capsule_sym._enclosures.section4 import EXACT
+    from capsule_sym._enclosures.case import EXACT
+    from capsule_sym._enclosures.numbers.balls import Unproved
+    from capsule_sym._enclosures.orbits.codimension_two import record, section4
 
     try:
         return [record(one) for one in section4(EXACT)], []
@@ -212,7 +212,7 @@ def _met() -> tuple[list[dict[str, Any]], list[str]]:
 
 def _one_orbit() -> float:
     """Seconds that it takes to certify one orbit of six segments."""
-    from capsule_sym._enclosures.certificates import certify_orbit
+    from capsule_sym._enclosures.certificates.certify import certify_orbit
     from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._parameters import Parameters
 

@@ -24,7 +24,7 @@ from capsule_sym._commands.options import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from capsule_sym._enclosures.certificates import Certified
+    from capsule_sym._enclosures.certificates.certify import Certified
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.boxes import BoxSearch
     from capsule_sym._orbits.shooting.orbit import Orbit
@@ -143,7 +143,7 @@ def certify_found(path: Path, found: Sequence[Certified], limit: Watch) -> None:
 
     A file is left as it was where nothing is proved.
     """
-    from capsule_sym._enclosures.certificates import certificates
+    from capsule_sym._enclosures.certificates.certify import certificates
 
     proved, failed = certificates(found, limit)
     if proved or not failed:

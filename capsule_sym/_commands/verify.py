@@ -97,9 +97,9 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
 
 def prove_motions() -> None:
     """Has the motions of Section 4 proved in ball arithmetic."""
-    from capsule_sym._enclosures.attraction import tendency
-    from capsule_sym._enclosures.balls import Unproved
-    from capsule_sym._enclosures.steady_orbit import first_fields, steady_orbit
+    from capsule_sym._enclosures.numbers.balls import Unproved
+    from capsule_sym._enclosures.orbits.steady import first_fields, steady_orbit
+    from capsule_sym._enclosures.regions.attraction import tendency
     from capsule_sym._symbolic.paper.case_study import Prover, prove_by
 
     def from_rest(values: Mapping[str, str]) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from capsule_sym._cli import _status
 from capsule_sym._commands import enclose as enclosing
 from capsule_sym._commands.options import meant
 from capsule_sym._design import steering
-from capsule_sym._enclosures import regions
+from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression
 from capsule_sym._orbits.continuation import boxes

@@ -11,7 +11,8 @@ import pytest
 from capsule_sym._bench.full_study import Study
 from capsule_sym._cli import group, main
 from capsule_sym._commands import enclose as enclosing
-from capsule_sym._enclosures import codimension_two, section4
+from capsule_sym._enclosures import case
+from capsule_sym._enclosures.orbits import codimension_two
 from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs import inner_products
@@ -60,7 +61,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(thresholds, "save", lambda found, folder: [])
     monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
     monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: inner_products.items()[:1]})
-    monkeypatch.setattr(section4, "GAMMAS", ())
+    monkeypatch.setattr(case, "GAMMAS", ())
     monkeypatch.setattr(codimension_two, "section4", lambda exact: [])
     monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)
     monkeypatch.setattr(enclosing, "end", ThreadPoolExecutor.shutdown)

@@ -23,7 +23,7 @@ PARTS = (
 # A covering has the capsule at rest, and chords and bounds in place of the force; tests hold its
 # steps to runs of the map.
 WITNESSES = ("_bench", "generated", "_symbolic/paper")
-WITNESSES += ("_enclosures/covering.py", "_enclosures/trapping.py")
+WITNESSES += ("_enclosures/regions/covering.py", "_enclosures/regions/trapping.py")
 WITNESSES += tuple(
     f"_symbolic/{name}.py"
     for name in (

@@ -6,7 +6,7 @@ import json
 import random
 from collections.abc import Iterator
 
-from capsule_sym._enclosures import checker
+from capsule_sym._enclosures.certificates import checker
 
 
 def rejected(certificate: dict) -> bool:

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym._enclosures import regions
+from capsule_sym._enclosures.regions import subdivision as regions
 
 
 @pytest.fixture(scope="session", autouse=True)

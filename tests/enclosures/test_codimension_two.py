@@ -7,10 +7,14 @@ from dataclasses import replace
 import pytest
 
 from capsule_sym import Curve, continue_bifurcation
-from capsule_sym._enclosures import codimension_two
-from capsule_sym._enclosures.balls import Unproved, arb
-from capsule_sym._enclosures.codimension_two import ProvedPoint, prove_codimension_two, record
-from capsule_sym._enclosures.section4 import EXACT
+from capsule_sym._enclosures.case import EXACT
+from capsule_sym._enclosures.numbers.balls import Unproved, arb
+from capsule_sym._enclosures.orbits import codimension_two
+from capsule_sym._enclosures.orbits.codimension_two import (
+    ProvedPoint,
+    prove_codimension_two,
+    record,
+)
 from tests.orbits.branches import upwards
 
 

@@ -16,9 +16,10 @@ from click.testing import CliRunner
 from capsule_sym import Parameters, simulate
 from capsule_sym._cli import group
 from capsule_sym._commands import enclose as command
-from capsule_sym._enclosures import checker, covering, section4
-from capsule_sym._enclosures.balls import Unproved
-from capsule_sym._enclosures.runs import enclose_run
+from capsule_sym._enclosures.certificates import checker, section4
+from capsule_sym._enclosures.numbers.balls import Unproved
+from capsule_sym._enclosures.passage.runs import enclose_run
+from capsule_sym._enclosures.regions import covering
 from capsule_sym._map.trajectory import Kept
 
 

@@ -9,10 +9,10 @@ import pytest
 from scipy.linalg import expm
 
 from capsule_sym import Parameters, simulate, solve_orbit
-from capsule_sym._enclosures import covering, trapping
-from capsule_sym._enclosures.balls import Unproved, ball, precision
-from capsule_sym._enclosures.cells import EXACT
-from capsule_sym._enclosures.trapping import trap
+from capsule_sym._enclosures.case import EXACT
+from capsule_sym._enclosures.numbers.balls import Unproved, ball, precision
+from capsule_sym._enclosures.regions import covering, trapping
+from capsule_sym._enclosures.regions.trapping import trap
 
 AT_3_3 = EXACT | {"gamma": "3.3"}
 

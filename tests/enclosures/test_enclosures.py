@@ -26,9 +26,9 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._enclosures import checker, fields, guards
-from capsule_sym._enclosures.attraction import tendency
-from capsule_sym._enclosures.balls import (
+from capsule_sym._enclosures.certificates import checker
+from capsule_sym._enclosures.numbers import fields
+from capsule_sym._enclosures.numbers.balls import (
     Unproved,
     arb,
     arb_mat,
@@ -38,15 +38,17 @@ from capsule_sym._enclosures.balls import (
     precision,
     symmetric,
 )
-from capsule_sym._enclosures.branches import glue, march
-from capsule_sym._enclosures.events import Event
-from capsule_sym._enclosures.fields import Field, _tail
-from capsule_sym._enclosures.guards import Line, Watch, prove_admissible
-from capsule_sym._enclosures.krawczyk import enclose
-from capsule_sym._enclosures.orbits import guess_of, prove, shooting_of
-from capsule_sym._enclosures.regimes import approximate, regimes, threshold
-from capsule_sym._enclosures.stability import characteristic, monodromy
-from capsule_sym._enclosures.unfolding import growth
+from capsule_sym._enclosures.numbers.fields import Field, _tail
+from capsule_sym._enclosures.orbits.branches import glue, march
+from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.orbits.intervals import approximate, regimes, threshold
+from capsule_sym._enclosures.orbits.krawczyk import enclose
+from capsule_sym._enclosures.orbits.proof import guess_of, prove, prove_admissible, shooting_of
+from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
+from capsule_sym._enclosures.orbits.unfolding import growth
+from capsule_sym._enclosures.passage import guards, switches
+from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.regions.attraction import tendency
 from capsule_sym._map.expansion import Guard
 from capsule_sym._symbolic.model.enclosure import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
@@ -237,12 +239,12 @@ def test_positive_guards_are_positive(order: int, monkeypatch: pytest.MonkeyPatc
 
 def test_orders_of_contact() -> None:
     itinerary = orbit_at(1.2).itinerary  # F5 F4 F1 F2 F3 F2
-    at = {field: guards.known(itinerary, k) for k, field in enumerate(itinerary.fields)}
+    at = {field: switches.known(itinerary, k) for k, field in enumerate(itinerary.fields)}
     assert at[4].orders(4) == (0, 3 - 1)
     assert at[1].orders(1) == (1, 0)
-    assert guards.known(itinerary, 3).orders(2) == (0, 0, 0)
+    assert switches.known(itinerary, 3).orders(2) == (0, 0, 0)
     # F3 of duration 0 touches the lower bound of stick twice.
-    assert guards.known(itinerary, 4, (4,)).orders(2) == (0, 0, 2)
+    assert switches.known(itinerary, 4, (4,)).orders(2) == (0, 0, 2)
     assert itinerary.segments[4].guard is Guard.DRIFT
 
 
@@ -344,7 +346,7 @@ def test_the_force_of_the_graze_is_checked_too() -> None:
 
 
 def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
-    from capsule_sym._enclosures.events import prove_event
+    from capsule_sym._enclosures.orbits.events import prove_event
 
     orbit = found[0][3].orbit
     with pytest.raises(Unproved):

@@ -17,15 +17,24 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from capsule_sym import InvalidInput, Parameters, simulate, solve_orbit
-from capsule_sym._enclosures import attraction, passage, regions
-from capsule_sym._enclosures.attraction import tendency
-from capsule_sym._enclosures.balls import Unproved, arb, ball, floats, matrix, precision, thin
-from capsule_sym._enclosures.cells import ALPHA, EXACT
-from capsule_sym._enclosures.fields import Field
-from capsule_sym._enclosures.from_rest import AlphaInterval, attempt
-from capsule_sym._enclosures.passage import Interval, Passage, Step
-from capsule_sym._enclosures.regions import FROM_REST, begun, prove
-from capsule_sym._enclosures.runs import steps_of
+from capsule_sym._enclosures.case import ALPHA, EXACT
+from capsule_sym._enclosures.numbers.balls import (
+    Unproved,
+    arb,
+    ball,
+    floats,
+    matrix,
+    precision,
+    thin,
+)
+from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym._enclosures.passage import segments as passage
+from capsule_sym._enclosures.passage.runs import steps_of
+from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
+from capsule_sym._enclosures.regions import subdivision as regions
+from capsule_sym._enclosures.regions.attraction import tendency
+from capsule_sym._enclosures.regions.from_rest import AlphaPart, attempt
+from capsule_sym._enclosures.regions.subdivision import FROM_REST, attraction, begun, prove
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 
@@ -286,7 +295,7 @@ def test_a_box_smaller_than_it_has_to_be_proves_nothing(monkeypatch: pytest.Monk
 @pytest.mark.parametrize(("ratio", "gamma"), [(0, 3.3), (1, 3.0)])
 def test_a_part_is_proved_at_its_own_mass_ratio(ratio: int, gamma: float) -> None:
     """Near alpha = 1.636 the itineraries of both mass ratios differ."""
-    part = AlphaInterval(ratio, 13, 1490)
+    part = AlphaPart(ratio, 13, 1490)
     orbit = solve_orbit(Parameters(alpha=part.alphas.middle, gamma=gamma))
     fields, _, told = attempt(part).itinerary.partition(", gamma = ")
     assert (sorted(fields.split()), float(told)) == (sorted(orbit.itinerary.names), gamma)
@@ -295,7 +304,7 @@ def test_a_part_is_proved_at_its_own_mass_ratio(ratio: int, gamma: float) -> Non
 def test_other_constants_are_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """The digest has the parameters and what contact and drift are, not only the proof."""
     held = {module.__name__.rpartition(".")[2] for module in regions_digest(monkeypatch)}
-    assert {"cells", "section4", "from_rest", "passage", "guards", "contact", "drift"} <= held
+    assert {"patches", "case", "from_rest", "segments", "guards", "contact", "drift"} <= held
 
 
 def regions_digest(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
@@ -355,10 +364,10 @@ def test_the_interval_about_a_decimal_holds_it(decimal: str) -> None:
 
 
 def test_halves_cover_their_interval() -> None:
-    whole = AlphaInterval(0, 0, 0)
+    whole = AlphaPart(0, 0, 0)
     assert whole.alphas.middle - whole.alphas.radius < ALPHA[0]
     assert whole.alphas.middle + whole.alphas.radius > ALPHA[1]
-    part = AlphaInterval(1, 11, 700)
+    part = AlphaPart(1, 11, 700)
     high, low = part.halved((0,))
     assert low.area + high.area == part.area
     ends = [
@@ -374,10 +383,10 @@ def test_halves_cover_their_interval() -> None:
 def test_work_resumes_and_other_code_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "from-rest.jsonl"
     prove(path, 1e-9, workers=1, task=FROM_REST)
-    part = AlphaInterval(0, 11, 1330)  # about 0.7
+    part = AlphaPart(0, 11, 1330)  # about 0.7
     outcome = attempt(part)
     assert outcome.itinerary == "F1 F2 F5 F4, gamma = 3.3"
-    line = {"cell": list(part), "seconds": 1.0, "work": 0.5, "itinerary": outcome.itinerary}
+    line = {"part": list(part), "seconds": 1.0, "work": 0.5, "itinerary": outcome.itinerary}
     with path.open("a") as file:
         file.write(json.dumps(line) + "\n")
     plane = begun(path, FROM_REST)

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from capsule_sym._enclosures import margins
-from capsule_sym._enclosures.balls import ball, floats, precision, symmetric, thin
-from capsule_sym._enclosures.cells import EXACT
-from capsule_sym._enclosures.fields import SIZE, Field
-from capsule_sym._enclosures.guards import Line, Watch
-from capsule_sym._enclosures.margins import QuickWatch
+from capsule_sym._enclosures.case import EXACT
+from capsule_sym._enclosures.numbers.balls import ball, floats, precision, symmetric, thin
+from capsule_sym._enclosures.numbers.fields import SIZE, Field
+from capsule_sym._enclosures.passage import margins
+from capsule_sym._enclosures.passage.guards import Line, Watch
+from capsule_sym._enclosures.passage.margins import QuickWatch
 
 VALUES = EXACT | {"gamma": "3.3"}
 

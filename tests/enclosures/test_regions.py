@@ -15,15 +15,16 @@ import pytest
 from flint import arb_mat
 
 from capsule_sym import InvalidInput, Parameters, solve_itinerary, solve_orbit
-from capsule_sym._enclosures import cells, forms, patches
-from capsule_sym._enclosures.balls import Unproved, arb, ball, floats, largest, precision
-from capsule_sym._enclosures.cells import ALPHA, EXACT, GAMMA, Cell, attempt
-from capsule_sym._enclosures.digest import closure, digest
-from capsule_sym._enclosures.fields import Field
-from capsule_sym._enclosures.forms import Form, exponential, polynomial
-from capsule_sym._enclosures.orbits import guess_of, shooting_of
-from capsule_sym._enclosures.patches import Patch
-from capsule_sym._enclosures.regions import begun, code, prove
+from capsule_sym._enclosures.case import ALPHA, EXACT, GAMMA
+from capsule_sym._enclosures.certificates.digest import closure, digest
+from capsule_sym._enclosures.numbers import forms
+from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, largest, precision
+from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym._enclosures.numbers.forms import Form, exponential, polynomial
+from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
+from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits
+from capsule_sym._enclosures.regions.patches import Patch, attempt
+from capsule_sym._enclosures.regions.subdivision import begun, code, patch_orbits, patches, prove
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 
 REST = (0.0, 0.0, 0.0)
@@ -35,12 +36,12 @@ def bits():
         yield
 
 
-def patch_at(alpha: float, gamma: float, radii: tuple[float, float], **other: float) -> Patch:
+def patch_at(alpha: float, gamma: float, radii: tuple[float, float], **other: float) -> PatchOrbits:
     orbit = solve_orbit(Parameters(alpha=alpha, gamma=gamma, **other))
     assert orbit.success, orbit.message
     exact = {name: text for name, text in EXACT.items() if name not in other}
     shooting = shooting_of(orbit.itinerary, orbit.values, ("alpha", "gamma"), exact)
-    return Patch(shooting, guess_of(shooting, orbit), radii)
+    return PatchOrbits(shooting, guess_of(shooting, orbit), radii)
 
 
 def at(form: Form, x: float, y: float):
@@ -134,7 +135,7 @@ def test_unstable_orbits_are_not_proved_to_be_stable() -> None:
     assert unstable.itinerary.period_number == 1
     exact = {**EXACT, "zeta": "0.005"}
     shooting = shooting_of(unstable.itinerary, unstable.values, ("alpha", "gamma"), exact)
-    patch = Patch(shooting, guess_of(shooting, unstable), (1e-6, 1e-6))
+    patch = PatchOrbits(shooting, guess_of(shooting, unstable), (1e-6, 1e-6))
     patch.admissible(patch.enclose())
     with pytest.raises(Unproved, match="stability"):
         patch.prove()
@@ -147,22 +148,22 @@ def test_a_guard_that_is_negative_somewhere_is_found_in_no_part() -> None:
     beyond = solve_itinerary([0.37, *orbit.values[1:]], orbit.itinerary, list(orbit.z))
     assert beyond.success, beyond.message
     shooting = shooting_of(beyond.itinerary, beyond.values, ("alpha", "gamma"), EXACT)
-    patch = Patch(shooting, guess_of(shooting, beyond), (1e-6, 1e-6))
+    patch = PatchOrbits(shooting, guess_of(shooting, beyond), (1e-6, 1e-6))
     with pytest.raises(Unproved, match="guards"):
         patch.admissible(patch.enclose())
 
 
 def test_halves_tile_their_patch() -> None:
-    cell = Cell(5, 7, 4, 3)
+    part = Patch(5, 7, 4, 3)
     for along in (0, 1):
-        low, high = cell.halved((along,))
-        assert low.area + high.area == cell.area
+        low, high = part.halved((along,))
+        assert low.area + high.area == part.area
         (here, _), (radius, _) = (
-            (cell.middle, cell.radii)
+            (part.middle, part.radii)
             if along == 0
             else (
-                cell.middle[::-1],
-                cell.radii[::-1],
+                part.middle[::-1],
+                part.radii[::-1],
             )
         )
         for half, side in ((low, -1), (high, 1)):
@@ -173,10 +174,10 @@ def test_halves_tile_their_patch() -> None:
 
 
 def test_parts_of_several_halvings_are_a_grid() -> None:
-    parts = Cell(5, 7, 4, 3).halved((0, 1, 0))
-    assert {*parts} == {Cell(7, 28 + i, 5, 6 + k) for i, k in product(range(4), range(2))}
+    parts = Patch(5, 7, 4, 3).halved((0, 1, 0))
+    assert {*parts} == {Patch(7, 28 + i, 5, 6 + k) for i, k in product(range(4), range(2))}
     assert len(parts) == 8
-    assert sum(part.area for part in parts) == Cell(5, 7, 4, 3).area
+    assert sum(part.area for part in parts) == Patch(5, 7, 4, 3).area
 
 
 @pytest.mark.parametrize(
@@ -190,17 +191,17 @@ def test_a_patch_across_a_border_is_halved_where_its_corners_differ(
     a, g = levels
     shares = ((x - ends[0]) / (ends[1] - ends[0]) for x, ends in ((alpha, ALPHA), (gamma, GAMMA)))
     i, k = (int(share * 2**level) for share, level in zip(shares, levels, strict=True))
-    assert cells._border(Cell(a, i, g, k), REST) == along
+    assert patches._border(Patch(a, i, g, k), REST) == along
 
 
 def test_attempt_names_the_itinerary_or_how_to_halve() -> None:
-    small = Cell(9, 300, 6, 40)
+    small = Patch(9, 300, 6, 40)
     alpha, gamma = small.middle
     itinerary = attempt(small, REST).itinerary
     orbit = solve_orbit(Parameters(alpha=alpha, gamma=gamma))
     assert orbit.success, orbit.message
     assert itinerary == str(orbit.itinerary)
-    large = attempt(Cell(0, 0, 0, 0), REST)
+    large = attempt(Patch(0, 0, 0, 0), REST)
     assert large.itinerary is None
     assert large.along
     assert {*large.along} <= {0, 1}
@@ -210,28 +211,28 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     path = tmp_path / "regions.jsonl"
     fresh = begun(path)
     assert sum(-area for area, *_ in fresh.open) == pytest.approx(1.0)
-    first, second = (cell for *_, cell, _ in sorted(fresh.open)[:2])
+    first, second = (part for *_, part, _ in sorted(fresh.open)[:2])
     low, high = second.halved((1,))
     records = (
-        {"cell": first, "seconds": 1.0, "work": 0.5, "itinerary": "F5 F2"},
-        {"cell": second, "seconds": 2.0, "work": 0.5, "along": [1]},
-        {"cell": low, "seconds": 3.0, "work": 0.25, "itinerary": "F2"},
+        {"part": first, "seconds": 1.0, "work": 0.5, "itinerary": "F5 F2"},
+        {"part": second, "seconds": 2.0, "work": 0.5, "along": [1]},
+        {"part": low, "seconds": 3.0, "work": 0.25, "itinerary": "F2"},
     )
     path.write_text("".join(json.dumps(one) + "\n" for one in ({"code": code()}, *records)))
     # A kill in the middle of a line costs its patch.
     with path.open("a") as file:
-        file.write('{"cell": [5, 0, 4, 0], "wo')
+        file.write('{"part": [5, 0, 4, 0], "wo')
     again = begun(path)
     assert again.share == first.area + low.area
     assert (again.patches, again.seconds, again.work) == (2, 3.0, 1.25)
-    open_cells = {cell for *_, cell, _ in again.open}
-    assert high in open_cells
-    assert not {first, second, low} & open_cells
+    open_parts = {part for *_, part, _ in again.open}
+    assert high in open_parts
+    assert not {first, second, low} & open_parts
     total = again.share + sum(-area for area, *_ in again.open)
     assert total == pytest.approx(1.0)
     assert prove(path, 1e-9).share == again.share
     assert [json.loads(line) for line in path.read_text().splitlines()[1:]] == [
-        {**one, "cell": list(one["cell"])} for one in records
+        {**one, "part": list(one["part"])} for one in records
     ]
 
 
@@ -239,17 +240,17 @@ def test_a_run_goes_on_where_its_file_ends(tmp_path: Path) -> None:
     "lines",
     [
         ['{"certificates": []}'],
-        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0}'],
-        ['{"code": "CODE"}', '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "along": [2]}'],
+        ['{"code": "CODE"}', '{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0}'],
+        ['{"code": "CODE"}', '{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "along": [2]}'],
         [
             '{"code": "CODE"}',
-            '{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": ""}',
+            '{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": ""}',
         ],
         [
             '{"code": "CODE"}',
-            '{"cell": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}',
+            '{"part": [5, 0.5, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}',
         ],
-        ['{"cell": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}'],
+        ['{"part": [5, 0, 4, 0], "seconds": 1.0, "work": 1.0, "itinerary": "F2"}'],
     ],
 )
 def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -> None:
@@ -261,9 +262,10 @@ def test_a_file_of_something_else_is_refused(tmp_path: Path, lines: list[str]) -
 
 def test_the_digest_covers_all_that_proves() -> None:
     graph = grimp.build_graph("capsule_sym")
-    below = graph.find_upstream_modules(patches.__name__) | {patches.__name__}
-    home = patches.__name__.rpartition(".")[0] + "."
-    assert {one.__name__ for one in closure(patches)} == {one for one in below if home in one}
+    name = patch_orbits.__name__
+    below = graph.find_upstream_modules(name) | {name}
+    home = name.rsplit(".", 2)[0] + "."
+    assert {one.__name__ for one in closure(patch_orbits)} == {one for one in below if home in one}
 
 
 def test_a_digest_is_of_what_is_said_not_where(tmp_path: Path) -> None:
@@ -297,7 +299,7 @@ def test_what_other_code_proved_is_not_gone_on_from(tmp_path: Path) -> None:
 def test_the_smallest_patches_overlap_too() -> None:
     level = 30
     for place in (1, 12345, 2**level - 3):
-        here, there = Cell(level, place, 0, 0), Cell(level, place + 1, 0, 0)
+        here, there = Patch(level, place, 0, 0), Patch(level, place + 1, 0, 0)
         end = Fraction(here.middle[0]) + Fraction(here.radii[0])
         exact = Fraction(ALPHA[0]) + Fraction(place + 1, 2**level) * (
             Fraction(ALPHA[1]) - Fraction(ALPHA[0])

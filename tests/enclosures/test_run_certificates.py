@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from capsule_sym import Parameters, certify_run, simulate
 from capsule_sym._cli import group
-from capsule_sym._enclosures.balls import Unproved
+from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._native import watch
 from tests.enclosures.certified import digits_changed, rejected
 

@@ -15,8 +15,8 @@ from capsule_sym import (
     floquet_multipliers,
     solve_itinerary,
 )
-from capsule_sym._enclosures.balls import precision
-from capsule_sym._enclosures.events import prove_event
+from capsule_sym._enclosures.numbers.balls import precision
+from capsule_sym._enclosures.orbits.events import prove_event
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.events import CORNER

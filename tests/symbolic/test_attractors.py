@@ -7,13 +7,21 @@ from fractions import Fraction
 import pytest
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._enclosures import attraction
-from capsule_sym._enclosures.attraction import tendency
-from capsule_sym._enclosures.balls import Matrix, Unproved, arb, ball, matrix, precision, symmetric
-from capsule_sym._enclosures.fields import Field
-from capsule_sym._enclosures.guards import Watch
-from capsule_sym._enclosures.passage import BALLS, Interval, Passage, Step, hull
-from capsule_sym._enclosures.runs import steps_of
+from capsule_sym._enclosures.numbers.balls import (
+    Matrix,
+    Unproved,
+    arb,
+    ball,
+    matrix,
+    precision,
+    symmetric,
+)
+from capsule_sym._enclosures.numbers.fields import Field
+from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.runs import steps_of
+from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step, hull
+from capsule_sym._enclosures.regions import attraction
+from capsule_sym._enclosures.regions.attraction import tendency
 from capsule_sym._paper import events, read
 from capsule_sym._study.casestudy import printed_map
 from capsule_sym._symbolic.model.elimination import Undecided

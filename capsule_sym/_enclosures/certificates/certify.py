@@ -1,0 +1,202 @@
+"""Certificates: what was proved of an orbit or a bifurcation, for `checker` to accept or reject.
+
+Every number is written with so many digits that it is right within 0.2 units of the last one; the
+checker lets it stand for all within 0.3 units. So each digit counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from capsule_sym._enclosures.numbers.balls import (
+    Matrix,
+    Unproved,
+    arb,
+    ball,
+    decimal,
+    precision,
+)
+from capsule_sym._enclosures.orbits.events import Event, prove_event
+from capsule_sym._enclosures.orbits.krawczyk import Tube
+from capsule_sym._enclosures.orbits.proof import guess_of, prove, shooting_of
+from capsule_sym._enclosures.passage.runs import enclose_run, exactly
+from capsule_sym._map import Trajectory
+from capsule_sym._map.checks import checked_seconds
+from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.curves import CurvePoint
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit
+
+_BITS, _BITS_A_SEGMENT = 256, 4
+
+
+def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[str, Any]:
+    shooting, hull = tube.shooting, tube.hull()
+    states = [_told(node.state) for node in tube.wide.nodes]
+    return {
+        "fields": list(shooting.itinerary.fields),
+        "periods": shooting.itinerary.period_number,
+        "parameters": dict(parameters),
+        "angle": decimal(hull[shooting.angle]),
+        "durations": [decimal(hull[at]) for at in shooting.durations],
+        "states": states,
+        "stable": stable,
+    }
+
+
+def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """A certificate of an orbit: existence, uniqueness, itinerary, and stability if it is stable.
+
+    The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
+    with the step that failed.
+    """
+    parameters = {
+        name: (exact or {}).get(name, exactly(value))
+        for name, value in zip(PARAMETERS, orbit.values, strict=True)
+    }
+    with precision(_BITS):
+        shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
+        guess = guess_of(shooting, orbit)
+        try:
+            tube, stable = prove(shooting, guess, {}).tube, True
+        except Unproved as error:
+            if error.step != "stability":
+                raise
+            tube, stable = prove(shooting, guess, {}, stable=False).tube, False
+        return {"kind": "orbit", **_written(tube, parameters, stable)}
+
+
+def certify_bifurcation(
+    found: Bifurcation | CurvePoint, exact: Mapping[str, str] | None = None
+) -> tuple[dict[str, Any], Event]:
+    """A certificate of a bifurcation at which a segment has the duration 0, and what was proved.
+
+    Of a point of a curve alpha is solved for, the other parameters are those of the point. Raises
+    Unproved with the step that failed, and for a smooth bifurcation.
+    """
+    if found.segment is None:
+        raise Unproved("type", f"{_named(found)} has no segment of duration 0")
+    free = found.parameter if isinstance(found, Bifurcation) else "alpha"
+    if free != "alpha":
+        raise Unproved("certificate", "the checker solves for alpha only")
+    orbit = found.orbit
+    parameters = {
+        name: (exact or {}).get(name, exactly(value))
+        for name, value in zip(PARAMETERS, orbit.values, strict=True)
+    }
+    with precision(_BITS):
+        flows, z = orbit.system.flows, orbit.z
+        event = prove_event(
+            orbit.itinerary, flows, z, orbit.values, (found.segment,), (free,), parameters
+        )
+        written = _written(event.tube, parameters, stable=False)
+        del written["parameters"][free]
+        values = {name: decimal(value) for name, value in event.values.items()}
+        return {
+            "kind": "bifurcation",
+            # Beside what the checker proves: these follow from the segments next to that of
+            # duration 0.
+            "about": {
+                "type": event.type,
+                "line": event.line,
+                "order": event.order,
+                "coefficient": event.coefficient and decimal(event.coefficient),
+                "multipliers": [
+                    {"trace": one.trace.str(30), "minors": one.minors.str(30)}
+                    for one in event.multipliers
+                ],
+            },
+            **written,
+            "free": values,
+            "still": [found.segment],
+        }, event
+
+
+def certify_run(
+    trajectory: Trajectory,
+    exact: Mapping[str, str] | None = None,
+    *,
+    max_seconds: float = math.inf,
+) -> dict[str, Any]:
+    """A certificate of a run to the end of a period: itinerary, switches, and where it ends.
+
+    Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
+    Raises Unproved with the segment that is not what comes next, and after `max_seconds`.
+    """
+    passage = None
+    with Watch(checked_seconds(max_seconds)):
+        passage = enclose_run(trajectory, exact)
+    if passage is None:
+        raise Unproved("certificate", "the time was over before every switch was proved")
+    segments, (begin, start) = trajectory.segments, trajectory.origin
+    if segments[-1].end.phase != 0:
+        raise Unproved("certificate", "the run does not end with a period")
+    parameters = {
+        name: (exact or {}).get(name, exactly(value))
+        for name, value in trajectory.parameters.to_dict().items()
+    }
+    angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
+    with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
+        periods = int(segments[-1].end.period - begin.period)
+        total = (2 * periods * arb.pi() - ball(angle)) / ball(parameters["omega"])
+        instants = [arb(0), *passage.times, total]
+        return {
+            "kind": "run",
+            "fields": [one.field for one in segments],
+            "periods": periods,
+            "parameters": parameters,
+            "angle": _decimal_of(angle),
+            "durations": [decimal(h - g) for g, h in pairwise(instants)],
+            "states": [[exactly(x) for x in start], *map(_told, passage.states[1:-1])],
+            "end": _told(passage.state),
+            "stable": False,
+        }
+
+
+def _told(state: Matrix) -> list[str]:
+    return [decimal(state[row, 0]) for row in range(3)]
+
+
+def _decimal_of(value: Fraction) -> str:
+    """A fraction that is a decimal, as one."""
+    places = next(k for k in range(2000) if 10**k % value.denominator == 0)
+    return format(Decimal(value.numerator * 10**places // value.denominator).scaleb(-places), "f")
+
+
+Certified = Orbit | Bifurcation | CurvePoint | Trajectory
+
+
+def _named(one: Certified) -> str:
+    if isinstance(one, Orbit):
+        return str(one.itinerary)
+    if isinstance(one, Trajectory):
+        return "the run"
+    if isinstance(one, CurvePoint):
+        return f"the point {', '.join(map(repr, one.values))} of a curve"
+    return f"{one.type} {one.value!r}"
+
+
+def certificates(
+    found: Iterable[Certified], limit: Watch
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates of orbits, bifurcations and runs, and why any of them is missing."""
+    proved, failed = [], []
+    for one in found:
+        try:
+            if limit.over:
+                raise Unproved("certificate", "the time was over")
+            if isinstance(one, Orbit):
+                proved.append(certify_orbit(one))
+            elif isinstance(one, Trajectory):
+                proved.append(certify_run(one, max_seconds=limit.left))
+            else:
+                proved.append(certify_bifurcation(one)[0])
+        except Unproved as error:
+            failed.append(f"{_named(one)}: {error}")
+    return proved, failed

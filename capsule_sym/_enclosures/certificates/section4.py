@@ -1,0 +1,128 @@
+"""Section 4 of the paper proved in balls, and what share of it: the record of `enclose`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from capsule_sym._enclosures.case import EXACT
+from capsule_sym._enclosures.certificates.certify import certify_bifurcation, certify_orbit
+from capsule_sym._enclosures.numbers.balls import Unproved, ball, decimal, precision
+from capsule_sym._enclosures.orbits.branches import Box
+from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.orbits.intervals import Regime, approximate, regimes, threshold
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
+from capsule_sym._paper import panels, read
+from capsule_sym._parameters import Parameters
+
+FIRST, LAST = Fraction(1, 1000), Fraction(2)
+
+
+@dataclass(frozen=True)
+class Section:
+    """What is proved at one mass ratio: bifurcations, intervals between them, what is left over.
+
+    `failed` says why it is not everything; empty if it is.
+    """
+
+    gamma: str
+    events: tuple[Event, ...]
+    regimes: tuple[Regime, ...]
+    failed: str
+
+    @property
+    def unproved(self) -> float:
+        """A bound on the length of alpha in [0.001, 2] that is not proved."""
+        with precision(128):
+            covered = sum((one.high - one.low for one in self.regimes), ball(0))
+            return float((ball(LAST) - ball(FIRST) - covered).upper())
+
+
+def prove_section(
+    gamma: str,
+    *,
+    intervals: bool = True,
+    report: Callable[[Box], object] = lambda box: None,
+) -> Section:
+    """Every bifurcation of Section 4 at a mass ratio and, unless told not to, every interval."""
+    exact = EXACT | {"gamma": gamma}
+    found, start = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
+    events: list[Event] = []
+    proved: list[Regime] = []
+    try:
+        events.extend(threshold(one, exact) for one in found)
+        if intervals:
+            with precision(128):
+                first, last = ball(FIRST), ball(LAST)
+            proved.extend(regimes(events, start, exact, first, last, report))
+    except Unproved as error:
+        return Section(gamma, tuple(events), tuple(proved), str(error))
+    return Section(gamma, tuple(events), tuple(proved), "")
+
+
+def certified(gamma: str) -> tuple[list[dict[str, Any]], list[str]]:
+    """Certificates at a mass ratio: all bifurcations, and the orbits of Fig. 7's amplitudes.
+
+    Beside them is why any of them is missing.
+    """
+    exact = EXACT | {"gamma": gamma}
+    found, _ = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
+    orbits = [
+        solve_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
+        for alpha in panels(read()).values()
+    ]
+    kept, missing = [], []
+    every: tuple[Bifurcation | Orbit, ...] = (*found, *orbits)
+    for one in every:
+        try:
+            if isinstance(one, Bifurcation):
+                kept.append(certify_bifurcation(one, exact)[0])
+            elif one.success:
+                kept.append(certify_orbit(one, exact))
+            else:
+                missing.append(one.message)
+        except Unproved as error:
+            missing.append(str(error))
+    return kept, missing
+
+
+def record(section: Section) -> dict[str, Any]:
+    """A section as plain data: numbers of bifurcations are decimals right to their last digit."""
+    thresholds = []
+    for event in section.events:
+        value = event.values["alpha"]
+        with precision(320):
+            text = decimal(value)
+            coefficient = None if event.coefficient is None else decimal(event.coefficient)
+        thresholds.append(
+            {
+                "type": event.type,
+                "line": event.line,
+                "order": event.order,
+                "alpha": text,
+                "radius": float(value.rad()),
+                "coefficient": coefficient,
+                "multipliers": [
+                    {"trace": float(c.trace), "minors": float(c.minors)} for c in event.multipliers
+                ],
+            }
+        )
+    return {
+        "gamma": section.gamma,
+        "thresholds": thresholds,
+        "intervals": [
+            {
+                "itinerary": list(one.itinerary.names),
+                "from": float(one.low),
+                "to": float(one.high),
+                "boxes": one.boxes,
+            }
+            for one in section.regimes
+        ],
+        "unproved": section.unproved,
+        "failed": section.failed,
+    }

@@ -1,0 +1,134 @@
+"""Balls (midpoint and radius) of python-flint, every operation of which encloses the exact result.
+
+A comparison of balls that is true is a proof; one that is not says nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from contextlib import AbstractContextManager
+from fractions import Fraction
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._errors import CapsuleError, NotInstalled
+
+try:
+    from flint import arb as arb
+    from flint import arb_mat, ctx
+except ModuleNotFoundError as error:  # pragma: no cover - the extra is part of `dev`
+    raise NotInstalled(error, "proof") from error
+
+Ball: TypeAlias = Any
+"""A ball of real numbers, `flint.arb`."""
+Matrix: TypeAlias = Any
+"""A matrix of balls, `flint.arb_mat`."""
+
+
+_LEAST, _MOST = 30, 56  # decimals that are written
+
+
+class Unproved(CapsuleError, ArithmeticError):
+    """A step of a proof that does not succeed; the statement may still hold.
+
+    `step` names it: existence, guards, stability, regularity, gluing, first switch.
+    """
+
+    def __init__(self, step: str, detail: str) -> None:
+        super().__init__(step, detail)
+        self.step, self.detail = step, detail
+
+    def __str__(self) -> str:
+        return f"{self.step}: {self.detail}"
+
+
+def precision(bits: int) -> AbstractContextManager[Any]:
+    """Context in which every new ball has so many bits."""
+    return ctx.workprec(bits)
+
+
+def bits() -> int:
+    """The bits of new balls."""
+    return int(ctx.prec)
+
+
+def ball(value: Any, radius: Any = 0) -> Ball:
+    """A ball around a number: exact for int and float, within rounding for a decimal or fraction.
+
+    mpmath's numbers are taken exactly.
+    """
+    if isinstance(value, Fraction):
+        found = arb(value.numerator) / value.denominator
+    elif hasattr(value, "_mpf_"):
+        sign, mantissa, exponent, _ = value._mpf_
+        found = (-1) ** sign * arb(int(mantissa)) * arb(2) ** int(exponent)
+    else:
+        found = arb(value)
+    return found + arb(0, radius) if radius else found
+
+
+def column(values: Sequence[Any]) -> Matrix:
+    """A column of balls."""
+    return arb_mat(len(values), 1, list(values))
+
+
+def matrix(rows: int, columns: int, entries: Iterable[tuple[int, int, Any]] = ()) -> Matrix:
+    """A matrix with the given entries, as (row, column, value), and 0 elsewhere."""
+    found = arb_mat(rows, columns)
+    for i, j, value in entries:
+        found[i, j] = value
+    return found
+
+
+def unit(rows: int, columns: int | None = None) -> Matrix:
+    """The unit matrix, or its first rows or columns."""
+    columns = rows if columns is None else columns
+    return matrix(rows, columns, ((i, i, 1) for i in range(min(rows, columns))))
+
+
+def floats(found: Matrix) -> NDArray[np.float64]:
+    """Midpoints of a matrix, rounded."""
+    return np.array([[float(x) for x in row] for row in found.mid().tolist()])
+
+
+def thin(values: NDArray[np.float64]) -> Matrix:
+    """A matrix of exact balls."""
+    return arb_mat(values.tolist())
+
+
+def symmetric(radius: Any) -> Ball:
+    """The ball about 0 with a radius."""
+    return arb(0, radius)
+
+
+def upper(value: Ball) -> float:
+    """A float that is not less than any |x| in the ball."""
+    return float(np.nextafter(float(value.abs_upper()), np.inf))
+
+
+def spread(value: Ball) -> float:
+    """A float that is not less than the ball's radius."""
+    return float(np.nextafter(float(value.rad()), np.inf))
+
+
+def largest(found: Matrix) -> float:
+    """A float that is not less than the largest row sum of absolute values."""
+    return greatest(sum((abs(x) for x in row), arb(0)) for row in found.tolist())
+
+
+def greatest(values: Iterable[Ball]) -> float:
+    """A float that is not less than any |x| in any of the balls; NaN where one knows nothing."""
+    return float(np.max([0.0, *map(upper, values)]))
+
+
+def decimal(value: Ball) -> str:
+    """A decimal within 0.2 units of its last digit of every number in a narrow ball."""
+    for places in range(_LEAST, _MOST):
+        scaled = value * arb(10) ** places
+        whole = (scaled + arb("0.5")).floor().unique_fmpz()
+        if whole is not None and abs(scaled - whole) < arb("0.2"):
+            digits = str(abs(int(whole))).rjust(places + 1, "0")
+            return f"{'-' if int(whole) < 0 else ''}{digits[:-places]}.{digits[-places:]}"
+    raise Unproved("certificate", "the enclosure is too wide to be written")

@@ -1,0 +1,1 @@
+"""Periodic orbits proved: their equations, tubes of solutions, bifurcations, branches."""

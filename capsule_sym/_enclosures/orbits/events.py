@@ -1,0 +1,204 @@
+"""A bifurcation at which a segment has duration 0: existence, type, line and nondegeneracy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb
+from capsule_sym._enclosures.numbers.fields import V, X
+from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
+from capsule_sym._enclosures.orbits.proof import (
+    guess_at,
+    held,
+    prove_admissible,
+    restarted,
+    shooting_of,
+)
+from capsule_sym._enclosures.orbits.shooting import Shooting
+from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
+from capsule_sym._enclosures.orbits.unfolding import growth
+from capsule_sym._enclosures.passage.switches import known
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.continuation.events import (
+    ADDING,
+    CORNER,
+    CROSSING,
+    GRAZING,
+    GRAZING_SLIDING,
+    SWITCHING,
+)
+from capsule_sym._orbits.shooting.changes import around, swap_segment
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+
+NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
+
+
+@dataclass(frozen=True)
+class Event:
+    """A bifurcation that is proved to be there, alone in its tube.
+
+    `values` are balls around the parameters that were solved for. `order` is that of the contact:
+    2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
+    a switch. `other` is the tube of the itinerary on the other side around the same orbit, at which
+    the equations are regular, and `multipliers` the characteristic polynomials on both sides.
+    `coefficient` is that of `unfolding`, for one segment: the parameter moves by coefficient times
+    duration^order as the segment grows.
+    """
+
+    type: str
+    line: str
+    order: int
+    values: dict[str, Ball]
+    segments: tuple[int, ...]
+    tube: Tube
+    other: Tube | None
+    multipliers: tuple[Characteristic, ...]
+    coefficient: Ball | None
+
+
+def place(tube: Tube, segment: int) -> tuple[str, str, int]:
+    """Type, line and order of contact of the event at a segment of duration 0, proved."""
+    itinerary = tube.shooting.itinerary
+    before, during, after = around(itinerary, segment)
+    there = known(itinerary, segment, (segment,))
+    state = tube.wide.nodes[segment].state
+    if contact(before) != contact(after):
+        return CORNER, _corner(tube, segment), 1
+    if contact(during) != contact(before):
+        return GRAZING, "L9", 2
+    kind, order = _sliding(drift(before), drift(during), drift(after))
+    line = f"L{(1 if there.side > 0 else 2) + 2 * contact(during)}"
+    given = tube.shooting.parameters(tube.hull())
+    turn = 2 * given["zeta"] * given["f_b"] * there.side
+    reach = 2 * given["zeta"] * given["alpha"]
+    stiff = 1 + (given["beta"] if contact(during) else 0)
+    speed = stiff * state[V, 0]
+    part = 1 if speed < turn - reach else 3 if speed > turn + reach else 2
+    if part == 2 and not (turn - reach < speed and speed < turn + reach):
+        raise Unproved("line", f"the part of {line} is open")
+    return kind, f"{line}^({part})", order
+
+
+def _sliding(before: int, during: int, after: int) -> tuple[str, int]:
+    if before == after:
+        return (GRAZING_SLIDING if before else ADDING), 2
+    if during == 0 and after == -before:
+        return CROSSING, 1
+    if during == -before and after == 0:
+        return SWITCHING, 1
+    raise Unproved("type", f"drifts {before}, {during}, {after} have no name")
+
+
+def _corner(tube: Tube, segment: int) -> str:
+    itinerary, state = tube.shooting.itinerary, tube.wide.nodes[segment].state
+    guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+    if Guard.UPPER in guards:
+        return "O1"
+    if Guard.LOWER in guards:
+        return "O2"
+    given = tube.shooting.parameters(tube.hull())
+    v, force = state[V, 0], state[X, 0] + 2 * given["zeta"] * state[V, 0]
+    bound = given["f_b"]
+    found = {
+        "L6": v > 0 and abs(force) < bound,
+        "L5": v > 0 and force > bound,
+        "L7": v < 0 and abs(force) < bound,
+        "L8": v < 0 and force < -bound,
+        "L10": v < 0 and force > bound,
+    }
+    names = [name for name, holds in found.items() if holds]
+    if not names:
+        raise Unproved("line", "on which line the corner lies is open")
+    return names[0]
+
+
+def prove_event(
+    itinerary: Itinerary,
+    flows: Sequence[Any],
+    z: Iterable[Any],
+    values: Sequence[Any],
+    segments: Sequence[int],
+    free: Sequence[str],
+    exact: Mapping[str, Any] | None = None,
+) -> Event:
+    """The bifurcation near an orbit on which `segments` have the duration 0, `free` solved for.
+
+    Existence and uniqueness by Krawczyk's method, every other guard positive along every other
+    segment, the order of contact by what is left of the guards when their known zeros are divided
+    out, and the equations of the itinerary without the segment regular. Raises Unproved with the
+    step that failed.
+    """
+    shooting = shooting_of(itinerary, values, free, exact)
+    guess = guess_at(shooting, flows, z, values)
+    given = {shooting.durations[segment]: 0.0 for segment in segments}
+    for at in given:
+        guess[at] = arb(0)
+    tube = enclose(shooting, guess, given)
+    prove_admissible(tube, still=tuple(segments))
+    kinds = [place(tube, segment) for segment in segments]
+    other = None if len(segments) > 1 else _other(tube, segments[0])
+    sides = (tube,) if other is None else (tube, other)
+    hull, order = tube.hull(), max(order for _, _, order in kinds)
+    return Event(
+        " and ".join(kind for kind, _, _ in kinds),
+        " and ".join(line for _, line, _ in kinds),
+        order,
+        {name: hull[shooting.parameter(name)] for name in free},
+        tuple(segments),
+        tube,
+        other,
+        tuple(characteristic(monodromy(side.wide)) for side in sides),
+        None if len(segments) > 1 else growth(tube, segments[0], order, free[0]),
+    )
+
+
+def beyond(tube: Tube, segment: int) -> tuple[Shooting, list[Ball], list[int]]:
+    """The equations of the other side's itinerary, the event's columns for them, and its segments.
+
+    That is the itinerary without the segment; at a corner that in which contact and drift change in
+    the other order. The segments are told by their places in the event's itinerary.
+    """
+    shooting = tube.shooting
+    itinerary, hull = shooting.itinerary, tube.hull()
+    n, nodes = len(itinerary), tube.wide.nodes
+    durations = [hull[at] for at in shooting.durations]
+    before, _, after = around(itinerary, segment)
+    exchange = swap_segment(itinerary, np.zeros(n + 4), segment)
+    kept, fields = list(range(n)), list(itinerary.fields)
+    if exchange is not None:
+        fields = list(exchange.itinerary.fields)
+    else:
+        gone = {segment}
+        if before == after:
+            gone.add((segment + 1) % n)
+            if n > 2:
+                durations[segment - 1] += durations[(segment + 1) % n]
+        kept = [k for k in range(n) if k not in gone] or [(segment + 1) % n]
+    given = shooting.parameters(hull)
+    less = Shooting(
+        Itinerary.of([fields[k] for k in kept], itinerary.period_number),
+        [given[name] for name in PARAMETERS],
+        shooting.varied,
+    )
+    return less, restarted(shooting, hull, nodes, less, kept, durations), kept
+
+
+def _other(tube: Tube, segment: int) -> Tube:
+    """The equations on the other side, proved regular around the event's orbit."""
+    less, columns, _ = beyond(tube, segment)
+    radii = {at: NEAR for at in range(less.unknowns, less.columns)}
+    try:
+        found = enclose(less, columns, {**held(less), **radii})
+    except Unproved as error:
+        raise Unproved("regularity", f"on the other side, {error.detail}") from error
+    if less.itinerary.segments[0].guard is None:
+        # Nothing switches, so that any start on the orbit serves: compare at the tube's angle.
+        columns[less.angle] = found.centre[less.angle]
+    if not found.holds(columns):
+        raise Unproved("regularity", "the event's orbit is not seen to be that of the other side")
+    return found

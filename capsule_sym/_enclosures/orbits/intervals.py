@@ -1,0 +1,232 @@
+"""Section 4 whole: every bifurcation on a branch over alpha, and every interval between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, ball, precision
+from capsule_sym._enclosures.orbits.branches import Box, march
+from capsule_sym._enclosures.orbits.events import Event, prove_event
+from capsule_sym._enclosures.orbits.krawczyk import enclose
+from capsule_sym._enclosures.orbits.proof import guess_of, held, shooting_of, turned
+from capsule_sym._enclosures.orbits.shooting import Shooting
+from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.continuation import continue_orbit
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
+from capsule_sym._parameters import Parameters
+
+THRESHOLD_BITS, BRANCH_BITS = 320, 128
+GAP = 6e-13  # radius of the balls around bifurcations that are left out
+_NEAR = 0.05  # distance from a touch within which the segment's duration is the parameter
+_SHARE = 0.4  # of an interval, at most
+
+
+@dataclass(frozen=True)
+class Regime:
+    """An open interval of alpha between two bifurcations, all of it proved but for the gaps.
+
+    `low` and `high` are the least and largest alpha proved, `boxes` how many boxes it took.
+    """
+
+    itinerary: Itinerary
+    low: Ball
+    high: Ball
+    boxes: int
+
+
+def approximate(
+    parameters: Parameters, first: float, last: float
+) -> tuple[tuple[Bifurcation, ...], Orbit]:
+    """The bifurcations between two amplitudes, in double precision, and the orbit at the first."""
+    start = solve_orbit(parameters.replace(alpha=first))
+    if not start.success:
+        raise Unproved("search", start.message)
+    branch = continue_orbit(start, "alpha", last)
+    return branch.bifurcations, start
+
+
+def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
+    """A bifurcation with a segment of duration 0, proved; raises Unproved."""
+    if found.segment is None:
+        raise Unproved("type", f"a {found.type} has no segment of duration 0")
+    orbit = found.orbit
+    with precision(THRESHOLD_BITS):
+        return prove_event(
+            orbit.itinerary,
+            orbit.system.flows,
+            orbit.z,
+            orbit.values,
+            (found.segment,),
+            (found.parameter,),
+            exact,
+        )
+
+
+@dataclass(frozen=True)
+class _End:
+    """One end of an interval: the orbit there, and the segment inserted like a square root."""
+
+    shooting: Shooting
+    columns: list[Ball]
+    value: Ball
+    segment: int | None
+    gap: float
+
+
+def _ends(event: Event) -> tuple[_End, _End]:
+    """Both sides of a bifurcation: the itinerary with the inserted segment, and the other one."""
+    assert event.other is not None
+    value = event.values["alpha"]
+    zero_segment = event.segments[0] if event.order == 2 else None
+    with_segment = _End(event.tube.shooting, event.tube.hull(), value, zero_segment, GAP)
+    return with_segment, _End(event.other.shooting, list(event.other.centre), value, None, GAP)
+
+
+def _rotated(end: _End, itinerary: Itinerary) -> _End | None:
+    """The same end for a rotation of its itinerary; None if this itinerary is none."""
+    n, own = len(itinerary), end.shooting.itinerary
+    shifts = [k for k in range(n) if len(own) == n and own.rotated(k).fields == itinerary.fields]
+    if not shifts:
+        return None
+    if n == 1:
+        return end
+    shooting, columns = turned(end.shooting, end.columns, itinerary)
+    segment = None if end.segment is None else (end.segment - shifts[0]) % n
+    return replace(end, shooting=shooting, columns=columns, segment=segment)
+
+
+def _thin(shooting: Shooting, columns: Sequence[Ball], given: Mapping[int, float]) -> list[Ball]:
+    return enclose(shooting, columns, {**held(shooting), **given}).hull()
+
+
+def _birth(end: _End, sign: int, length: float) -> tuple[int, float, float]:
+    """Column, first and last duration of the inserted segment, as the parameter next to an end."""
+    assert end.segment is not None
+    shooting = end.shooting
+    column, alpha = shooting.durations[end.segment], shooting.parameter("alpha")
+
+    there = list(end.columns)
+
+    def distance(h: float) -> float:
+        nonlocal there
+        there[column] = arb(h)
+        there = _thin(shooting, there, {column: 0.0})
+        return float((sign * (there[alpha] - end.value)).mid())
+
+    least = math.sqrt(end.gap)
+    for _ in range(3):
+        least *= (0.5 * end.gap / distance(least)) ** 0.5
+    most, reached = least, 0.5 * end.gap
+    while reached < min(_NEAR, _SHARE * length):
+        ahead = distance(1.3 * most)
+        if ahead < reached:  # the branch turns back: alpha is no function of the duration
+            break
+        most, reached = 1.3 * most, ahead
+    return column, least, most
+
+
+def regime(
+    low: _End,
+    high: _End,
+    report: Callable[[Box], object] = lambda box: None,
+) -> Regime:
+    """Every orbit of one itinerary between two ends, glued from box to box; raises Unproved."""
+    watch, shooting = Watch(), low.shooting
+    length = float((high.value - low.value).mid())
+    alpha = shooting.parameter("alpha")
+    latest: Box | None = None
+    count = 0
+    columns = list(low.columns)
+    first: Ball | None = None
+    begin = float((low.value + low.gap).mid())
+    if not low.gap:
+        begin = float(np.nextafter(begin, 0.0))
+
+    def go(boxes: Iterator[Box]) -> None:
+        nonlocal latest, count
+        for box in boxes:
+            report(box)
+            count, latest = count + 1, box
+
+    if low.segment is not None:
+        column, least, most = _birth(low, 1, length)
+        columns[column] = arb(least)
+        go(march(shooting, columns, column, least, most, step=0.2 * least, watch=watch))
+        assert latest is not None
+        first = _at(shooting, low.columns, column, least)[alpha]
+        columns = latest.at(1)
+        columns[column] = arb(most)
+        columns = _thin(shooting, columns, {column: 0.0})
+        begin = float(np.nextafter(float(columns[alpha].lower()), 0.0))
+    goal = float((high.value - high.gap).mid())
+    if not high.gap:
+        goal = float(np.nextafter(goal, np.inf))
+    if high.segment is not None:
+        column, least, most = _birth(high, -1, length)
+        goal = float(_at(shooting, high.columns, column, most)[alpha].mid())
+    step = 0.1 * low.gap if low.segment is None and low.gap else 1e-4
+    go(march(shooting, columns, alpha, begin, goal, step=step, watch=watch, before=latest))
+    assert latest is not None
+    if high.segment is not None:
+        meeting = latest.at(1)
+        meeting[alpha] = arb(goal)
+        exact = _thin(shooting, meeting, {alpha: 0.0})
+        most = float(exact[column].upper()) * (1 + 1e-15)
+        go(
+            march(
+                shooting, exact, column, most, least, step=0.05 * most, watch=watch, before=latest
+            )
+        )
+        last = _at(shooting, high.columns, column, least)[alpha]
+    else:
+        last = ball(goal)
+    if first is None:
+        first = ball(begin)
+    return Regime(shooting.itinerary, first, last, count)
+
+
+def _at(shooting: Shooting, columns: Sequence[Ball], column: int, value: float) -> list[Ball]:
+    """The orbit at one value of a column."""
+    there = list(columns)
+    there[column] = arb(value)
+    return _thin(shooting, there, {column: 0.0})
+
+
+def _outer(shooting: Shooting, columns: Sequence[Ball], value: Ball) -> _End:
+    return _End(shooting, list(columns), value, None, 0.0)
+
+
+def regimes(
+    events: Sequence[Event],
+    start: Orbit,
+    exact: Mapping[str, Any],
+    first: Ball,
+    last: Ball,
+    report: Callable[[Box], object] = lambda box: None,
+) -> Iterator[Regime]:
+    """The intervals between the bifurcations of a branch, in order; raises Unproved.
+
+    Neighbouring intervals are the two sides of one proved bifurcation.
+    """
+    with precision(BRANCH_BITS):
+        shooting = shooting_of(start.itinerary, start.values, ("alpha",), exact)
+        low = _outer(shooting, guess_of(shooting, start), first)
+        for event in events:
+            sides = _ends(event)
+            fitting = [_rotated(side, low.shooting.itinerary) for side in sides]
+            high = next((end for end in fitting if end is not None), None)
+            if high is None:
+                raise Unproved(
+                    "gluing", f"no side of {event.type} has the itinerary {low.shooting.itinerary}"
+                )
+            yield regime(low, high, report)
+            low = sides[1 - fitting.index(high)]
+        yield regime(low, _outer(low.shooting, low.columns, last), report)

@@ -1,0 +1,148 @@
+"""Columns of a found orbit, and the orbit proved: existence, itinerary, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, ball, matrix, symmetric
+from capsule_sym._enclosures.numbers.fields import SIZE
+from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
+from capsule_sym._enclosures.orbits.shooting import Node, Shooting
+from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
+from capsule_sym._enclosures.passage.guards import Watch
+from capsule_sym._enclosures.passage.switches import zeros
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit
+
+
+@dataclass(frozen=True)
+class Proved:
+    """A tube of orbits with what is proved of all of them; `characteristic` only if stable."""
+
+    tube: Tube
+    characteristic: Characteristic | None
+
+
+def columns_of(shooting: Shooting, states: Sequence[Sequence[Any]], z: Sequence[Any]) -> list[Ball]:
+    """The columns of an orbit: from its segments' start states, and forcing angle and durations."""
+    angle, *durations = z
+    found = [
+        ball(state[row]) for state, free in zip(states, shooting.free, strict=True) for row in free
+    ]
+    found += [ball(h) for h in durations] + [ball(angle)]
+    return found
+
+
+def shooting_of(
+    itinerary: Itinerary,
+    values: Sequence[Any],
+    varied: Sequence[str] = (),
+    exact: Mapping[str, Any] | None = None,
+) -> Shooting:
+    """The equations of an itinerary at parameter values; `exact` replaces some of them by name."""
+    given = [
+        ball((exact or {}).get(name, value)) for name, value in zip(PARAMETERS, values, strict=True)
+    ]
+    return Shooting(itinerary, given, varied)
+
+
+def guess_of(shooting: Shooting, orbit: Orbit) -> list[Ball]:
+    """The columns of a found orbit."""
+    return guess_at(shooting, orbit.system.flows, orbit.z, orbit.values)
+
+
+def guess_at(
+    shooting: Shooting, flows: Sequence[Any], z: Iterable[Any], values: Sequence[Any]
+) -> list[Ball]:
+    """The columns of a solution of the shooting equations at parameter values."""
+    found = columns_of(shooting, [flow.start for flow in flows], list(z)[3:])
+    named = dict(zip(PARAMETERS, values, strict=True))
+    return found + [ball(named[name]) for name in shooting.varied]
+
+
+def restarted(
+    shooting: Shooting,
+    columns: Sequence[Ball],
+    nodes: Sequence[Node],
+    other: Shooting,
+    segments: Sequence[int],
+    durations: Sequence[Ball],
+) -> list[Ball]:
+    """The columns of the orbit for equations whose segments begin where `segments` of these do."""
+    given = shooting.parameters(columns)
+    elapsed = sum((columns[at] for at in shooting.durations[: segments[0]]), arb(0))
+    states = [[nodes[k].state[row, 0] for row in range(3)] for k in segments]
+    angle = columns[shooting.angle] + given["omega"] * elapsed
+    found = columns_of(other, states, [angle, *(durations[k] for k in segments)])
+    return found + list(columns[shooting.unknowns :])
+
+
+def turned(
+    shooting: Shooting, columns: Sequence[Ball], itinerary: Itinerary
+) -> tuple[Shooting, list[Ball]]:
+    """The equations and the columns of the same orbit for a rotation of its itinerary."""
+    n = len(itinerary)
+    by = next(k for k in range(n) if shooting.itinerary.rotated(k).fields == itinerary.fields)
+    given = shooting.parameters(columns)
+    other = Shooting(itinerary, [given[name] for name in PARAMETERS], shooting.varied)
+    nodes = shooting.evaluate(columns, shooting.fields(columns)).nodes
+    segments = [(by + k) % n for k in range(n)]
+    durations = [columns[at] for at in shooting.durations]
+    return other, restarted(shooting, columns, nodes, other, segments, durations)
+
+
+def held(shooting: Shooting) -> dict[int, float]:
+    """Columns that an itinerary leaves free to choose: the angle, where nothing ever switches."""
+    return {} if shooting.itinerary.segments[0].guard else {shooting.angle: 0.0}
+
+
+def affine_states(tube: Tube) -> list[Matrix]:
+    """Where the segments begin, over a tube: columns middle, directions, rest (6, k + 2)."""
+    return list(_affine(tube))
+
+
+def _affine(tube: Tube) -> Iterator[Matrix]:
+    rest = matrix(len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r))
+    count = tube.slopes.ncols()
+    for near, far in zip(tube.narrow.nodes, tube.wide.nodes, strict=True):
+        along, around = far.by * tube.slopes, far.by * rest
+        found = matrix(SIZE, count + 2)
+        for i in range(SIZE):
+            found[i, 0] = near.state[i, 0]
+            for k in range(count):
+                found[i, 1 + k] = along[i, k]
+            found[i, count + 1] = around[i, 0]
+        yield found
+
+
+def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int] = ()) -> None:
+    """Prove that every orbit of a tube goes through the fields of its itinerary and no others.
+
+    Raises Unproved with the guard and the segment. The segments `still` have the duration 0.
+    """
+    watch, states, hull = watch or Watch(), affine_states(tube), tube.hull()
+    for i, field in enumerate(tube.wide.fields):
+        if i not in still:
+            ends = states[i], states[(i + 1) % len(states)]
+            orders, name = zeros(tube.wide.itinerary, i, still), f"segment {i + 1}, F{field.index}"
+            watch.segment(field, *ends, hull[tube.shooting.durations[i]], orders, name)
+
+
+def prove(
+    shooting: Shooting,
+    guess: Sequence[Ball],
+    given: Mapping[int, float],
+    *,
+    stable: bool = True,
+    watch: Watch | None = None,
+) -> Proved:
+    """The orbits near a guess over a box of given columns, with itinerary and stability.
+
+    Raises Unproved with the step that failed.
+    """
+    tube = enclose(shooting, guess, {**held(shooting), **given})
+    prove_admissible(tube, watch)
+    return Proved(tube, prove_stable(tube.wide) if stable else None)

@@ -1,0 +1,100 @@
+"""The motion from rest at parameters that are given as decimals, and the orbit it settles on.
+
+What is told here is proved of the exact decimals; a run in double precision gives the guesses.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, precision
+from capsule_sym._enclosures.numbers.fields import V
+from capsule_sym._enclosures.orbits.krawczyk import Tube
+from capsule_sym._enclosures.orbits.proof import columns_of, prove, shooting_of
+from capsule_sym._enclosures.orbits.shooting import Shooting
+from capsule_sym._enclosures.passage.runs import enclose_run
+from capsule_sym._map import SteadyMotion, Trajectory, simulate
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._parameters import Parameters
+
+_BITS = 192
+_PERIODS, _REPEATED = 512, (1e-9, 1e-6, 1e-4)  # changes over a period, as guesses
+
+
+@dataclass(frozen=True)
+class SteadyOrbit:
+    """A stable orbit of one excitation period, proved: the fields of its segments in order of time.
+
+    `speeds` bounds v_r where each segment begins, `state` is (x_r, v_r, v_c) at omega tau = 0,
+    rounded.
+    """
+
+    fields: tuple[int, ...]
+    speeds: tuple[tuple[Fraction, Fraction], ...]
+    state: tuple[float, ...]
+
+
+def steady_orbit(values: Mapping[str, str]) -> SteadyOrbit:
+    """The stable orbit near which the motion from rest settles; raises Unproved.
+
+    `values` are the seven parameters by name, as decimals. It is not proved that the motion from
+    rest tends to it: see `attraction`.
+    """
+    run = simulate(_rounded(values), periods=_PERIODS)
+    motion = next(filter(None, map(run.steady, _REPEATED)), None)
+    if motion is None or motion.period_number != 1:
+        raise Unproved("search", "the motion from rest does not settle on one period")
+    itinerary = Itinerary.of_motion(motion)
+    with precision(_BITS):
+        shooting = shooting_of(itinerary, [values[name] for name in PARAMETERS])
+        tube = prove(shooting, guess_of_run(shooting, run, motion), {}).tube
+        speeds = tuple(_bounds(node.state[V, 0]) for node in tube.wide.nodes)
+        return SteadyOrbit(itinerary.fields, speeds, _at_crest(tube))
+
+
+def guess_of_run(shooting: Shooting, run: Trajectory, motion: SteadyMotion) -> list[Ball]:
+    """The unknowns of a motion that a run has settled on, without what varies."""
+    omega = run.parameters.omega
+    if len(motion.segments) == 1:
+        return columns_of(shooting, [run.final[1]], [0.0, math.tau / omega])
+    states = [segment.start_state for segment in motion.segments]
+    angle = omega * float(motion.segments[0].start.phase)
+    return columns_of(shooting, states, [angle, *(one.duration for one in motion.segments)])
+
+
+def first_fields(values: Mapping[str, str]) -> tuple[int, ...]:
+    """The fields of the motion from (0, 0, 0) at tau = 0 within one period; raises Unproved."""
+    run = simulate(_rounded(values), periods=1)
+    enclose_run(run, values)
+    return tuple(segment.field for segment in run.segments)
+
+
+def _rounded(values: Mapping[str, str]) -> Parameters:
+    return Parameters(**{name: float(values[name]) for name in PARAMETERS})
+
+
+def _bounds(value: Ball) -> tuple[Fraction, Fraction]:
+    """Rational numbers between which a ball is."""
+    ends = (end.man_exp() for end in (value.lower(), value.upper()))
+    low, high = (Fraction(int(man)) * Fraction(2) ** int(exp) for man, exp in ends)
+    return low, high
+
+
+def _at_crest(tube: Tube) -> tuple[float, ...]:
+    """The state at the instant at which the forcing angle is a whole number of turns."""
+    shooting, hull = tube.shooting, tube.hull()
+    omega, angle = shooting.parameters(hull)["omega"], hull[shooting.angle]
+    crest = 2 * arb.pi() * math.ceil(float(angle.mid()) / math.tau)
+    for at, field, node in zip(shooting.durations, tube.wide.fields, tube.wide.nodes, strict=True):
+        ahead = (crest - angle) / omega
+        if not ahead > hull[at]:
+            state = field.flow(ahead) * node.state
+            return tuple(float(state[row, 0].mid()) for row in range(2 if field.stick else 3)) + (
+                (0.0,) if field.stick else ()
+            )
+        angle += omega * hull[at]
+    raise Unproved("search", "the orbit is shorter than a period")

@@ -1,0 +1,245 @@
+"""Every guard proved positive along a segment.
+
+On a piece of a segment a guard is its Taylor polynomial in time with a bound on the remainder; it
+is positive where the coefficients of the polynomial in Bernstein's basis are. Where a guard
+vanishes at an end of its segment by what is known exactly there, that root is divided out.
+"""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from math import ceil, comb, exp, factorial, frexp, ldexp
+
+from capsule_sym._enclosures.numbers.balls import (
+    Ball,
+    Matrix,
+    Unproved,
+    arb,
+    bits,
+    greatest,
+    matrix,
+    symmetric,
+    upper,
+)
+from capsule_sym._enclosures.numbers.fields import SIZE, Field
+from capsule_sym._enclosures.passage.switches import Orders
+
+_ORDER = 16
+_STEP_ORDER = 40
+_LONGEST = 0.8  # a piece, in units of time
+_DEEPEST = 30  # halvings of a piece
+_ANEW = 32  # pieces after which the state is computed from the segment's end: errors of steps grow
+
+
+@cache
+def _bernstein(degree: int) -> list[list[tuple[int, int]]]:
+    return [[(comb(j, k), comb(degree, k)) for k in range(j + 1)] for j in range(degree + 1)]
+
+
+@lru_cache(maxsize=4096)
+def _to_bernstein(degree: int, length: float, precision: int) -> Matrix:
+    """The matrix from the coefficients of 1, t, t^2 ... to those in Bernstein's basis."""
+    powers = [arb(length) ** k for k in range(degree + 1)]
+    rows = _bernstein(degree)
+    return matrix(
+        degree + 1,
+        degree + 1,
+        (
+            (j, k, powers[k] * over / under)
+            for j, row in enumerate(rows)
+            for k, (over, under) in enumerate(row)
+        ),
+    )
+
+
+class Line:
+    """The guards of a field forwards or backwards in time, as Taylor coefficients."""
+
+    def __init__(self, field: Field, sense: int) -> None:
+        self.index, self.sense = field.index, sense
+        self._A, self._norm = field.A * sense, field.norm
+        terms = [t * (sense**k) for k, t in enumerate(field.terms(_STEP_ORDER))]
+        self._terms = terms
+        rows = [field.guards * term for term in terms[: _ORDER + 2]]
+        self._coefficients = [
+            matrix(
+                _ORDER + 1,
+                SIZE,
+                ((k, j, rows[k][g, j]) for k in range(_ORDER + 1) for j in range(SIZE)),
+            )
+            for g in range(field.guards.nrows())
+        ]
+        self._last = [
+            [rows[_ORDER + 1][g, j] for j in range(SIZE)] for g in range(len(rows[0].tolist()))
+        ]
+        self._steps: dict[float, Matrix] = {}
+
+    def step(self, length: float) -> Matrix:
+        """The flow over a piece."""
+        if length not in self._steps:
+            total = matrix(SIZE, SIZE)
+            for term in reversed(self._terms):
+                total = total * arb(length) + term
+            size = self._norm * length
+            order = _STEP_ORDER + 1
+            tail = symmetric(arb(size) ** order / factorial(order) * (exp(size) * 1.0000001))
+            entries = ((i, j, tail) for i in range(SIZE) for j in range(SIZE))
+            self._steps[length] = total + matrix(SIZE, SIZE, entries)
+        return self._steps[length]
+
+    def polynomial(
+        self, guard: int, order: int, state: Matrix, length: float, derivative: bool = False
+    ) -> tuple[Matrix, Ball]:
+        """A guard over time^order on a piece, in Bernstein's basis (many, columns of the state).
+
+        Beside it a bound on what is neglected. With `derivative` its derivative by time.
+        """
+        found = (self._coefficients[guard] * state).tolist()[order:]
+        if derivative:
+            found = [[x * k for x in row] for k, row in enumerate(found)][1:]
+        degree = len(found) - 1
+        shaped = _to_bernstein(degree, length, bits()) * matrix(
+            degree + 1,
+            state.ncols(),
+            ((k, j, x) for k, row in enumerate(found) for j, x in enumerate(row)),
+        )
+        bounds = [sum((abs(x) for x in row), arb(0)) for row in state.tolist()]
+        most = greatest(bounds)
+        reach = sum((abs(x) for x in self._last[guard]), arb(0)) * most
+        # |y(t)| <= |y(0)| exp(norm t), and the next Taylor term takes y somewhere on the piece.
+        # Of the remainder R of g, (R/t^order)' = R'/t^order - order R/t^(order + 1).
+        grown = exp(self._norm * length) * (_ORDER + 1 + order if derivative else 1) * 1.0000001
+        power = _ORDER + 1 - order - derivative
+        return shaped, reach * grown * arb(length) ** power
+
+    def positive(
+        self,
+        guard: int,
+        order: int,
+        state: Matrix,
+        length: float,
+        sign: int = 1,
+        derivative: bool = False,
+    ) -> bool | None:
+        """Whether a guard over time^order (or its derivative) has a sign on a piece.
+
+        None where it has not at the very start, so that shorter pieces would not help.
+        """
+        shaped, rest = self.polynomial(guard, order, state, length, derivative)
+        spread = matrix(
+            state.ncols(),
+            1,
+            ((k, 0, arb(1) if k == 0 else symmetric(1)) for k in range(state.ncols())),
+        )
+        values = (shaped * spread).tolist()
+        if not sign * values[0][0] > 0:
+            return None
+        return all(sign * row[0] > rest for row in values)
+
+
+class Watch:
+    """The guards of all fields of a tube, with what is computed once for each field."""
+
+    def __init__(self) -> None:
+        self._lines: dict[tuple[int, int], tuple[Field, Line]] = {}
+
+    def line(self, field: Field, sense: int) -> Line:
+        """The guards of a field, forwards (+1) or backwards (-1)."""
+        kept = self._lines.get((field.index, sense))
+        if kept is None or kept[0] is not field:
+            kept = field, Line(field, sense)
+            self._lines[field.index, sense] = kept
+        return kept[1]
+
+    def segment(
+        self,
+        field: Field,
+        start: Matrix,
+        end: Matrix,
+        h: Ball,
+        orders: Orders,
+        name: str,
+    ) -> None:
+        """Prove every guard of a segment positive between its ends, or raise Unproved.
+
+        `start` and `end` are affine forms: columns middle, directions and rest.
+        """
+        longest = upper(h)
+        if not h > 0:
+            raise Unproved("guards", f"the duration of {name} is not proved positive")
+        first, last = orders
+        for guard, (before, after) in enumerate(zip(first, last, strict=True)):
+            if not self._guard(field, guard, before, after, start, end, longest):
+                what = _NAMES[field.stick][guard]
+                raise Unproved("guards", f"{what} is not proved positive along {name}")
+
+    def _guard(
+        self,
+        field: Field,
+        guard: int,
+        before: int,
+        after: int,
+        start: Matrix,
+        end: Matrix,
+        longest: float,
+    ) -> bool:
+        ahead = self.line(field, 1)
+        if after and longest <= _LONGEST:
+            falls = after == 1 and ahead.positive(guard, before, start, longest, -1, True)
+            if falls or (
+                before == 0 and self._pieces(field, -1, guard, after, end, longest, longest)
+            ):
+                return True
+        if not after:
+            return self._pieces(field, 1, guard, before, start, longest, longest)
+        count = max(2, ceil(longest / _LONGEST))
+        part = _dyadic(longest / count)
+        return self._pieces(field, -1, guard, after, end, part, part) and self._pieces(
+            field, 1, guard, before, start, longest - part * (1 - 1e-12), part
+        )
+
+    def _pieces(
+        self,
+        field: Field,
+        sense: int,
+        guard: int,
+        order: int,
+        state: Matrix,
+        reach: float,
+        part: float,
+    ) -> bool:
+        """Whether a guard is positive from an end of a segment on over a time `reach`."""
+        line = self.line(field, sense)
+        part = _dyadic(min(part, _LONGEST))
+        done, pieces, depth, length = 0.0, 0, 0, part
+        here = state
+        while done < reach:
+            length = min(length, _dyadic(reach - done))
+            held = line.positive(guard, order if done == 0 else 0, here, length)
+            if held is None:
+                return False
+            if held:
+                done += length
+                pieces += 1
+                anew = pieces % _ANEW == 0
+                here = field.flow(arb(sense * done)) * state if anew else line.step(length) * here
+                if depth:
+                    depth, length = depth - 1, length * 2
+                continue
+            depth += 1
+            if depth > _DEEPEST:
+                return False
+            length /= 2
+        return True
+
+
+def _dyadic(length: float) -> float:
+    """A slightly longer length with few digits, so that what is computed for it serves again."""
+    fraction, power = frexp(length)
+    return ldexp(ceil(fraction * 64) / 64, power)
+
+
+_NAMES = {
+    False: ("the gap", "the drift"),
+    True: ("the gap", "the upper force margin", "the lower force margin"),
+}

@@ -1,0 +1,346 @@
+"""States carried through given segments, every switch enclosed and proved to be the first event.
+
+A bundle is the set of G (1, s, e_1, e_2, ...): s in [-1, 1] is the place of alpha in its interval,
+and every e is in [-1, 1]. Rows are the extended state and the time since the last section. What the
+states of one alpha have in common, their switching times above all, so stays in common, where a box
+would forget it. The step from switch to switch is one; what a bundle becomes between two of them is
+the number's: in `DOUBLES` what rounding loses is another column, in `BALLS` all is one ball, with
+as many digits as are wanted of a single motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from flint import arb_mat
+from numpy.typing import NDArray
+
+from capsule_sym._enclosures.numbers.balls import (
+    Ball,
+    Matrix,
+    Unproved,
+    arb,
+    bits,
+    floats,
+    matrix,
+    precision,
+    symmetric,
+    thin,
+    unit,
+    upper,
+)
+from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, Field, U, V, W, X, generated
+from capsule_sym._enclosures.passage.margins import QuickWatch
+from capsule_sym._enclosures.passage.switches import (
+    GUARD_ROWS,
+    Known,
+    after,
+    pin,
+    saltation,
+    three,
+)
+from capsule_sym._map.expansion import Guard
+from capsule_sym._native import check_time
+
+TIME, ROWS = SIZE, SIZE + 1
+Bundle = NDArray[np.float64]
+"""Shape (7, n): the middle, the direction of alpha, and the other directions."""
+
+_MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
+_REFINEMENTS = 12
+_SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
+_UP = 1 + 1e-12
+_HEAD = unit(SIZE, ROWS)
+_FIXED: Sequence[str] = generated.PARAMETERS
+_kept: dict[Any, tuple[Mapping[int, Field], QuickWatch]] = {}
+
+
+@dataclass(frozen=True)
+class Step:
+    """A segment as guessed: its field, duration, and the guard that ends it (None: time does)."""
+
+    field: int
+    duration: float
+    guard: Guard | None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values of alpha: all within `radius` of `middle`, an exact number or a ball."""
+
+    middle: Any
+    radius: float = 0.0
+
+    @classmethod
+    def about(cls, decimal: object) -> Interval:
+        """The narrow one of doubles that holds a decimal: a double is off by half of the radius."""
+        middle = float(Fraction(str(decimal)))
+        return cls(middle, 2.0**-52 * middle)
+
+    @property
+    def hull(self) -> Ball:
+        """A ball that holds them."""
+        return arb(self.middle) + symmetric(self.radius)
+
+
+class Number(NamedTuple):
+    """What a bundle is carried in from switch to switch.
+
+    `carried` gives for a bundle of balls one that holds it, and its middle, direction of alpha and
+    rest; `bits` are those to which a switching time is refined by Newton's method, half of them by
+    its last step.
+    """
+
+    carried: Callable[[Matrix], tuple[Matrix, Matrix]]
+    bits: Callable[[], float]
+
+
+class Passage:
+    """The six fields at parameters that are narrow balls, for an interval of alpha."""
+
+    def __init__(
+        self, values: Mapping[str, Ball], alphas: Interval, number: Number | None = None
+    ) -> None:
+        self.values, self.alphas = {**values, "alpha": alphas.hull}, alphas
+        self.number = number or DOUBLES
+        self._fields, self._watch = _fields(self.values)
+
+    def start(self, states: Matrix, angle: Ball) -> Matrix:
+        """States (3, n) at a forcing angle that is the same for all, as time begins."""
+        sine, cosine = angle.sin_cos()
+        found = arb_mat([*states.tolist()[:3], *[[0] * states.ncols()] * (ROWS - 3)])
+        for column, amplitude in enumerate((arb(self.alphas.middle), arb(self.alphas.radius))):
+            found[U, column], found[W, column] = amplitude * cosine, amplitude * sine
+        found[ONE, 0] = arb(1)
+        return found
+
+    def section(self, states: Matrix, angle: Ball) -> Bundle:
+        """A bundle of states (3, n) at a forcing angle, in doubles."""
+        return rounded(self.start(states, angle))
+
+    def moved(self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball) -> Bundle:
+        """A bundle at the next section, a time `total` later.
+
+        The steps lead there from the section at which the bundle is; the last has no guard. `angle`
+        is the forcing angle at the end. Raises Unproved unless all states take exactly these steps.
+        """
+        *_, (_, _, ended) = self.segments(thin(bundle), steps, total)
+        return self.section(ended, angle)
+
+    def period(
+        self, bundle: Bundle, steps: Sequence[Step], total: Ball, angle: Ball
+    ) -> tuple[Bundle, Matrix]:
+        """A bundle at the next section, as `moved` gives it, and the derivative by the state."""
+        ended, by = self.carried(thin(bundle), steps, total)
+        return self.section(ended, angle), by
+
+    def carried(self, start: Matrix, steps: Sequence[Step], total: Ball) -> tuple[Matrix, Matrix]:
+        """A bundle after its steps, and the derivative (3, 3) by the state, over all of it."""
+        by, ended = unit(3), start
+        segments = self.segments(start, steps, total)
+        for (field, h, ended), step, then in zip(segments, steps, [*steps[1:], None], strict=True):
+            by = three(field.flow(h)) * by
+            if then is not None:
+                following = self._fields[then.field]
+                by = saltation(field, following, step.guard, hull(_states(ended))) * by
+        return ended, by
+
+    def segments(
+        self, start: Matrix, steps: Sequence[Step], total: Ball
+    ) -> Iterator[tuple[Field, Ball, Matrix]]:
+        """Each segment's field, duration and states at its end, after it is proved."""
+        known, here, begun = Known(), start, _form(_states(start))
+        if [step.guard is None for step in steps] != [False] * (len(steps) - 1) + [True]:
+            raise Unproved("first switch", "it is not the last segment alone that has no guard")
+        for number, step in enumerate(steps, 1):
+            check_time()
+            field = self._fields[step.field]
+            name = f"segment {number}, F{step.field}"
+            if field.stick and not all(here[C, j].is_zero() for j in range(here.ncols())):
+                raise Unproved("first switch", f"{name} does not begin at rest")
+            if step.guard is None:
+                h, ended = _until(field, here, total, name)
+                following = Known()
+            else:
+                h, ended = _switch(field, here, step, self.number.bits(), name)
+                _pin(field, step.guard, ended)
+                following = after(step.guard)
+            if field.stick:
+                for j in range(ended.ncols()):
+                    ended[C, j] = arb(0)
+            orders = known.orders(step.field), following.orders(step.field)
+            self._watch.segment(field, begun, _form(_states(ended)), h, orders, name)
+            yield field, h, ended
+            if step.guard is not None:
+                (here, begun), known = self.number.carried(ended), following
+
+
+def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch]:
+    """The fields and what watches their guards, which are the same for all alpha."""
+    key = (
+        bits(),
+        *((x.mid().man_exp(), x.rad().man_exp()) for x in (values[name] for name in _FIXED)),
+    )
+    if key not in _kept:
+        _kept.clear()
+        _kept[key] = {index: Field(index, values) for index in range(1, 7)}, QuickWatch()
+    return _kept[key]
+
+
+def _until(field: Field, bundle: Matrix, total: Ball, name: str) -> tuple[Ball, Matrix]:
+    """Duration and states of a segment up to a time since the section."""
+    middle = arb((total - bundle[TIME, 0]).mid())
+    moved = _flow(field, middle) * bundle
+    late = arb_mat([[-x for x in moved.tolist()[TIME]]])
+    late[0, 0] += total
+    d = hull(late)[0, 0]
+    if not middle + d > 0:
+        raise Unproved("first switch", f"the time is over before {name}")
+    return middle + d, _shifted(field, moved, late, arb(0), d)
+
+
+def _switch(
+    field: Field, bundle: Matrix, step: Step, digits: float, name: str
+) -> tuple[Ball, Matrix]:
+    """Duration and states of a segment up to where its guard vanishes."""
+    assert step.guard is not None
+    row = matrix(1, SIZE, ((0, k, field.guards[GUARD_ROWS[step.guard], k]) for k in range(SIZE)))
+    rate = row * field.A
+    h, start = arb(step.duration), _states(bundle) * _chosen(bundle.ncols())
+    near = max(2.0 ** (-digits / 2), 1e-300)
+    start = start.mid()
+    for _ in range(_REFINEMENTS):
+        there = field.flow(h) * start
+        move = (row * there)[0, 0] / (rate * there)[0, 0]
+        if not upper(move) < 1:
+            raise Unproved("first switch", f"{name} has no switch near the guess")
+        h = arb((h - move).mid())
+        if upper(move) < near:
+            break
+    moved = _flow(field, h) * bundle
+    states = _states(moved)
+    off, whole = row * states, hull(states)
+    slope, reach = (rate * whole)[0, 0], 0.0
+    for _ in range(_REFINEMENTS):
+        if not slope < 0:
+            break
+        # The mean value theorem; as the guard falls all over the reach, it has one zero there.
+        d = -hull(off)[0, 0] / slope
+        if upper(d) < reach:
+            chord = arb((rate * states)[0, 0].mid())
+            return h + d, _shifted(field, moved, off / -chord, (1 - slope / chord) * d, d)
+        reach = 1.25 * upper(d) + 1e-300
+        slope = (rate * (_around(field, reach) * whole))[0, 0]
+    raise Unproved("first switch", f"the switch of {name} is not enclosed")
+
+
+def _shifted(field: Field, moved: Matrix, late: Matrix, missed: Ball, d: Ball) -> Matrix:
+    """States a time d later: d is `late` (1, s, e) with an error `missed`, and in the ball `d`.
+
+    y(d) = y + A y_0 d + A (y - y_0) d + A^2 e^(A d') y d^2/2, with y_0 the middle.
+    """
+    states = _states(moved)
+    whole, middle = hull(states), states * _chosen(states.ncols())
+    rates = [*(x for (x,) in (field.A * middle).tolist()), arb(1)]
+    rest = field.A * (whole - middle) * d
+    rest += field.A * (field.A * (_around(field, upper(d)) * whole)) * (d * d / 2)
+    rows = (moved + matrix(ROWS, 1, ((i, 0, x) for i, x in enumerate(rates))) * late).tolist()
+    error = arb(missed.abs_upper())
+    for i, row in enumerate(rows):
+        box = [arb(0)] * SIZE
+        if i < SIZE:
+            box[i] = arb(rest[i, 0].abs_upper())
+        row += [rates[i] * error, *box]
+    return arb_mat(rows)
+
+
+def _around(field: Field, reach: float) -> Matrix:
+    """The flow over all times up to a reach forwards and backwards."""
+    with precision(min(bits(), _SLOPE_BITS)):
+        return field.flow(symmetric(reach))
+
+
+def _pin(field: Field, guard: Guard, ended: Matrix) -> None:
+    """Put in what is exact at a switch; v_c = 0 for all but the gap of a drift."""
+    slope, constant = (0, 0) if guard is Guard.DRIFT else pin(field, guard)
+    for j in range(ended.ncols()):
+        if guard is not Guard.DRIFT:
+            ended[X, j] = slope * ended[V, j] + (0 if j else constant)
+        if guard is not Guard.GAP:
+            ended[C, j] = arb(0)
+
+
+def _flow(field: Field, h: Ball) -> Matrix:
+    """The flow of the extended state and of the time."""
+    rows = [[*row, 0] for row in field.flow(h).tolist()]
+    return arb_mat([*rows, [*[0] * ONE, h, 1]])
+
+
+def _states(moved: Matrix) -> Matrix:
+    """The rows of the extended state."""
+    return _HEAD * moved
+
+
+@cache
+def _any(count: int) -> Matrix:
+    """What (1, s, e) can be, as a column."""
+    return arb_mat([[symmetric(1) if j else arb(1)] for j in range(count)])
+
+
+@cache
+def _chosen(count: int) -> Matrix:
+    """The column that takes the middle of a bundle."""
+    return arb_mat([[arb(0 if j else 1)] for j in range(count)])
+
+
+@cache
+def _parts(count: int) -> Matrix:
+    """What takes the middle, the direction of alpha, and a ball of the rest."""
+    rest = symmetric(1)
+    return arb_mat([[int(j == 0), int(j == 1), rest if j > 1 else 0] for j in range(count)])
+
+
+def hull(states: Matrix) -> Matrix:
+    """The column of balls that holds all states of a bundle."""
+    return states * _any(states.ncols())
+
+
+def _form(states: Matrix) -> Matrix:
+    """A bundle as middle, direction of alpha, and rest."""
+    return states * _parts(states.ncols())
+
+
+def rounded(whole: Matrix) -> Bundle:
+    """A bundle in doubles that holds a bundle of balls; rounding is a box, as more columns."""
+    kept = floats(whole)
+    left = (whole - thin(kept)) * (_any(whole.ncols()) * symmetric(1))
+    lost = [0.0 if x.is_zero() else upper(x) for (x,) in left.tolist()]
+    if kept.shape[1] > _MOST:
+        lengths = np.sum(abs(kept[:, 2:]), axis=0)
+        order = 2 + np.argsort(-lengths, kind="stable")
+        short = np.sum(abs(kept[:, order[_KEPT:]]), axis=1) * _UP
+        kept = np.column_stack([kept[:, :2], kept[:, order[:_KEPT]]])
+        lost = [x + y for x, y in zip(lost, short.tolist(), strict=True)]
+    box = np.diag(np.array(lost) * _UP)
+    return np.column_stack([kept, box[:, np.any(box, axis=0)]])
+
+
+def _in_doubles(whole: Matrix) -> tuple[Matrix, Matrix]:
+    bundle = rounded(whole)
+    rest = np.sum(abs(bundle[:SIZE, 2:]), axis=1) * _UP
+    rows = zip(bundle[:SIZE, :2].tolist(), rest.tolist(), strict=True)
+    return thin(bundle), arb_mat([[*row, symmetric(radius)] for row, radius in rows])
+
+
+def _in_balls(whole: Matrix) -> tuple[Matrix, Matrix]:
+    found = hull(whole)
+    return found, _states(found)
+
+
+DOUBLES = Number(_in_doubles, lambda: 53.0)
+BALLS = Number(_in_balls, lambda: float(bits()))

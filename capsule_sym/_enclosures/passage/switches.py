@@ -1,0 +1,113 @@
+"""Switches: what is exact there, which guards vanish how often, and the saltation matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from capsule_sym._enclosures.numbers.balls import Ball, arb, unit
+from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, V, X
+from capsule_sym._enclosures.numbers.forms import assembled
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
+
+_FIRST, _COLUMNS = unit(3, SIZE), unit(SIZE, 3)
+GUARD_ROWS = {Guard.GAP: 0, Guard.DRIFT: 1, Guard.UPPER: 1, Guard.LOWER: 2}
+"""The row of a guard among those of a field that watches it."""
+
+
+Orders = tuple[Sequence[int], Sequence[int]]
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is exact at an instant: x_r = delta, v_r = 0, v_c = 0, P = side f_b, P' = 0."""
+
+    gap: int = 0
+    """How many of x_r - delta and its derivative vanish."""
+    rest: bool = False
+    side: int = 0
+    level: bool = False
+
+    def orders(self, field: int) -> tuple[int, ...]:
+        """How many derivatives of each guard of a field, from itself on, vanish."""
+        if drift(field) == 0:
+            reached = 2 if self.level else 1
+            return self.gap, *(reached if self.side == side else 0 for side in (1, -1))
+        if not self.rest:
+            return self.gap, 0
+        return self.gap, 1 + (0 if self.side != drift(field) else 1 + self.level)
+
+
+def known(itinerary: Itinerary, segment: int, still: Sequence[int] = ()) -> Known:
+    """What is exact where a segment begins; the segments `still` have the duration 0.
+
+    Segments of duration 0 on either side share the instant, and what their guards make exact.
+    """
+    n = len(itinerary)
+    first = segment
+    while (first - 1) % n in still:
+        first -= 1
+    found = after(itinerary.guard_before(first % n))
+    while first % n in still:
+        found = _passed(found, itinerary, first % n)
+        first += 1
+    return found
+
+
+def after(guard: Guard | None) -> Known:
+    """What is exact just after a guard has vanished."""
+    if guard is None:
+        return Known()
+    if guard is Guard.GAP:
+        return Known(gap=1)
+    return Known(rest=True, side={Guard.UPPER: 1, Guard.LOWER: -1}.get(guard, 0))
+
+
+def _passed(start: Known, itinerary: Itinerary, segment: int) -> Known:
+    """What is exact at a segment of duration 0: its start, and one more zero of its guard."""
+    guard, zeros = itinerary.segments[segment].guard, itinerary.zeros(segment)
+    if guard is Guard.GAP:
+        return replace(start, gap=1 + zeros)
+    if guard is not Guard.DRIFT:
+        return replace(start, rest=True, side=1 if guard is Guard.UPPER else -1)
+    if zeros == 0:
+        return replace(start, rest=True)
+    # v_c = v_c' = 0: the force is the friction; after stick v_c'' = 0 too, and so is P'.
+    return replace(start, rest=True, side=drift(itinerary.fields[segment]), level=zeros == 2)
+
+
+def zeros(itinerary: Itinerary, i: int, still: Sequence[int] = ()) -> Orders:
+    """How often each guard of segment i vanishes, by what is exact, at its start and at its end."""
+    field, guard = itinerary.segments[i].field, itinerary.segments[i].guard
+    if guard is None:
+        return Known().orders(field), Known().orders(field)
+    n = len(itinerary)
+    ends = known(itinerary, i, still), known(itinerary, (i + 1) % n, still)
+    return ends[0].orders(field), ends[1].orders(field)
+
+
+def pin(field: Any, guard: Guard) -> tuple[Ball, Ball]:
+    """Slope and constant of x_r = slope v_r + constant, where a guard of a field vanishes."""
+    g_x, g_v, g_1 = (field.guards[GUARD_ROWS[guard], k] for k in (X, V, ONE))
+    return -g_v / g_x, -g_1 / g_x
+
+
+def three(flow: Any) -> Any:
+    """The part of a flow by which the state depends on its start."""
+    return _FIRST * flow * _COLUMNS
+
+
+def saltation(field: Any, following: Any, guard: Guard | None, state: Any) -> Any:
+    """The saltation matrix: how the derivative, at a fixed time, changes at a switch.
+
+    `state` holds all states there, in balls or as a form over a patch.
+    """
+    if guard is not Guard.DRIFT:  # the fields agree where the gap closes and where stick ends
+        return unit(3)
+    lost: Any = arb(1)  # of v_c, where stick follows
+    if not following.stick:
+        lost = 1 - (following.A * state)[C, 0] / (field.A * state)[C, 0]
+    # The inner mass does not feel friction: v_r gains what v_c loses.
+    return assembled(3, 3, [(X, X, 1), (V, V, 1), (V, C, lost), (C, C, 1 - lost)])

@@ -1,0 +1,1 @@
+"""Sets of parameters and of starts, proved patch by patch and part by part."""

@@ -1,0 +1,219 @@
+"""What is proved part by part: the (alpha, gamma) plane, and intervals of alpha from rest.
+
+A part that is not proved is halved, and the largest ones come first, so that the share grows as
+fast as it can. What became of each stands in a file, a line for each, from which a later run goes
+on: the part's numbers, and an itinerary, or the directions in which it was halved. Its first line
+is the digest of the code that proves: what other code has proved is not gone on from.
+"""
+
+from __future__ import annotations
+
+import heapq
+import json
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from operator import index
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NamedTuple, Protocol
+
+from capsule_sym._enclosures import case
+from capsule_sym._enclosures.certificates.digest import closure, digest
+from capsule_sym._enclosures.regions import attraction, from_rest, patch_orbits, patches
+from capsule_sym._enclosures.regions.from_rest import AlphaPart
+from capsule_sym._enclosures.regions.patches import Outcome, Patch
+from capsule_sym._errors import InvalidInput
+from capsule_sym._files import growing
+from capsule_sym._map.checks import checked_seconds
+from capsule_sym._orbits.shooting.itinerary import (
+    Itinerary,
+    ItinerarySegment,
+    contact,
+    drift,
+    guard_between,
+)
+from capsule_sym._processes import end, spawning, undisturbed
+from capsule_sym.generated import fields as generated
+
+_FIRST = (5, 4)  # levels of the patches to begin with: 32 times 16
+_FIRST_INTERVALS = 11  # halvings of the intervals to begin with
+_LEAST = 2.0**-29  # share below which a part is not halved any more
+_AHEAD = 6  # parts under way
+
+
+class Part(Protocol):
+    """A part of what is to be proved, made of whole numbers."""
+
+    @property
+    def area(self) -> float:
+        """Its share of the whole."""
+
+    def halved(self, along: Sequence[int]) -> Sequence[Any]:
+        """Its parts."""
+
+    def __iter__(self) -> Iterator[int]: ...
+
+
+class Task(NamedTuple):
+    """What is to be proved: how parts are made of their numbers, the first ones, and the proof."""
+
+    part: Callable[..., Part]
+    first: Callable[[], list[Any]]
+    attempt: Callable[[Any, tuple[float, ...]], Outcome]
+    code: Callable[[], str]
+    """The digest of the code on which a proof rests; all other code gives guesses."""
+    option: str
+    """The option of `enclose` that writes such files."""
+
+
+@dataclass
+class Plane:
+    """What is proved so far: shares by itinerary, and the parts that are open."""
+
+    shares: dict[str, float] = field(default_factory=dict)
+    patches: int = 0
+    seconds: float = 0.0
+    work: float = 0.0
+    open: list[tuple[float, list[int], Any, tuple[float, ...]]] = field(default_factory=list)
+
+    @property
+    def share(self) -> float:
+        """The share of the whole that is proved."""
+        return sum(self.shares.values())
+
+    def take(self, part: Part, outcome: Outcome) -> Sequence[Part]:
+        """Count a part that is proved; of another one, the parts that are to be tried."""
+        self.work += outcome.work
+        if outcome.itinerary is None:
+            return () if part.area < _LEAST else part.halved(outcome.along)
+        self.shares[outcome.itinerary] = self.shares.get(outcome.itinerary, 0.0) + part.area
+        self.patches += 1
+        return ()
+
+    def add(self, part: Part, state: tuple[float, ...]) -> None:
+        """Put down a part as open; of equal ones the first places of all come first."""
+        heapq.heappush(self.open, (-part.area, [*part][::-1], part, state))
+
+
+def code() -> str:
+    """The digest of the code that proves patches of the plane."""
+    itineraries = (Itinerary.of, ItinerarySegment, contact, drift, guard_between)
+    return digest((*closure(patch_orbits), patches, case, generated, *itineraries))
+
+
+def code_from_rest() -> str:
+    """The digest of the code that proves where the motions from rest go."""
+    given = (from_rest, patches, case, generated)
+    return digest((*closure(attraction), *given, contact, drift, guard_between))
+
+
+def _patches() -> list[Patch]:
+    a, g = _FIRST
+    return [Patch(a, i, g, k) for i in range(2**a) for k in range(2**g)]
+
+
+def _intervals() -> list[AlphaPart]:
+    whole = range(2**_FIRST_INTERVALS)
+    return [AlphaPart(ratio, _FIRST_INTERVALS, i) for ratio in range(2) for i in whole]
+
+
+PLANE = Task(Patch, _patches, patches.attempt, code, "--region")
+"""One stable orbit with one itinerary all over each patch of the (alpha, gamma) plane."""
+FROM_REST = Task(AlphaPart, _intervals, from_rest.attempt, code_from_rest, "--from-rest")
+"""What the motion from rest tends to, over alpha at both mass ratios."""
+
+
+def begun(path: Path, task: Task = PLANE) -> Plane:
+    """The work as a file leaves it, or at its begin where there is none; raises InvalidInput."""
+    plane = Plane()
+    rest = (0.0, 0.0, 0.0)
+    outcomes: dict[Part, Outcome] = {}
+    if path.exists():
+        try:
+            begin, *lines = path.read_text(encoding="utf-8").splitlines(keepends=True) or [
+                _begin(task)
+            ]
+            other = json.loads(begin)["code"] != task.code()
+            for line in lines:
+                if not line.endswith("\n"):
+                    break  # a kill cut it off; its part is tried again
+                record = json.loads(line)
+                outcomes[task.part(*map(index, record["part"]))] = _told(record)
+                plane.seconds = max(plane.seconds, float(record["seconds"]))
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise InvalidInput(
+                "file", str(path), f"one that `enclose {task.option}` wrote"
+            ) from error
+        if other:
+            raise InvalidInput("file", str(path), "a new one: this was proved by other code")
+    waiting = task.first()
+    while waiting:
+        part = waiting.pop()
+        if part in outcomes:
+            waiting += plane.take(part, outcomes[part])
+        else:
+            plane.add(part, rest)
+    return plane
+
+
+def _begin(task: Task) -> str:
+    return json.dumps({"code": task.code()}) + "\n"
+
+
+def _told(record: dict[str, Any]) -> Outcome:
+    """What became of a part, of a line of a file."""
+    itinerary, along = record.get("itinerary"), tuple(record.get("along", ()))
+    if (itinerary is None) == (along == ()) or not {*along} <= {0, 1} or itinerary == "":
+        raise ValueError(f"neither proved nor halved: {record}")
+    return Outcome(itinerary, along, (0.0, 0.0, 0.0), float(record["work"]))
+
+
+def prove(
+    path: Path,
+    seconds: float,
+    workers: int = 2,
+    report: Callable[[Plane], object] = lambda p: None,
+    task: Task = PLANE,
+) -> Plane:
+    """Go on with a file for so many seconds, and tell what is proved.
+
+    Raises InvalidInput for seconds that are no number > 0, and for a file that is of other code.
+    """
+    checked_seconds(seconds, "seconds")
+    plane = begun(path, task)
+    start, before = perf_counter(), plane.seconds
+    pending: dict[Future[Outcome], Part] = {}
+    with undisturbed():
+        pool = spawning(workers)
+    try:
+        with growing(path, "file", _begin(task)) as add:
+            while True:
+                late = perf_counter() - start > seconds
+                while plane.open and not late and len(pending) < _AHEAD:
+                    *_, part, state = heapq.heappop(plane.open)
+                    with undisturbed():
+                        pending[pool.submit(task.attempt, part, state)] = part
+                if not pending:
+                    return plane
+                done, _ = wait(pending, return_when=FIRST_COMPLETED)
+                plane.seconds = before + perf_counter() - start
+                for one in done:
+                    part, outcome = pending.pop(one), one.result()
+                    for smaller in plane.take(part, outcome):
+                        plane.add(smaller, outcome.state)
+                    add(json.dumps(_record(part, outcome, plane.seconds)) + "\n")
+                report(plane)
+    finally:
+        end(pool)
+
+
+def _record(part: Part, outcome: Outcome, seconds: float) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "part": list(part),
+        "seconds": round(seconds, 1),
+        "work": round(outcome.work, 4),
+    }
+    return told | (
+        {"along": outcome.along} if outcome.itinerary is None else {"itinerary": outcome.itinerary}
+    )
