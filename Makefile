@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel packaging fuzz hardcases adversarial battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -63,6 +63,18 @@ hardcases: $(READY)  ## judge every switch of the hard cases by 50 digits, or of
 N ?= 1000000
 adversarial: $(READY)  ## compare N random hard starts with 50 digits (N=1000000); resumes
 	$(BIN)/python -m benchmarks adversarial --count $(N) --out results/adversarial
+
+bench: $(READY)  ## measure speed against error beside other tools, and what has to be reached
+	@$(call bring,peers)
+	$(BIN)/python -m benchmarks bench --out results/bench
+
+first-calls: $(READY)  ## measure what a person calls first, whole processes among it
+	@$(call bring,peers)
+	$(BIN)/python -m benchmarks first-calls --out results/bench
+
+bench-design: $(READY)  ## measure what the design of a device asks for
+	@$(call bring,peers)
+	$(BIN)/python -m benchmarks bench-design --out results/bench
 
 battery: $(READY)  ## judge 60 branches by brute force and look for 1,000 random periodic motions
 	@mkdir -p results

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import platform
-import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from capsule_sym._bench.peers.compiled import compiler
 from capsule_sym.generated.py import DIGEST
 
 _PACKAGES = ("capsule-sym", "numpy", "scipy", "mpmath", "gmpy2", "heyoka", "scikit-sundae")
@@ -33,18 +31,11 @@ def _processor() -> str:
 
 
 def versions() -> dict[str, str | None]:
-    """Versions of Python, the packages (None where absent), the generated kernels and cc."""
+    """Versions of Python, the packages (None where absent) and the generated kernels."""
     found: dict[str, str | None] = {"python": platform.python_version()}
     for package in _PACKAGES:
         try:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = None
-    return found | {"generated": DIGEST, "cc": _compiler()}
-
-
-def _compiler() -> str | None:
-    if (path := compiler()) is None:
-        return None
-    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
-    return done.stdout.partition("\n")[0] or None
+    return found | {"generated": DIGEST}

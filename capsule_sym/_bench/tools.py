@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from capsule_sym._bench.model import Run
-from capsule_sym._bench.peers import compiled, cvode, own, scipy_events, taylor
+from capsule_sym._bench.peers import cvode, own, scipy_events, taylor
 from capsule_sym._native import core
 
 OURS = "this map, C"
@@ -44,7 +44,6 @@ def one_at_a_time() -> list[Tool]:
             Tool("heyoka.py", _setting(tol, careful), partial(taylor.build, tol, careful))
             for tol in (1e-6, 1e-9, 1e-12, 1e-15)
         ]
-    tools += _compiled(rk4_steps=(100, 1000, 10000))
     for method in ("Adams", "BDF"):
         tools += [_cvode(method, tolerance) for tolerance in (1e-6, 1e-9, 1e-12)]
     tools.append(_cvode("Adams", 1e-12, careful=False))
@@ -74,25 +73,8 @@ def for_sweeps() -> list[Tool]:
             )
             for tol in (1e-9, 1e-12, 1e-15)
         ]
-    tools += [
-        *_compiled(rk4_steps=(100, 1000)),
-        _cvode("Adams", 1e-12),
-        _scipy("DOP853", 1e-12),
-    ]
+    tools += [_cvode("Adams", 1e-12), _scipy("DOP853", 1e-12)]
     return [tool for tool in tools if _lacks(tool.name) is None]
-
-
-def _compiled(rk4_steps: tuple[int, ...]) -> list[Tool]:
-    tools = []
-    for form, interior in (("ends of steps", False), ("inside steps", True)):
-        tools += [
-            Tool("DOP853 in C", f"{tol:g}, {form}", partial(compiled.dop853, tol, interior))
-            for tol in (1e-6, 1e-9, 1e-12, 1e-13)
-        ]
-    return tools + [
-        Tool("RK4 in C", f"{steps} steps a period", partial(compiled.rk4, steps))
-        for steps in rk4_steps
-    ]
 
 
 def _cvode(method: str, tolerance: float, careful: bool = True) -> Tool:
@@ -111,7 +93,7 @@ def _setting(tolerance: float, careful: bool) -> str:
 
 def skipped() -> list[str]:
     """A line for every tool that cannot run here, which says why."""
-    names = (OURS, "heyoka.py", "CVODE", "DOP853 and RK4 in C")
+    names = (OURS, "heyoka.py", "CVODE")
     return [f"{name} is skipped: {why}" for name in names if (why := _lacks(name))]
 
 
@@ -121,7 +103,7 @@ def _lacks(name: str) -> str | None:
     for package, prefix in (("heyoka", "heyoka.py"), ("sksundae", "CVODE")):
         if name.startswith(prefix) and not _is_there(package):
             return f"{package} is not installed (pip install 'capsule-sym[peers]')"
-    return compiled.problem() if name.endswith("in C") else None
+    return None
 
 
 @cache

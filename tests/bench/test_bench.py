@@ -1,23 +1,28 @@
-"""`capsule-sym bench` as a process: its JSON, its columns, its ratios, and bad input."""
+"""Both `bench`, of users and of developers: JSON, columns, ratios, goals, and bad input."""
 
 import json
 import math
+import os
+import subprocess
+import sys
 from importlib.util import find_spec
 from shutil import copytree
 
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._bench import full_study, goals, model, reference, roots, tools
-from capsule_sym._bench.full_study import Study
-from capsule_sym._bench.peers import compiled, own
+from benchmarks.speed import commands, compiled, goals, own, roots
+from benchmarks.speed.scaling import Growth
+from benchmarks.speed.study import FullStudy
+from capsule_sym._bench import model, parts, reference, tools
+from capsule_sym._bench.parts import Study
 from capsule_sym._bench.ratios import Ratio
-from capsule_sym._bench.scaling import Growth
 from capsule_sym._bench.study import Row
 from capsule_sym._bench.tools import ONE_ROW, OURS
-from capsule_sym._commands.bench import bench
+from capsule_sym._commands import bench as users
 from capsule_sym._figures import catalogue
 from capsule_sym._native import core
+from tests.examples import ROOT
 
 PARTS = ("trajectory", "tangencies", "sweep")
 
@@ -26,12 +31,16 @@ needs_core = pytest.mark.skipif(core is None, reason="the C core was not compile
 
 
 @pytest.fixture(scope="module")
-def done(command, tmp_path_factory):
+def done(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench")
     only = "SciPy RK45" if compiled.compiler() is None else " in C"
-    process = command(
-        *("bench", "--quick", "--repeats", "1", "--only", only, "--out", "results/bench"),
+    line = ("bench", "--quick", "--repeats", "1", "--only", only, "--out", "results/bench")
+    process = subprocess.run(
+        [sys.executable, "-m", "benchmarks", *line],
         cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        encoding="utf-8",
     )
     assert process.returncode == 0, process.stderr
     return folder, process
@@ -46,9 +55,20 @@ def rows(record, part, tool):
     return {row["setting"]: row for row in record[part] if row["tool"] == tool}
 
 
-def test_json_is_what_the_file_has(tmp_path, monkeypatch) -> None:
+KEYS = ["version", "machine", "versions", "repeats", "quick", "skipped", *PARTS, "ratios"]
+
+
+@pytest.mark.parametrize(
+    ("bench", "study", "more"),
+    [
+        (users.bench, Study, []),
+        (commands.bench, FullStudy, ["goals", "growth", "widths", "roots"]),
+    ],
+    ids=["users", "developers"],
+)
+def test_json_is_what_the_file_has(bench, study, more, tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(Study, "turns", lambda study: {"trajectory": 1})
+    monkeypatch.setattr(study, "turns", lambda study: {"trajectory": 1})
     ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--json"])
     assert ran.exit_code == 0, ran.output
     assert list(tmp_path.iterdir()) == []  # nothing is written unasked
@@ -56,25 +76,13 @@ def test_json_is_what_the_file_has(tmp_path, monkeypatch) -> None:
     ran = CliRunner().invoke(bench, ["--quick", "--repeats", "1", "--only", OURS, "--out", "kept"])
     assert ran.exit_code == 0, ran.output
     assert json.loads((tmp_path / "kept/part.json").read_text("utf-8")).keys() == record.keys()
+    assert list(record) == KEYS + more
     assert record["trajectory"]
 
 
 def test_the_file_has_the_documented_keys(done, record) -> None:
     assert "wrote results/bench/part.json" in done[1].stderr
-    assert list(record) == [
-        "version",
-        "machine",
-        "versions",
-        "repeats",
-        "quick",
-        "skipped",
-        "goals",
-        *PARTS,
-        "ratios",
-        "growth",
-        "widths",
-        "roots",
-    ]
+    assert list(record) == [*KEYS, "goals", "growth", "widths", "roots"]
     assert record["quick"] is True
     assert record["repeats"] == 1
     for part in PARTS:
@@ -103,16 +111,18 @@ def test_a_compiler_that_fails_is_named(monkeypatch) -> None:
 
     monkeypatch.setattr(compiled, "_library", fail)
     monkeypatch.setattr(compiled, "compiler", lambda: "cc")
-    assert "DOP853 and RK4 in C is skipped: cc: no such option" in tools.skipped()
+    study = FullStudy(1, "", quick=True)
+    assert "DOP853 and RK4 in C is skipped: cc: no such option" in study.skipped
 
 
 def test_a_peer_that_is_absent_has_no_rows_but_a_line(monkeypatch) -> None:
     monkeypatch.setattr(tools, "_is_there", lambda package: False)
     monkeypatch.setattr(compiled, "compiler", lambda: None)
-    names = {tool.name for tool in tools.one_at_a_time() + tools.for_sweeps()}
+    study = FullStudy(1, "", quick=True)
+    names = {tool.name for tool in study.single + study.many}
     assert not [n for n in names if n.startswith(("heyoka", "CVODE")) or n.endswith(" in C")]
     assert "SciPy DOP853" in names
-    lines = tools.skipped()
+    lines = study.skipped
     assert "CVODE is skipped: sksundae is not installed (pip install 'capsule-sym[peers]')" in lines
     assert "DOP853 and RK4 in C is skipped: there is no C compiler cc" in lines
 
@@ -225,7 +235,7 @@ def test_bad_input_exits_with_2(inside, tmp_path, arguments, named) -> None:
 
 @needs_core
 def test_an_interrupted_study_leaves_the_parts_that_were_done(tmp_path) -> None:
-    study = Study(repeats=1, only=OURS, quick=True)
+    study = FullStudy(repeats=1, only=OURS, quick=True)
     turns = []
     study.run("trajectory", lambda: turns.append(1))
     assert len(turns) == study.turns()["trajectory"]
@@ -257,7 +267,7 @@ def test_a_quick_study_makes_one_run_of_a_slow_tool(monkeypatch) -> None:
         runs.extend((tool, len(cases(tool)), long) for tool in chosen)
         return []
 
-    monkeypatch.setattr(full_study, "compare", count)
+    monkeypatch.setattr(parts, "compare", count)
     study = Study(repeats=3, only="SciPy", quick=True)
     for part in PARTS:
         study.run(part, lambda: None)

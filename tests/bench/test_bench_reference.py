@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from capsule_sym._bench import tangencies
+from benchmarks.speed import tangencies
 from capsule_sym._bench.reference import ALPHAS, SWEEP_ALPHAS, cases, sweep
 from capsule_sym._bench.study import wrong_switches
 from tests.judges import taylor_events

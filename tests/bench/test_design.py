@@ -1,4 +1,4 @@
-"""`capsule-sym bench --design`: its goals, and that it says which are met."""
+"""`make bench-design`: its goals, and that it says which are met."""
 
 import json
 import re
@@ -9,9 +9,9 @@ import psutil
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym._bench import design
-from capsule_sym._bench.goals import Goal
-from capsule_sym._commands.bench import bench
+from benchmarks.speed import design
+from benchmarks.speed.commands import bench_design
+from benchmarks.speed.goals import Goal
 from capsule_sym._native import core
 from tests.cli.terminal import in_terminal
 
@@ -19,22 +19,15 @@ from tests.cli.terminal import in_terminal
 def test_the_command_prints_every_goal(monkeypatch: pytest.MonkeyPatch) -> None:
     found = [Goal("cells", 0.75, "million", ">=", 0.5), Goal("runs", 6.0, "times", "<=", 5.0)]
     monkeypatch.setattr(design, "PARTS", (lambda quick, repeats: iter(found),))
-    printed = CliRunner().invoke(bench, ["--design", "--quick"])
+    printed = CliRunner().invoke(bench_design, ["--quick"])
     assert printed.exit_code == 0
     rows = [line.split() for line in printed.stdout.splitlines()[2:] if line.strip()]
     assert rows == [
         ["cells", "million", "0.75", ">=", "0.5", "yes"],
         ["runs", "times", "6", "<=", "5", "no"],
     ]
-    record = json.loads(CliRunner().invoke(bench, ["--design", "--json"]).stdout)
+    record = json.loads(CliRunner().invoke(bench_design, ["--json"]).stdout)
     assert [row["met"] for row in record["design"]] == [True, False]
-
-
-@pytest.mark.parametrize("words", [("--face", "--design"), ("--design", "--only", "SciPy")])
-def test_options_of_different_studies_are_refused(words) -> None:
-    done = CliRunner().invoke(bench, words)
-    assert done.exit_code == 2
-    assert f"{words[0]} and {words[1]} exclude each other" in done.output
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
@@ -51,21 +44,22 @@ def test_the_survey_beside_the_optimum_comes_close_to_it() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a pseudo-terminal")
 @pytest.mark.parametrize(
-    ("option", "patch"),
+    ("name", "patch"),
     [
-        ("--design", "design._COLD, design.PARTS = CODE, (design.optima,)"),
-        ("--face", "first_calls.figures = lambda *_: [first_calls._process('-c', CODE)]"),
+        ("bench-design", "design._COLD, design.PARTS = CODE, (design.optima,)"),
+        ("first-calls", "first_calls.figures = lambda *_: [first_calls._process('-c', CODE)]"),
     ],
 )
-def test_ctrl_c_in_a_measured_process_is_one_line(option, patch) -> None:
+def test_ctrl_c_in_a_measured_process_is_one_line(name, patch) -> None:
     """The process that is measured gets no Ctrl-C of its own, and ends with the command."""
     waiting = "import os, sys, time; print('at', os.getpid(), file=sys.stderr); time.sleep(300)"
     script = f"""
-from capsule_sym._bench import design, first_calls
+from benchmarks.__main__ import group
+from benchmarks.speed import design, first_calls
 from capsule_sym._cli import main
 CODE = {waiting!r}
 {patch}
-main(["bench", {option!r}])
+main([{name!r}], group)
 """
     shown = in_terminal("-c", script, interrupt_at=r"at (\d+)\r")
     assert shown.status == 130

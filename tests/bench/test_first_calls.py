@@ -1,4 +1,4 @@
-"""`capsule-sym bench --face`: its figures, and that the tools beside it give the same motion."""
+"""`make first-calls`: its figures, and that the tools beside it give the same motion."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from benchmarks.speed import first_calls
+from benchmarks.speed.commands import first_calls as command
 from capsule_sym import Parameters, simulate
-from capsule_sym._bench import first_calls
-from capsule_sym._commands.bench import bench
 
 
 @pytest.mark.parametrize(
@@ -39,15 +39,15 @@ def test_the_command_prints_every_figure(monkeypatch: pytest.MonkeyPatch, tmp_pa
     found = [first_calls.Figure("runs", "this map", 2.5, "us", 4.0, None)]
     found += [first_calls.Figure("states", "SciPy", 300.0, "ms", None, 1e-12)]
     monkeypatch.setattr(first_calls, "figures", lambda quick, repeats: iter(found))
-    printed = CliRunner().invoke(bench, ["--face", "--quick"])
+    printed = CliRunner().invoke(command, ["--quick"])
     assert printed.exit_code == 0
     for word in ("runs", "2.5", "us", "states", "300", "1e-12", "SciPy", "the least of 3 rounds"):
         assert word in printed.stdout
-    kept = CliRunner().invoke(bench, ["--face", "--json", "--out", str(tmp_path / "kept")])
+    kept = CliRunner().invoke(command, ["--json", "--out", str(tmp_path / "kept")])
     record = json.loads(kept.stdout)
-    assert (tmp_path / "kept/face.json").read_text(encoding="utf-8") == kept.stdout
+    assert (tmp_path / "kept/first-calls.json").read_text(encoding="utf-8") == kept.stdout
     assert record["measured"] == first_calls.how(3)
-    assert record["face"] == [figure._asdict() for figure in found]
+    assert record["first-calls"] == [figure._asdict() for figure in found]
 
 
 def test_figures_name_their_goals(monkeypatch: pytest.MonkeyPatch) -> None:

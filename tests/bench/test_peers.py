@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.speed import compiled
 from capsule_sym import Parameters
 from capsule_sym._bench import reference
 from capsule_sym._bench.model import CONTACT, DRIFT, Clock, Locked, guards, rates
-from capsule_sym._bench.peers import compiled, cvode, scipy_events, taylor
+from capsule_sym._bench.peers import cvode, scipy_events, taylor
 from capsule_sym._bench.study import error, wrong_switches
 from tests.judges import dop853
 

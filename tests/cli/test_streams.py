@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from capsule_sym._bench.full_study import Study
+from capsule_sym._bench.parts import Study
 from capsule_sym._cli import group, main
 from capsule_sym._commands import enclose as enclosing
 from capsule_sym._enclosures import case

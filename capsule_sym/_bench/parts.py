@@ -1,4 +1,4 @@
-"""The whole study, part by part, and its record."""
+"""The study, part by part, and its record."""
 
 from __future__ import annotations
 
@@ -7,23 +7,19 @@ from pathlib import Path
 from typing import Any
 
 import capsule_sym
-from capsule_sym._bench import machine, reference
-from capsule_sym._bench.goals import Goal, Width, goals, widths
+from capsule_sym._bench import machine, reference, tools
 from capsule_sym._bench.peers import own
 from capsule_sym._bench.ratios import Ratio, ratios
 from capsule_sym._bench.reference import Case
-from capsule_sym._bench.roots import Root, roots
-from capsule_sym._bench.scaling import Growth, growth, plan
 from capsule_sym._bench.study import LONG, Row, compare, strided
-from capsule_sym._bench.tools import MPMATH, ONE_ROW, OURS, Tool, for_sweeps, one_at_a_time, skipped
+from capsule_sym._bench.tools import MPMATH, ONE_ROW, OURS, Tool
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import write_whole
 from capsule_sym._native import core
 from capsule_sym._records import dumps
 
-_QUICK = 4  # the quick study makes every fourth run, and one of a slow tool
+QUICK = 4  # the quick study makes every fourth run, and one of a slow tool
 _QUICK_LONG = 0.1  # seconds; a pass that takes longer is made once in the quick study
-_MOST = {False: 10**6, True: 100}  # periods and runs of the growth, by `quick`
 
 
 class Study:
@@ -32,29 +28,29 @@ class Study:
     def __init__(self, repeats: int, only: str, quick: bool) -> None:
         """Chooses the peers with `only` in their name; raises InvalidInput if there are none."""
         self.repeats, self.quick = repeats, quick
+        every = self.tools()
         self.single, self.many = (
-            [tool for tool in tools if tool.name in (OURS, ONE_ROW) or only in tool.name]
-            for tools in (one_at_a_time(), for_sweeps())
+            [tool for tool in some if tool.name in (OURS, ONE_ROW) or only in tool.name]
+            for some in every
         )
         if not any(only in tool.name for tool in (*self.single, *self.many)):
-            names = sorted({tool.name for tool in one_at_a_time() + for_sweeps()})
+            names = sorted({tool.name for some in every for tool in some})
             raise InvalidInput("only", only, f"part of one of {', '.join(names)}")
-        self.trajectory: list[Row] = []
-        self.tangencies: list[Row] = []
-        self.sweep: list[Row] = []
-        self.growth: list[Growth] = []
-        self.widths: list[Width] = []
-        self.roots: list[Root] = []
+        self.rows: dict[str, list[Row]] = {"trajectory": [], "tangencies": [], "sweep": []}
+
+    def tools(self) -> tuple[list[Tool], list[Tool]]:
+        """Tools for one trajectory, and for many."""
+        return tools.one_at_a_time(), tools.for_sweeps()
 
     @property
-    def goals(self) -> list[Goal]:
-        """What has to be reached, as far as the parts so far tell."""
-        return goals(self.trajectory, self.tangencies, self.sweep, self.widths)
+    def skipped(self) -> list[str]:
+        """A line for every tool that cannot run here, which says why."""
+        return tools.skipped()
 
     @property
     def ratios(self) -> list[Ratio]:
         """Ratios of the times so far."""
-        return ratios(self.trajectory, self.sweep, self.growth)
+        return ratios(self.rows["trajectory"], self.rows["sweep"])
 
     @property
     def record(self) -> dict[str, Any]:
@@ -65,15 +61,9 @@ class Study:
             "versions": machine.versions(),
             "repeats": self.repeats,
             "quick": self.quick,
-            "skipped": skipped(),
-            "goals": [goal._asdict() | {"met": goal.met} for goal in self.goals],
-            "trajectory": [row._asdict() for row in self.trajectory],
-            "tangencies": [row._asdict() for row in self.tangencies],
-            "sweep": [row._asdict() for row in self.sweep],
+            "skipped": self.skipped,
+            **{part: [row._asdict() for row in rows] for part, rows in self.rows.items()},
             "ratios": [ratio._asdict() for ratio in self.ratios],
-            "growth": [row._asdict() for row in self.growth],
-            "widths": [row._asdict() for row in self.widths],
-            "roots": [row._asdict() for row in self.roots],
         }
 
     def turns(self) -> dict[str, int]:
@@ -83,33 +73,22 @@ class Study:
             "trajectory": len(self.single) * rounds,
             "tangencies": len(self._near()) * 2,
             "sweep": len(self.many) * rounds,
-            "growth": len(list(plan(_MOST[self.quick]))) if core else 0,
-            "switches": 2,
         }
 
     def run(self, part: str, advance: Callable[[], None]) -> None:
         """Runs a part."""
-        long = _QUICK_LONG if self.quick else LONG
-        if part == "trajectory":
-            cases = reference.cases("case study")
-            chosen = _few(cases) if self.quick else lambda _: cases
-            self.trajectory = compare(self.single, chosen, self.repeats, advance, long)
+        chosen, repeats = self.single, self.repeats
+        if part == "sweep":
+            chosen, cases = self.many, self._sweep_cases()
         elif part == "tangencies":
             near = reference.cases("tangencies")
-            chosen = _few(near) if self.quick else strided(near)
-            self.tangencies = compare(self._near(), chosen, 1, advance, long)
-        elif part == "sweep":
-            self.sweep = compare(self.many, self._sweep_cases(), self.repeats, advance, long)
-        elif part == "switches":
-            cases = [*reference.cases("case study"), *reference.cases("tangencies")]
-            cases = cases[::_QUICK] if self.quick else cases
-            self.widths = widths(cases) if core else []
-            advance()
-            starts = [case.start._replace(periods=1) for case in reference.cases("case study")]
-            self.roots = roots(starts[::_QUICK] if self.quick else starts)
-            advance()
-        elif core:
-            self.growth = growth(self.repeats, _MOST[self.quick], advance)
+            chosen, repeats = self._near(), 1
+            cases = _few(near) if self.quick else strided(near)
+        else:
+            every = reference.cases("case study")
+            cases = _few(every) if self.quick else lambda _: every
+        long = _QUICK_LONG if self.quick else LONG
+        self.rows[part] = compare(chosen, cases, repeats, advance, long)
 
     def write(self, path: Path) -> None:
         """Writes the record."""
@@ -135,4 +114,4 @@ class Study:
 
 def _few(cases: Sequence[Case]) -> Callable[[Tool], Sequence[Case]]:
     """One of the cases for a slow tool, every fourth for a fast one."""
-    return lambda tool: cases[:1] if tool.slow else cases[::_QUICK]
+    return lambda tool: cases[:1] if tool.slow else cases[::QUICK]

@@ -14,7 +14,7 @@ from time import process_time
 
 import numpy as np
 
-from capsule_sym._bench.goals import Goal
+from benchmarks.speed.goals import Goal
 from capsule_sym._design.fit import fit
 from capsule_sym._design.optimise import optimise
 from capsule_sym._design.pareto import pareto

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from benchmarks.speed import own
 from capsule_sym._bench.model import Run
-from capsule_sym._bench.peers import own
 from capsule_sym._bench.reference import Case
 from capsule_sym._bench.study import Row, error, wrong_switches
 from capsule_sym._bench.tools import ONE_ROW, OURS

@@ -24,6 +24,14 @@ def compiler() -> str | None:
     return shutil.which("cc")
 
 
+def version() -> str | None:
+    """What the compiler calls itself, None where there is none."""
+    if (path := compiler()) is None:
+        return None
+    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.partition("\n")[0] or None
+
+
 def problem() -> str | None:
     """Why there are no integrators in C, None where there are; compiles them if need be."""
     if compiler() is None:
