@@ -61,30 +61,37 @@ from capsule_sym._map.segments import Segment as Segment
 from capsule_sym._map.simulate import simulate as simulate
 from capsule_sym._map.steady import SteadyMotion as SteadyMotion
 from capsule_sym._map.trajectory import Trajectory as Trajectory
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation as Bifurcation
-from capsule_sym._orbits.continuation.boxes import BoxSearch as BoxSearch
-from capsule_sym._orbits.continuation.boxes import search_box as search_box
-from capsule_sym._orbits.continuation.continuation import Branch as Branch
-from capsule_sym._orbits.continuation.continuation import BranchPoint as BranchPoint
-from capsule_sym._orbits.continuation.continuation import continue_orbit as continue_orbit
-from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint as CodimensionTwoPoint
-from capsule_sym._orbits.continuation.curves import Curve as Curve
-from capsule_sym._orbits.continuation.curves import CurvePoint as CurvePoint
-from capsule_sym._orbits.continuation.curves import continue_bifurcation as continue_bifurcation
-from capsule_sym._orbits.continuation.curves import curves_from as curves_from
-from capsule_sym._orbits.continuation.isolas import continue_both_ways as continue_both_ways
-from capsule_sym._orbits.continuation.normal_forms import NormalForm as NormalForm
+from capsule_sym._orbits.continuation.branches.branch import Branch as Branch
+from capsule_sym._orbits.continuation.branches.branch import BranchPoint as BranchPoint
+from capsule_sym._orbits.continuation.branches.continuing import (
+    continue_both_ways as continue_both_ways,
+)
+from capsule_sym._orbits.continuation.branches.continuing import continue_orbit as continue_orbit
+from capsule_sym._orbits.continuation.branches.saved import labelled_point as labelled_point
+from capsule_sym._orbits.continuation.branches.saved import orbit_from_record as orbit_from_record
+from capsule_sym._orbits.continuation.branches.saved import read_branch as read_branch
+from capsule_sym._orbits.continuation.branches.switching import continue_from as continue_from
+from capsule_sym._orbits.continuation.branches.switching import (
+    period_doubling_cascade as period_doubling_cascade,
+)
+from capsule_sym._orbits.continuation.curves.continuing import (
+    continue_bifurcation as continue_bifurcation,
+)
+from capsule_sym._orbits.continuation.curves.continuing import curves_from as curves_from
+from capsule_sym._orbits.continuation.curves.curve import Curve as Curve
+from capsule_sym._orbits.continuation.families.states import Ending as Ending
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath as ParameterPath
 from capsule_sym._orbits.continuation.parameter_paths import device_path as device_path
 from capsule_sym._orbits.continuation.parameter_paths import parameter_path as parameter_path
-from capsule_sym._orbits.continuation.saved import labelled_point as labelled_point
-from capsule_sym._orbits.continuation.saved import orbit_from_record as orbit_from_record
-from capsule_sym._orbits.continuation.saved import read_branch as read_branch
-from capsule_sym._orbits.continuation.states import Ending as Ending
-from capsule_sym._orbits.continuation.switching import continue_from as continue_from
-from capsule_sym._orbits.continuation.switching import (
-    period_doubling_cascade as period_doubling_cascade,
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation as Bifurcation
+from capsule_sym._orbits.continuation.points.bifurcation import (
+    CodimensionTwoPoint as CodimensionTwoPoint,
 )
+from capsule_sym._orbits.continuation.points.bifurcation import CurvePoint as CurvePoint
+from capsule_sym._orbits.continuation.points.normal_forms import NormalForm as NormalForm
+from capsule_sym._orbits.continuation.search import BoxSearch as BoxSearch
+from capsule_sym._orbits.continuation.search import search_box as search_box
+from capsule_sym._orbits.continuation.settings import ContinuationSettings as ContinuationSettings
 from capsule_sym._orbits.metrics.many import Performances as Performances
 from capsule_sym._orbits.metrics.many import performance_many as performance_many
 from capsule_sym._orbits.metrics.performance import Metric as Metric

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-    from capsule_sym._orbits.continuation.continuation import Branch
+    from capsule_sym._orbits.continuation.branches.branch import Branch
+    from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
     from capsule_sym._parameters import Parameters
 
 
@@ -105,9 +105,9 @@ def branch(
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.continuation import check_points
+    from capsule_sym._orbits.continuation.branches.continuing import check_points
+    from capsule_sym._orbits.continuation.families.states import Ending
     from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
-    from capsule_sym._orbits.continuation.states import Ending
     from capsule_sym._records import dumps, in_si, table, write
 
     for name in (*dimensionless, *ranges(), "file", "begin", "state"):
@@ -175,7 +175,7 @@ def _restarted(
     ties: dict[str, str] | None,
     limit: Watch,
 ) -> tuple[Branch, ...]:
-    from capsule_sym._orbits.continuation.switching import continue_from
+    from capsule_sym._orbits.continuation.branches.switching import continue_from
 
     return continue_from(
         file, label, end, parameter=parameter, points=points, ties=ties, max_seconds=limit.left
@@ -196,7 +196,7 @@ def _ties(given: Sequence[str]) -> dict[str, str]:
 def _cascade(
     found: tuple[Branch, ...], depth: int, points: int, limit: Watch
 ) -> tuple[Branch, ...]:
-    from capsule_sym._orbits.continuation.switching import period_doubling_cascade
+    from capsule_sym._orbits.continuation.branches.switching import period_doubling_cascade
 
     def doubled(one: Branch) -> tuple[Branch, ...]:
         return period_doubling_cascade(one, depth, points=points, max_seconds=limit.left)
@@ -206,7 +206,7 @@ def _cascade(
 
 def tell_early_end(found: Branch) -> None:
     """Exit with 3, and the reason, where a branch ends before its parameter is there."""
-    from capsule_sym._orbits.continuation.states import Ending
+    from capsule_sym._orbits.continuation.families.states import Ending
 
     if found.status is not Ending.REACHED:
         click.echo(f"the branch ends ({found.status.value}): {found.message}", err=True)
@@ -224,7 +224,7 @@ def followed(
     ties: Mapping[str, str] | None = None,
 ) -> Branch:
     """The branch of the motion that settles from a state; exits with 3 where none does."""
-    from capsule_sym._orbits.continuation.continuation import continue_orbit
+    from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
     from capsule_sym._orbits.continuation.parameter_paths import parameter_path
     from capsule_sym._parameters import Parameters
 

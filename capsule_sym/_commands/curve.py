@@ -23,7 +23,7 @@ from capsule_sym._errors import InvalidInput
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from capsule_sym._orbits.continuation.curves import Curve
+    from capsule_sym._orbits.continuation.curves.curve import Curve
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
 
@@ -80,14 +80,18 @@ def curve(
     points or ends after --max-seconds, and with 4 where --certify does not prove all.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.continuation import check_points
-    from capsule_sym._orbits.continuation.curves import check, continue_bifurcation, curves_from
+    from capsule_sym._orbits.continuation.branches.continuing import check_points
+    from capsule_sym._orbits.continuation.curves.continuing import (
+        check,
+        continue_bifurcation,
+        curves_from,
+    )
+    from capsule_sym._orbits.continuation.families.states import Ending
     from capsule_sym._orbits.continuation.records import (
         codimension_two_rows,
         curve_record,
         curve_rows,
     )
-    from capsule_sym._orbits.continuation.states import Ending
     from capsule_sym._records import dumps, in_si, table, write
 
     over = ranges()

@@ -146,7 +146,7 @@ def diagram(
     from capsule_sym._figures.curves import plot_curves
     from capsule_sym._figures.diagrams import plot_diagram as draw
     from capsule_sym._figures.style import save_figure
-    from capsule_sym._orbits.continuation.saved import read_branch, read_curves
+    from capsule_sym._orbits.continuation.branches.saved import read_branch, read_curves
 
     wide = _check_picture(out, width, dpi)
     curves = read_curves(paths[0]) if len(paths) == 1 else None

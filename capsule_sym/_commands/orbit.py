@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from capsule_sym._enclosures.certificates.certify import Certified
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.boxes import BoxSearch
+    from capsule_sym._orbits.continuation.search import BoxSearch
     from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._orbits.shooting.search import FoundOrbits
     from capsule_sym._parameters import Parameters, PhysicalParameters
@@ -182,8 +182,8 @@ def _search_box(
     max_seconds: float,
     as_json: bool,
 ) -> BoxSearch:
-    from capsule_sym._orbits.continuation.boxes import search_box
     from capsule_sym._orbits.continuation.records import branch_record
+    from capsule_sym._orbits.continuation.search import search_box
     from capsule_sym._records import dumps
 
     name, ends = (None, None) if along is None else (along[0].replace("-", "_"), along[1:])

@@ -19,7 +19,7 @@ def plot(result: Any, **options: Any) -> Figure:
     from capsule_sym._figures.branches import plot_bifurcations
     from capsule_sym._figures.portraits import plot_motion
     from capsule_sym._map import Trajectory
-    from capsule_sym._orbits.continuation.continuation import Branch
+    from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._study.data import branch_record
 

@@ -26,7 +26,7 @@ from capsule_sym._study.arcs import UNSETTLED
 from capsule_sym.generated.py import DIGEST
 
 if TYPE_CHECKING:
-    from capsule_sym._orbits.continuation.continuation import Branch
+    from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._study.regions import Plane, Region
     from capsule_sym._study.sections import Section
@@ -101,7 +101,7 @@ class Store:
         Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
         at the low end of the first range.
         """
-        from capsule_sym._orbits.continuation.curves import continue_bifurcation
+        from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
         from capsule_sym._orbits.continuation.records import curve_record
 
         def compute() -> list[dict[str, Any]]:
@@ -165,7 +165,7 @@ def _provenance() -> dict[str, str]:
 
 
 def _followed(parameters: Parameters, parameter: str, to: float, points: int) -> Branch:
-    from capsule_sym._orbits.continuation.continuation import continue_orbit
+    from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
     from capsule_sym._orbits.shooting.search import solve_orbit
 
     orbit = solve_orbit(parameters)
@@ -213,7 +213,7 @@ def _energies(orbit: Orbit) -> dict[str, float] | None:
 
 def orbit_of(record: Mapping[str, Any]) -> Orbit:
     """The orbit at a point or a bifurcation of a branch's record."""
-    from capsule_sym._orbits.continuation import saved
+    from capsule_sym._orbits.continuation.branches import saved
 
     return saved.orbit_from_record(record.get("orbit", record))
 

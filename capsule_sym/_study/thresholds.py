@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 
 from capsule_sym import _paper as paper
 from capsule_sym._map.backend import Number, backend
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation, refined
-from capsule_sym._orbits.continuation.continuation import continue_orbit
-from capsule_sym._orbits.continuation.curves import Curve, continue_bifurcation
-from capsule_sym._orbits.continuation.events import solve_event
+from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
+from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
+from capsule_sym._orbits.continuation.curves.curve import Curve
+from capsule_sym._orbits.continuation.families.states import Ending
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, refined
+from capsule_sym._orbits.continuation.points.extended import solve_event
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
-from capsule_sym._orbits.continuation.states import Ending
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
@@ -76,7 +77,7 @@ def compute(report: Callable[[], object] = lambda: None) -> list[Threshold]:
                 curves[name] = continue_bifurcation(
                     one, "gamma", ((FIRST / 2, LAST), GAMMA_RANGE), points=20
                 )
-            printed, exact = _printed(one), refined(one).values[0]
+            printed, exact = _printed(one), refined(one).orbit.values[0]
             as_printed = tuple(_gammas_as_printed(curves[name], printed))
             thresholds.append(Threshold(gamma, one, exact, printed, curves[name], as_printed))
             report()
@@ -120,7 +121,7 @@ def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]
                 (point.segment,),
             )
         if found is not None:
-            yield float(found.values[PARAMETERS.index("gamma")])
+            yield float(found.orbit.values[PARAMETERS.index("gamma")])
 
 
 class Meeting(NamedTuple):

@@ -15,7 +15,7 @@ from capsule_sym._design import steering
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression
-from capsule_sym._orbits.continuation import boxes
+from capsule_sym._orbits.continuation import search
 
 Command = Callable[..., subprocess.CompletedProcess[str]]
 DEVICE = PhysicalParameters(M_m=1, M_c=3, k1=1, k2=1, c=0, G=0, P_d=1, Omega=1, mu=0.1)
@@ -98,7 +98,7 @@ def test_a_wrong_line_is_refused_in_one_line(
     # what would begin work
     monkeypatch.setattr(enclosing, "spawning", None)
     monkeypatch.setattr(steering, "steer", None)
-    monkeypatch.setattr(boxes, "_attractors", None)
+    monkeypatch.setattr(search, "_Search", None)
     done = inside(*line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("error: ")

@@ -4,17 +4,26 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from capsule_sym import Itinerary, ParameterPath, Parameters, monodromy_matrix, solve_itinerary
+from capsule_sym import (
+    Itinerary,
+    ParameterPath,
+    Parameters,
+    continue_orbit,
+    monodromy_matrix,
+    solve_itinerary,
+)
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation import bifurcations, events
-from capsule_sym._orbits.continuation.bifurcations import (
+from capsule_sym._orbits.continuation.families.locating import zero_of_test_function
+from capsule_sym._orbits.continuation.points import bifurcation, conditions, kinds
+from capsule_sym._orbits.continuation.points.bifurcation import refined
+from capsule_sym._orbits.continuation.points.extended import solve_event
+from capsule_sym._orbits.continuation.points.kinds import (
+    CORNER,
     FOLD,
     NEIMARK_SACKER,
     PERIOD_DOUBLING,
-    refined,
-    zero_of_test_function,
+    place,
 )
-from capsule_sym._orbits.continuation.events import CORNER, place, solve_event
 from capsule_sym._orbits.shooting.admissibility import DURATION, inequalities
 from capsule_sym._orbits.shooting.changes import insert_segment, remove_segment, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
@@ -36,7 +45,7 @@ def test_fifty_digits_give_the_value_within_its_uncertainty(gamma: float, index:
     one = upwards(gamma).bifurcations[index]
     exact = refined(one)
     assert exact.uncertainties[0] < 1e-50
-    assert abs(exact.values[0] - one.value) <= one.uncertainty
+    assert abs(exact.orbit.values[0] - one.value) <= one.uncertainty
 
 
 @pytest.mark.long
@@ -45,7 +54,7 @@ def test_fifty_digits_confirm_the_value_to_twenty(gamma: float, index: int) -> N
     # An orbit of an itinerary without the segment, or with the other one, exists on both sides. All
     # its inequalities hold 1e-20 on one side, and one fails 1e-20 on the other.
     one = upwards(gamma).bifurcations[index]
-    exact = refined(one)
+    exact = refined(one).orbit
     with backend("mpmath") as numbers:
         other = swap_segment(exact.itinerary, exact.z, one.segment)
         if other is None:
@@ -100,7 +109,7 @@ def bifurcations_of(part) -> frozenset[str]:
 def test_the_surfaces_are_those_whose_closures_hold_the_line() -> None:
     # Where delta < f_b all lines but L10 exist; L10 where delta > f_b.
     f_b, delta = SYMBOLS[-1], SYMBOLS[2]
-    for line, surfaces in events._SURFACES.items():
+    for line, surfaces in kinds._SURFACES.items():
         hypotheses = [sp.Gt(delta, f_b) if line == "L10" else sp.Lt(delta, f_b)]
         holding = [name for name in SURFACES if meets(PIECES[name], PIECES[line], hypotheses)]
         assert tuple(holding) == surfaces, line
@@ -147,7 +156,7 @@ def test_events_that_are_none_have_no_name() -> None:
     orbit = settled(alpha=1.5)
     system, itinerary = orbit.system, orbit.itinerary
     # F4 between F5 and F1 changes contact and drift, F2 between F1 and F3 reverses.
-    assert place(itinerary, system, 3).type == events.CROSSING
+    assert place(itinerary, system, 3).type == kinds.CROSSING
     for segment in range(len(itinerary)):
         before, during, after = (
             itinerary.fields[segment - 1],
@@ -185,8 +194,8 @@ def test_the_test_functions_vanish_with_the_multipliers(monkeypatch, seed: int) 
         else:
             block = np.diag([a, b, c])
         matrix = base @ block @ np.linalg.inv(base)
-        monkeypatch.setattr(bifurcations, "monodromy_matrix", lambda orbit: matrix)
-        return bifurcations.evaluate_test_functions(None)
+        monkeypatch.setattr(conditions, "monodromy_matrix", lambda orbit: matrix)
+        return conditions.evaluate_test_functions(None)
 
     assert at([1.0, 0.3, -0.4])[FOLD] == pytest.approx(0, abs=1e-12)
     assert at([-1.0, 0.3, 0.5])[PERIOD_DOUBLING] == pytest.approx(0, abs=1e-12)
@@ -207,7 +216,7 @@ def test_smooth_bifurcations_have_their_multiplier() -> None:
     assert [one.type for one in found].count(PERIOD_DOUBLING) == 2
     for one in found:
         expected = 1 if one.type == FOLD else -1
-        values = bifurcations.sorted_multipliers(one.orbit)
+        values = bifurcation.sorted_multipliers(one.orbit)
         assert min(abs(value - expected) for value in values) < 1e-9
         column = PARAMETERS.index("omega")
         assert one.orbit.values[column] == one.value
@@ -253,3 +262,15 @@ def test_no_root_without_a_change_of_sign() -> None:
 def test_parameters_other_than_the_free_one_stay() -> None:
     for one in upwards(3.0).bifurcations:
         assert one.orbit.parameters == Parameters(alpha=one.value, gamma=3.0)
+
+
+def test_multipliers_on_the_unit_circle_all_along_are_no_bifurcation() -> None:
+    """At rest on the ground and without damping nothing dissipates: the product of two is 1."""
+    damped = settled(alpha=0.0143, zeta=0.001)
+    start = solve_itinerary(Parameters(alpha=0.0143, zeta=0.0), damped.itinerary, damped.z)
+    assert start.success
+    branch = continue_orbit(start, "alpha", 0.0074)
+    for point in branch.points:
+        first, second, last = point.multipliers
+        assert (abs(first * second), last) == (pytest.approx(1.0, abs=1e-12), 0)
+    assert NEIMARK_SACKER not in {one.type for one in branch.bifurcations}

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from capsule_sym import (
     BoxSearch,
     BranchPoint,
+    ContinuationSettings,
     Ending,
     InvalidInput,
     Orbit,
@@ -23,8 +24,9 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._map.batch import final_states, parameter_rows
-from capsule_sym._orbits.continuation.bifurcations import FOLD
-from capsule_sym._orbits.continuation.isolas import follow_both_ways
+from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation.branches.continuing import axis_within, follow_both_ways
+from capsule_sym._orbits.continuation.points.kinds import FOLD
 from capsule_sym._orbits.shooting.identity import same
 
 BESIDE_THREE = Parameters(alpha=2.96, omega=0.8, delta=0.5, zeta=0.01, beta=50.0, gamma=5.0)
@@ -144,7 +146,8 @@ def test_a_fold_leads_to_the_other_orbit_at_the_same_value() -> None:
     found = search_box(REST, (2.0, 2.0, 0), size=(5, 5, 1), period_numbers=(1,))
     drifting = next(one for one in found.orbits if len(one.itinerary) == 4)
     unstable = next(one for one in found.orbits if abs(floquet_multipliers(one)[0]) > 1)
-    _, passed = follow_both_ways(drifting, "alpha", (0.8, 1.3), points=10)
+    axis = axis_within(drifting.parameters, drifting.values, "alpha", (0.8, 1.3))
+    _, passed = follow_both_ways(drifting, axis, 10, ContinuationSettings(), Watch())
     assert any(same(one, unstable) for one in passed)
 
 

@@ -8,6 +8,7 @@ import pytest
 from capsule_sym import (
     Bifurcation,
     Branch,
+    ContinuationSettings,
     Ending,
     InvalidInput,
     Itinerary,
@@ -19,17 +20,18 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._orbits.continuation import continuation
-from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.events import (
+from capsule_sym._orbits.continuation.branches import run as branch_run
+from capsule_sym._orbits.continuation.families.arclength import least_between, least_slope_between
+from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CORNER,
     CROSSING,
+    FOLD,
     GRAZING,
     GRAZING_SLIDING,
+    PERIOD_DOUBLING,
     SWITCHING,
 )
-from capsule_sym._orbits.continuation.path import least_between, least_slope_between
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from tests.orbits.branches import HIGH, LOW, downwards, hysteretic, settled, upwards
 
@@ -256,7 +258,7 @@ def test_a_period_doubled_branch_ends_at_its_doubling() -> None:
 
 def test_without_that_end_a_doubled_branch_returns_to_its_own_orbit(monkeypatch) -> None:
     # Begun at the other half, it is the same orbit.
-    monkeypatch.setattr(continuation, "halved", lambda *arguments: None)
+    monkeypatch.setattr(branch_run, "halved", lambda *arguments: None)
     branch = continue_orbit(settled(alpha=0.045, zeta=0.005), "alpha", 0.01, points=20)
     assert branch.status is Ending.RETURNED
     first, last = (point.orbit for point in (branch.points[0], branch.points[-1]))
@@ -288,7 +290,7 @@ def test_an_orbit_that_its_word_does_not_admit_is_refused() -> None:
 
 
 def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> None:
-    monkeypatch.setattr(continuation, "is_admissible", lambda orbit: False)
+    monkeypatch.setattr(branch_run, "is_admissible", lambda orbit: False)
     branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.status is Ending.NO_ADMISSIBLE_ORBIT
     assert "the map does not follow" in branch.message
@@ -297,16 +299,16 @@ def test_a_word_that_the_map_does_not_follow_ends_the_branch(monkeypatch) -> Non
 
 def test_newton_that_fails_ends_the_branch(monkeypatch) -> None:
     monkeypatch.setattr(
-        "capsule_sym._orbits.continuation.stepping.corrected", lambda *arguments: None
+        "capsule_sym._orbits.continuation.families.family.corrected", lambda *arguments: None
     )
     branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
     assert branch.status is Ending.NOT_CONVERGED
     assert "alpha = 0.9" in branch.message
 
 
-def test_too_many_points_end_the_branch(monkeypatch) -> None:
-    monkeypatch.setattr(continuation, "_MOST_POINTS", 5)
-    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0)
+def test_too_many_points_end_the_branch() -> None:
+    settings = ContinuationSettings(most_points=5)
+    branch = continue_orbit(settled(alpha=0.9), "alpha", 1.0, settings=settings)
     assert (branch.status, len(branch.points)) == (Ending.TOO_MANY_POINTS, 5)
 
 
@@ -327,6 +329,13 @@ def test_bad_input_is_refused(parameter: str, to: float, points: int, field: str
     with pytest.raises(InvalidInput) as caught:
         continue_orbit(settled(alpha=0.9), parameter, to, points=points)
     assert caught.value.field == field
+
+
+def test_an_orbit_that_was_not_found_is_refused() -> None:
+    none = solve_itinerary(Parameters(alpha=0.1), settled(alpha=1.2).itinerary, [0.1] * 8)
+    assert not none.success
+    with pytest.raises(InvalidInput, match="one that was found"):
+        continue_orbit(none, "alpha", 1.0)
 
 
 @pytest.mark.long

@@ -15,27 +15,25 @@ from capsule_sym import (
     continue_orbit,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.bifurcations import (
-    FOLD,
-    PERIOD_DOUBLING,
-    of_matrix,
-    sorted_multipliers,
-)
-from capsule_sym._orbits.continuation.curve_run import CurveRun
-from capsule_sym._orbits.continuation.events import (
+from capsule_sym._orbits.continuation.curves.run import CurveRun
+from capsule_sym._orbits.continuation.families.arclength import corrected
+from capsule_sym._orbits.continuation.families.states import Axis, Problem
+from capsule_sym._orbits.continuation.families.stepping import Continuation
+from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
+from capsule_sym._orbits.continuation.points.conditions import of_matrix
+from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CROSSING,
     CUSP,
+    FOLD,
     GRAZING,
     GRAZING_SLIDING,
+    PERIOD_DOUBLING,
     RESONANCE_1_1,
     RESONANCE_1_2,
     SWITCHING,
 )
-from capsule_sym._orbits.continuation.path import corrected
 from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_record, curve_rows
-from capsule_sym._orbits.continuation.states import Axis
-from capsule_sym._orbits.continuation.stepping import Continuation
 from tests.orbits.branches import hysteretic, settled, upwards
 
 RANGES = ((0.001, 2.0), (3.0, 3.3))
@@ -71,8 +69,8 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
         for name, ends in zip(("alpha", "gamma"), RANGES, strict=True)
     )
     with backend("numpy") as numbers:
-        continuation = Continuation(numbers, one.orbit, axes, one.segment)
-        u = continuation.unknowns(one.orbit.z, one.orbit.values)
+        continuation = Continuation(Problem(numbers, axes), one.orbit, one.segment)
+        u = continuation.unknowns(one.orbit)
         begin = continuation.state(u, -np.eye(len(u))[-1])
         states = [begin]
         for _ in range(2):
@@ -82,10 +80,12 @@ def test_a_curve_is_closed_only_where_it_passes_its_first_point() -> None:
         middle = corrected(continuation.equations, (old.u + new.u) / 2, new.u - old.u)
         assert middle is not None
         first = continuation.state(middle.u, begin.tangent, middle)
-        assert run._between(old, new, first)
-        assert not run._between(begin, old, first)
-        assert not run._between(old, new, begin)
-        assert not run._between(old, new, first._replace(u=first.u + 1e-5 * np.eye(len(u))[0]))
+        run.first = first
+        assert run.closes(old, new)
+        assert not run.closes(begin, old)
+        for other in (begin, first._replace(u=first.u + 1e-5 * np.eye(len(u))[0])):
+            run.first = other
+            assert not run.closes(old, new)
 
 
 def test_two_curves_meet_in_one_point() -> None:

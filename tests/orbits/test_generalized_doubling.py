@@ -19,8 +19,11 @@ from capsule_sym import (
 )
 from capsule_sym._map.backend import MpmathBackend
 from capsule_sym._map.reference import Run
-from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.events import GENERALIZED_DOUBLING
+from capsule_sym._orbits.continuation.points.kinds import (
+    FOLD,
+    GENERALIZED_DOUBLING,
+    PERIOD_DOUBLING,
+)
 from tests.orbits.branches import settled
 
 MOTION = {

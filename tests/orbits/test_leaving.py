@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from capsule_sym import Curve, Ending, continue_bifurcation, continue_orbit, curves_from
-from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.events import ADDING, CROSSING, GRAZING_SLIDING, SWITCHING
+from capsule_sym._orbits.continuation.points.kinds import (
+    ADDING,
+    CROSSING,
+    FOLD,
+    GRAZING_SLIDING,
+    PERIOD_DOUBLING,
+    SWITCHING,
+)
 from tests.orbits.branches import settled, upwards
 
 DOUBLING = (0.36857435716012, 0.0480661171083319)

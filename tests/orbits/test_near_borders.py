@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from capsule_sym import Bifurcation, Ending, continue_from, continue_orbit
-from capsule_sym._orbits.continuation.bifurcations import FOLD, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.events import (
+from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CORNER,
     CROSSING,
+    FOLD,
     GRAZING_SLIDING,
+    PERIOD_DOUBLING,
     SWITCHING,
 )
 from tests.orbits.branches import settled

@@ -19,8 +19,8 @@ from capsule_sym._enclosures.numbers.balls import precision
 from capsule_sym._enclosures.orbits.events import prove_event
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.events import CORNER
-from capsule_sym._orbits.continuation.normal_forms import (
+from capsule_sym._orbits.continuation.points.kinds import CORNER
+from capsule_sym._orbits.continuation.points.normal_forms import (
     NON_SMOOTH_FOLD,
     PERSISTENCE,
     SUPERCRITICAL,

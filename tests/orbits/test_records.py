@@ -20,13 +20,11 @@ from capsule_sym import (
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation import family, locating
-from capsule_sym._orbits.continuation.bifurcations import (
-    PERIOD_DOUBLING,
-    SmoothEvent,
-    sorted_multipliers,
-    zero_of_test_function,
-)
+from capsule_sym._orbits.continuation.families import family, locating
+from capsule_sym._orbits.continuation.families.locating import zero_of_test_function
+from capsule_sym._orbits.continuation.families.states import SmoothEvent
+from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
+from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.records import (
     bifurcation_record,
     bifurcation_rows,

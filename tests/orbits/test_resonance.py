@@ -17,8 +17,11 @@ from capsule_sym import (
     curves_from,
     simulate,
 )
-from capsule_sym._orbits.continuation.bifurcations import NEIMARK_SACKER, PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.events import RESONANCE_1_2
+from capsule_sym._orbits.continuation.points.kinds import (
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    RESONANCE_1_2,
+)
 from capsule_sym._orbits.shooting.admissibility import rerun
 from tests.orbits.branches import settled
 

@@ -25,7 +25,7 @@ from capsule_sym import (
     whole_orbit,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.events import ADDING, CORNER, CROSSING, GRAZING
+from capsule_sym._orbits.continuation.points.kinds import ADDING, CORNER, CROSSING, GRAZING
 from capsule_sym._orbits.shooting.equations import shooting
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice

@@ -28,8 +28,7 @@ from capsule_sym._enclosures.passage.runs import enclose_run, exactly
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.continuation.curves import CurvePoint
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CurvePoint
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 

@@ -13,7 +13,7 @@ from capsule_sym._enclosures.numbers.balls import Unproved, ball, decimal, preci
 from capsule_sym._enclosures.orbits.branches import Box
 from capsule_sym._enclosures.orbits.events import Event
 from capsule_sym._enclosures.orbits.intervals import Regime, approximate, regimes, threshold
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._paper import panels, read

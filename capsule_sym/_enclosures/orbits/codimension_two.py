@@ -12,8 +12,9 @@ from capsule_sym._enclosures.orbits.events import NEAR, Event, beyond, prove_eve
 from capsule_sym._enclosures.orbits.intervals import approximate
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import held
-from capsule_sym._orbits.continuation.curves import CodimensionTwoPoint, continue_bifurcation
-from capsule_sym._orbits.continuation.events import CROSSING
+from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
+from capsule_sym._orbits.continuation.points.bifurcation import CodimensionTwoPoint
+from capsule_sym._orbits.continuation.points.kinds import CROSSING
 from capsule_sym._parameters import Parameters
 
 FREE = ("alpha", "gamma")

@@ -23,7 +23,7 @@ from capsule_sym._enclosures.orbits.stability import Characteristic, characteris
 from capsule_sym._enclosures.orbits.unfolding import growth
 from capsule_sym._enclosures.passage.switches import known
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.events import (
+from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CORNER,
     CROSSING,

@@ -16,8 +16,8 @@ from capsule_sym._enclosures.orbits.krawczyk import enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, held, shooting_of, turned
 from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.passage.guards import Watch
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.continuation.continuation import continue_orbit
+from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.search import solve_orbit

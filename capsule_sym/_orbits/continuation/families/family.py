@@ -6,45 +6,38 @@ from dataclasses import replace
 
 import numpy as np
 
-from capsule_sym._map.backend import Backend
-from capsule_sym._orbits.continuation.bifurcations import (
-    SMOOTH,
-    evaluate_test_functions,
-    gradient_of_test_function,
-    noise,
-)
-from capsule_sym._orbits.continuation.events import (
-    CUSP,
-    DEGENERATE,
-    FOLD,
-    GENERALIZED_DOUBLING,
-    NEIMARK_SACKER,
-    PERIOD_DOUBLING,
-    RESONANCE_1_1,
-    RESONANCE_1_2,
-    BorderCollision,
-    Condition,
-    Vanishing,
-    solve_event,
-)
-from capsule_sym._orbits.continuation.normal_forms import cubic, degeneracy, quadratic
-from capsule_sym._orbits.continuation.path import (
+from capsule_sym._orbits.continuation.families.arclength import (
     Evaluation,
     Solution,
     Vector,
+    corrected,
     tangent,
 )
-from capsule_sym._orbits.continuation.states import Axis, Ending, State, Stop, where
+from capsule_sym._orbits.continuation.families.states import Ending, Problem, State, Stop
+from capsule_sym._orbits.continuation.points import kinds
+from capsule_sym._orbits.continuation.points.conditions import (
+    EXACT,
+    Vanishing,
+    evaluate_test_functions,
+    gradient_of_test_function,
+    noise,
+    value_of,
+)
+from capsule_sym._orbits.continuation.points.extended import (
+    Condition,
+    EventSolution,
+    orbit_at,
+    solve_event,
+)
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
-from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
+from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # test functions of the monodromy matrix
 # What else may vanish along a curve of a smooth bifurcation; a cusp is seen by the curve's tangent.
 _WATCHED = {
-    FOLD: (PERIOD_DOUBLING, RESONANCE_1_1),
-    PERIOD_DOUBLING: (FOLD, RESONANCE_1_2, GENERALIZED_DOUBLING),
-    NEIMARK_SACKER: (FOLD, PERIOD_DOUBLING),
+    kinds.FOLD: (kinds.PERIOD_DOUBLING, kinds.RESONANCE_1_1),
+    kinds.PERIOD_DOUBLING: (kinds.FOLD, kinds.RESONANCE_1_2, kinds.GENERALIZED_DOUBLING),
+    kinds.NEIMARK_SACKER: (kinds.FOLD, kinds.PERIOD_DOUBLING),
 }
 
 
@@ -58,21 +51,30 @@ class Family:
 
     def __init__(
         self,
-        numbers: Backend,
+        problem: Problem,
         orbit: Orbit,
-        axes: tuple[Axis, ...],
         zero_segment: int | None = None,
         critical: str | None = None,
     ) -> None:
-        self.numbers, self.axes = numbers, axes
+        self.problem, (self.numbers, self.axes, self.settings) = problem, problem
         self.itinerary, self.zero_segment, self.critical = orbit.itinerary, zero_segment, critical
         self.values = [float(value) for value in orbit.values]
 
-    def unknowns(self, z: Vector, values: tuple[float, ...]) -> Vector:
+    def unknowns(self, orbit: Orbit) -> Vector:
         """The unknowns of an orbit."""
-        z = np.array(z, dtype=float)
-        kept = z if self.zero_segment is None else np.delete(z, 4 + self.zero_segment)
-        return np.array([*kept, *(axis.share(values) for axis in self.axes)])
+        z = self._without_segment(np.array(orbit.z, dtype=float))
+        return np.array([*z, *(axis.share(orbit.values) for axis in self.axes)])
+
+    def direction(self, segment: int) -> Vector:
+        """The unknowns' direction (many,) in which the duration of a segment grows."""
+        unit = np.eye(4 + len(self.itinerary))[4 + segment]
+        return np.append(self._without_segment(unit), np.zeros(len(self.axes)))
+
+    def _without_segment(self, by_z: Vector) -> Vector:
+        """Entries by z, along the last axis, without that of the segment of duration 0."""
+        if self.zero_segment is None:
+            return by_z
+        return np.delete(by_z, 4 + self.zero_segment, axis=-1)
 
     def orbit(self, u: Vector) -> Orbit:
         """The orbit, or what is to become one, of these unknowns."""
@@ -82,31 +84,36 @@ class Family:
             z = np.insert(z, 4 + self.zero_segment, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
             values = axis.placed(values, float(q))
-        system = shooting(self.numbers, values, self.itinerary, z)
-        return Orbit(tuple(values), self.itinerary, z, system, self.numbers.name)
+        return orbit_at(self.numbers, values, self.itinerary, z)
 
     def equations(self, u: Vector) -> Evaluation:
         """The equations at u, and the orbit."""
         orbit = self.orbit(u)
         system = orbit.system
-        by_z = (
-            system.by_z
-            if self.zero_segment is None
-            else np.delete(system.by_z, 4 + self.zero_segment, axis=1)
-        )
         by_q = [axis.along(system.by_p, orbit.values) for axis in self.axes]
-        by, residual = np.column_stack([by_z, *by_q]), system.residual
-        if self.critical is not None:
-            row = self.row(orbit, self.critical)
-            residual = np.append(residual, evaluate_test_functions(orbit)[self.critical])
-            by = np.vstack([by, row])
-        return Evaluation(residual, by, orbit)
+        by = np.column_stack([self._without_segment(system.by_z), *by_q])
+        if self.critical is None:
+            return Evaluation(system.residual, by, orbit)
+        residual = np.append(system.residual, evaluate_test_functions(orbit)[self.critical])
+        return Evaluation(residual, np.vstack([by, self.row(orbit, self.critical)]), orbit)
+
+    def corrected(
+        self, guess: Vector, normal: Vector, tolerance: float | None = None
+    ) -> Solution | None:
+        """The family's point in the plane through the guess, by Newton's method; None if none."""
+        return corrected(self.equations, guess, normal, self.settings, tolerance)
+
+    def corrected_at(self, guess: Vector, k: int, value: float) -> Solution | None:
+        """The family's point near a guess at which the unknown k has this value; None if none."""
+        guess, normal = guess.copy(), np.eye(len(guess))[k]
+        guess[k] = value
+        return self.corrected(guess, normal)
 
     def row(self, orbit: Orbit, name: str) -> Vector:
         """Gradient of a test function by the unknowns."""
-        row = self._gradient(orbit, name)
-        row[-len(self.axes) :] *= [axis.end - axis.begin for axis in self.axes]
-        return row if self.zero_segment is None else np.delete(row, 4 + self.zero_segment)
+        row, count = self._gradient(orbit, name), len(self.axes)
+        widths = [axis.end - axis.begin for axis in self.axes]
+        return np.append(self._without_segment(row[:-count]), row[-count:] * widths)
 
     def _gradient(self, orbit: Orbit, name: str) -> Vector:
         """Gradient of a test function of the monodromy matrix by z and what varies."""
@@ -122,7 +129,8 @@ class Family:
         try:
             direction = tangent(by, along)
         except np.linalg.LinAlgError:
-            raise Stop(Ending.NOT_CONVERGED, f"no tangent at {where(orbit, self.axes)}") from None
+            detail = f"no tangent at {self.problem.where(orbit)}"
+            raise Stop(Ending.NOT_CONVERGED, detail) from None
         return State(u, orbit, held, direction, self.tests(orbit))
 
     @property
@@ -130,36 +138,25 @@ class Family:
         """The test functions that are looked at along the path."""
         if self.critical is not None:
             return _WATCHED[self.critical]
-        return SMOOTH if self.zero_segment is None else (*SMOOTH, DEGENERATE)
+        return kinds.SMOOTH if self.zero_segment is None else (*kinds.SMOOTH, kinds.DEGENERATE)
 
     def tests(self, orbit: Orbit) -> dict[str, float]:
         """The test functions at an orbit of the path."""
         found = evaluate_test_functions(orbit)
-        others = (name for name in self.watched if name not in found)
-        return found | {name: self._test(name, orbit) for name in others}
-
-    def _test(self, name: str, orbit: Orbit) -> float:
-        if name == DEGENERATE and self.zero_segment is not None:
-            return degeneracy(self.numbers, orbit, self.zero_segment)
-        if name == GENERALIZED_DOUBLING:
-            there = cubic(self.numbers, orbit)
-            return there.term / there.closing
-        return evaluate_test_functions(orbit)[name]
+        others = [name for name in self.watched if name not in found]
+        return found | {n: value_of(self.numbers, orbit, n, self.zero_segment) for n in others}
 
     def _condition(self, name: str, like: Vector) -> Condition:
-        def value(orbit: Orbit) -> Vanishing:
-            if name in EXACT:
-                found, gradient = self._test(name, orbit), self._gradient(orbit, name)
-                return Vanishing(found, noise(orbit), gradient)
-            if name == CUSP:
-                return Vanishing(quadratic(self.numbers, orbit, like).term, noise(orbit))
-            return Vanishing(self._test(name, orbit), noise(orbit))
+        def vanishing(orbit: Orbit) -> Vanishing:
+            value = value_of(self.numbers, orbit, name, self.zero_segment, like)
+            gradient = self._gradient(orbit, name) if name in EXACT else None
+            return Vanishing(value, noise(orbit), gradient)
 
-        return value
+        return vanishing
 
     def solved(
         self, orbit: Orbit, names: tuple[str, ...], segments: tuple[int, ...] = ()
-    ) -> BorderCollision | None:
+    ) -> EventSolution | None:
         """The orbit near a guess at which test functions vanish and segments have the duration 0.
 
         All as one system of equations; None where Newton's method finds none.
@@ -178,8 +175,6 @@ class Family:
         """The inequality with the least value. Raises Stop where it fails."""
         least = min(state.held, key=lambda one: float(one.value))
         if least.value <= 0:
-            detail = (
-                f"{least.named(state.orbit.itinerary)} fails at {where(state.orbit, self.axes)}"
-            )
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+            named, where = least.named(state.orbit.itinerary), self.problem.where(state.orbit)
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, f"{named} fails at {where}")
         return least

@@ -11,30 +11,26 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.continuation.continuation import (
-    Branch,
-    BranchPoint,
-    Run,
-    axis_from,
-    check_points,
-    failure_of,
-)
-from capsule_sym._orbits.continuation.doubling import apart
-from capsule_sym._orbits.continuation.events import PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.normal_forms import doubled
-from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
-from capsule_sym._orbits.continuation.path import corrected
-from capsule_sym._orbits.continuation.states import OUT_OF_TIME, Axis, Ending, State, Stop
-from capsule_sym._orbits.continuation.stepping import (
-    Continuation,
+from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
+from capsule_sym._orbits.continuation.branches.continuing import axis_from, check_points
+from capsule_sym._orbits.continuation.branches.run import BranchRun, failure_of, halves_apart
+from capsule_sym._orbits.continuation.families.states import (
+    OUT_OF_TIME,
+    Ending,
     Neighbour,
-    first_half,
-    vanishing,
+    Problem,
+    State,
+    Stop,
 )
+from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half, vanishing
+from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
+from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
+from capsule_sym._orbits.continuation.points.normal_forms import doubled
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -42,7 +38,6 @@ from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 
 _DEEPEST = 16  # doublings of doublings: of 65,536 periods
-_DISTANCES = (1e-3, 3e-3, 1e-2, 3e-4, 1e-4)  # from an orbit at which its doubled one is sought
 
 
 class _Start(NamedTuple):
@@ -51,6 +46,10 @@ class _Start(NamedTuple):
     continuation: Continuation
     state: State
     neighbour: Neighbour | None = None
+
+    def followed(self, points: int, origin: str) -> Branch:
+        u, tangent = self.state.u, self.state.tangent
+        return BranchRun(self.continuation, u, tangent, points, origin).go(self.neighbour)
 
 
 def continue_from(
@@ -61,12 +60,14 @@ def continue_from(
     parameter: str | None = None,
     points: int = 100,
     ties: Mapping[str, Function | str] | None = None,
+    settings: ContinuationSettings = DEFAULT,
     max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """All branches that leave a labelled point of a branch, or of its file, towards a value.
 
     `parameter` and `ties`, as of `continue_orbit`, are those of the branch unless given, and so
-    are its units: dimensionless, unless a parameter has its own. From a period doubling they are
+    are its units: dimensionless, unless a parameter has its own. `settings` are those of
+    `continue_orbit`. From a period doubling they are
     the branch itself and that of the doubled orbits, from a fold the two sides of it, from a border
     collision what lies on the side of the value: two branches, or none, at a non-smooth fold. The
     `origin` of each is the label, of several "PD1.1" and "PD1.2". After `max_seconds` the branches
@@ -78,7 +79,7 @@ def continue_from(
         own, point = source.axis.path, source.at(label)
         path = chosen_path(own.name, lambda: own, parameter, ties)
     else:
-        from capsule_sym._orbits.continuation.saved import labelled_point
+        from capsule_sym._orbits.continuation.branches.saved import labelled_point
 
         path, point = labelled_point(source, label, parameter, ties)
     check_points(points)
@@ -87,15 +88,10 @@ def continue_from(
     with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
         if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
             point = _with_contact(point, label)
-        starts = list(_leaving(numbers, point, axis))
+        starts = list(_leaving(Problem(numbers, (axis,), settings), point))
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
-        found = [
-            Run(start.continuation, start.state.u, start.state.tangent, points, name).go(
-                start.neighbour
-            )
-            for start, name in zip(ahead, names, strict=True)
-        ]
+        found = [start.followed(points, name) for start, name in zip(ahead, names, strict=True)]
         if not starts:
             allowed = f"one that branches leave in {path.name}"
             raise InvalidInput("label", label, f"{allowed}: none leaves this one, to either side")
@@ -122,50 +118,54 @@ def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
 
 
 def period_doubling_cascade(
-    branch: Branch, depth: int, *, points: int = 100, max_seconds: float = math.inf
+    branch: Branch,
+    depth: int,
+    *,
+    points: int = 100,
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
 ) -> tuple[Branch, ...]:
     """The branches of doubled orbits that leave a branch, and those that leave them, to a depth.
 
     Each is followed to the ends of the range of the first, in its units. One that arrives at a
     period doubling of a branch that is known says so, and is not followed from there again. After
-    `max_seconds` the last branch ends with that status. Raises InvalidInput for a depth that is not
-    allowed.
+    `max_seconds` the last branch ends with that status. `settings` are those of `continue_orbit`.
+    Raises InvalidInput for a depth that is not allowed.
     """
     check_count("depth", depth, 0, _DEEPEST)
     check_points(points)
     found: list[Branch] = []
     limit = Watch(checked_seconds(max_seconds))
     with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
-        level = [branch]
+        level, problem = [branch], Problem(numbers, (branch.axis,), settings)
         for _ in range(depth):
             before = len(found)
             for one in level:
-                found.extend(_doubled_of(numbers, one, branch.axis, points))
+                found.extend(_doubled_of(problem, one, points))
             level = found[before:]
         return tuple(found)
     return (*found, Branch(branch.axis, (), (), *OUT_OF_TIME))
 
 
-def _doubled_of(numbers: Backend, branch: Branch, axis: Axis, points: int) -> Iterator[Branch]:
+def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branch]:
     """The branches of doubled orbits that leave a branch, each once."""
     last = branch.bifurcations[-1:] if branch.status is Ending.PERIOD_HALVED else ()
     reached: set[str] = set()
     for one in branch.bifurcations:
         if one.type != PERIOD_DOUBLING or one.label in reached or one in last:
             continue
-        start = _doubled(numbers, one.orbit, axis)
+        start = _doubled(problem, one.orbit)
         origin = f"{branch.origin}/{one.label}".lstrip("/")
         if start is None:
             lost = f"no doubled orbit is found beside {one.label}"
-            yield Branch(axis, (), (), Ending.NOT_CONVERGED, lost, origin)
+            yield Branch(problem.axes[0], (), (), Ending.NOT_CONVERGED, lost, origin)
             continue
-        new = Run(start.continuation, start.state.u, start.state.tangent, points, origin).go()
-        if new.status is Ending.PERIOD_HALVED:
-            at = _arrival(new, branch)
-            if at is not None:
-                reached.add(at.label)
-                name = f"branch {branch.origin}" if branch.origin else "the first branch"
-                new = replace(new, message=f"{new.message}: {at.label} of {name}")
+        new = start.followed(points, origin)
+        at = _arrival(new, branch) if new.status is Ending.PERIOD_HALVED else None
+        if at is not None:
+            reached.add(at.label)
+            name = f"branch {branch.origin}" if branch.origin else "the first branch"
+            new = replace(new, message=f"{new.message}: {at.label} of {name}")
         yield new
 
 
@@ -176,11 +176,11 @@ def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
     return next((one for one in doublings if same(one.orbit, end)), None)
 
 
-def _leaving(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:
+def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[_Start]:
     """The states beside a point, on every side on which they are admissible."""
-    found = list(_sides(numbers, point, axis))
+    found = list(_sides(problem, point))
     if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
-        doubled = _doubled(numbers, point.orbit, axis)
+        doubled = _doubled(problem, point.orbit)
         found += [doubled] if doubled else []
     for start in found:
         if _lives(start.state):
@@ -195,16 +195,15 @@ def _lives(state: State) -> bool:
         return False
 
 
-def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> Iterator[_Start]:
+def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[_Start]:
     """The states on both sides of a point, of one itinerary or two."""
     orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
     if segment is None:
-        orbit = first_half(orbit, (axis,)) or orbit
-        continuation = Continuation(numbers, orbit, (axis,))
-        u = continuation.unknowns(orbit.z, orbit.values)
-        for along in continuation.directions(u):
-            one = Continuation(numbers, orbit, (axis,))
-            neighbour = one.neighbour(u, along)
+        orbit = first_half(orbit, problem.axes) or orbit
+        for side in range(2):
+            one = Continuation(problem, orbit)
+            u = one.unknowns(orbit)
+            neighbour = one.neighbour(u, one.directions(u)[side])
             if neighbour is not None:
                 yield _Start(one, neighbour.state)
         return
@@ -212,36 +211,26 @@ def _sides(numbers: Backend, point: Bifurcation | BranchPoint, axis: Axis) -> It
     if point.symmetry == KEPT:
         orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
         segment = segment if half_segment is None else half_segment
-    continuation = Continuation(numbers, orbit, (axis,))
-    u = continuation.unknowns(orbit.z, orbit.values)
-    along = np.zeros(len(u))
-    along[4 + segment] = 1.0
-    neighbour = continuation.neighbour(u, along)
+    one = Continuation(problem, orbit)
+    neighbour = one.neighbour(one.unknowns(orbit), one.direction(segment))
     if neighbour is not None:
-        yield _Start(continuation, neighbour.state, neighbour)
-    continuation = Continuation(numbers, orbit, (axis,))
+        yield _Start(one, neighbour.state, neighbour)
+    one = Continuation(problem, orbit)
     try:
-        neighbour = continuation.cross(vanishing(orbit, segment))
+        neighbour = one.cross(vanishing(orbit, segment))
     except (InvalidInput, Stop):
         return
     if neighbour is not None:
-        yield _Start(continuation, neighbour.state, neighbour)
+        yield _Start(one, neighbour.state, neighbour)
 
 
-def _doubled(numbers: Backend, orbit: Orbit, axis: Axis) -> _Start | None:
+def _doubled(problem: Problem, orbit: Orbit) -> _Start | None:
     """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
-    whole = doubled(numbers, orbit)
-    continuation = Continuation(numbers, whole, (axis,))
-    u = continuation.unknowns(whole.z, whole.values)
-    by = continuation.equations(u).by
-    # Of the doubled equations two curves of solutions meet there; along one only the parameter
-    # stands still, and the halves move apart.
-    along = np.append(np.linalg.svd(by[:, :-1])[2][-1], 0.0)
-    for distance in _DISTANCES:
-        solution = corrected(continuation.equations, u + distance * along, along)
-        if solution is None or not apart(solution.at.made, distance / 2):
-            continue
-        state = continuation.state(solution.u, along, solution)
-        if not failure_of(state):
-            return _Start(continuation, state)
+    whole = doubled(problem.numbers, orbit)
+    one = Continuation(problem, whole)
+    for distance, along, solution in one.doubled(whole, problem.settings.doubled_distances):
+        if halves_apart(solution.at.made, distance / 2):
+            state = one.state(solution.u, along, solution)
+            if not failure_of(state):
+                return _Start(one, state)
     return None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +12,22 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import read_json
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.bifurcations import Bifurcation
-from capsule_sym._orbits.continuation.continuation import BranchPoint, ends
+from capsule_sym._orbits.continuation.branches.branch import BranchPoint, ends
 from capsule_sym._orbits.continuation.parameter_paths import (
     Function,
     ParameterPath,
     chosen_path,
     parameter_path,
 )
-from capsule_sym._orbits.continuation.records import FORMAT
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
+from capsule_sym._orbits.continuation.points.extended import orbit_at
 from capsule_sym._orbits.shooting.admissibility import tightest
-from capsule_sym._orbits.shooting.equations import PARAMETERS, shooting
+from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
+
+#: Of what `branch_record` gives; another number is another version of it.
+FORMAT = 3
 
 Record = Mapping[str, Any]
 _WHAT = "JSON that `branch --out` or `curve --out` wrote"
@@ -98,33 +102,26 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
         orbit = orbit_from_record(record)
         return BranchPoint(record["value"], orbit, tightest(orbit))
     orbit = orbit_from_record(record["orbit"])
-    segment = record["segment"]
+    segment, number = record["segment"], orbit.itinerary.period_number
     if segment is not None and not 0 < segment <= len(orbit.itinerary):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
-    before, after = record["itinerary_before"], record["itinerary_after"]
-    return Bifurcation(
-        type=record["type"],
-        parameter=path.name,
-        path=path,
-        value=record["value"],
-        uncertainty=record["uncertainty"],
-        residual=record["residual"],
-        iterations=record["iterations"],
-        status=OrbitStatus(record["status"]),
-        line=record["line"] or "",
-        surfaces=tuple(record["surfaces"]),
-        # The orbit's segments are written from where the paper begins, as segments are counted.
-        segment=None if segment is None else segment - 1,
-        symmetry=record["symmetry"] or "",
-        interval=tuple(record["interval"]),
-        failed=record["failed"] or "",
-        itinerary_before=_itinerary(before, orbit.itinerary.period_number),
-        itinerary_after=_itinerary(after, orbit.itinerary.period_number) if after else None,
-        multipliers_before=_complex(record["multipliers_before"]),
-        multipliers_after=_complex(record["multipliers_after"]),
-        orbit=orbit,
-        label=record["label"],
-    )
+    read: dict[str, Callable[[Any], Any]] = {
+        "str": lambda text: text or "",
+        "tuple[str, ...]": tuple,
+        "tuple[float, float]": tuple,
+        "tuple[complex, ...]": lambda pairs: tuple(complex(*pair) for pair in pairs),
+        "Itinerary": lambda names: _itinerary(names, number),
+        "Itinerary | None": lambda names: _itinerary(names, number) if names else None,
+        "OrbitStatus": OrbitStatus,
+    }
+    given = {
+        field.name: read.get(str(field.type), lambda value: value)(record[field.name])
+        for field in fields(Bifurcation)
+        if field.name not in ("orbit", "path", "segment")
+    }
+    # The orbit's segments are written from where the paper begins, as segments are counted.
+    segment = None if segment is None else segment - 1
+    return Bifurcation(**given, orbit=orbit, path=path, segment=segment)
 
 
 def orbit_from_record(record: Record) -> Orbit:
@@ -137,7 +134,7 @@ def orbit_from_record(record: Record) -> Orbit:
     z = np.array([*record["state"], angle, *record["durations"]])
     itinerary = _itinerary(record["itinerary"], record["period_number"])
     with backend("numpy") as numbers, np.errstate(all="ignore"):
-        orbit = Orbit(values, itinerary, z, shooting(numbers, values, itinerary, z), "numpy")
+        orbit = orbit_at(numbers, values, itinerary, z)
     if not abs(orbit.residual) < _CLOSED:
         raise ValueError("no orbit")
     return orbit
@@ -145,7 +142,3 @@ def orbit_from_record(record: Record) -> Orbit:
 
 def _itinerary(names: list[str], period_number: int) -> Itinerary:
     return Itinerary.parse(" ".join(names), period_number)
-
-
-def _complex(pairs: list[list[float]]) -> tuple[complex, ...]:
-    return tuple(complex(*pair) for pair in pairs)

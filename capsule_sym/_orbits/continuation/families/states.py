@@ -1,4 +1,4 @@
-"""Where a path of orbits stands, what happens on it, and why it ends."""
+"""What a continuation is in, where it stands, what happens on its way, and why it ends."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
-from capsule_sym._map.backend import Number
-from capsule_sym._orbits.continuation.bifurcations import SmoothEvent
-from capsule_sym._orbits.continuation.events import BorderCollision
+from capsule_sym._map.backend import Backend, Number
+from capsule_sym._orbits.continuation.families.arclength import Vector
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.path import Vector
+from capsule_sym._orbits.continuation.points.extended import EventSolution
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import Change
 from capsule_sym._orbits.shooting.equations import Matrix
@@ -81,6 +81,24 @@ class Axis(NamedTuple):
         return self.path.along(by_p, self.value(values)) * (self.end - self.begin)
 
 
+class Problem(NamedTuple):
+    """What all families of a continuation share: the number system, what varies, settings."""
+
+    numbers: Backend
+    axes: tuple[Axis, ...]
+    settings: ContinuationSettings = DEFAULT
+
+    def values(self, orbit: Orbit) -> tuple[float, ...]:
+        """The values of what varies."""
+        return tuple(axis.value(orbit.values) for axis in self.axes)
+
+    def where(self, orbit: Orbit) -> str:
+        """The free parameters' values and the itinerary, for a message."""
+        named = zip(self.axes, self.values(orbit), strict=True)
+        values = ", ".join(f"{axis.name} = {value!r}" for axis, value in named)
+        return f"{values}, itinerary {orbit.itinerary}"
+
+
 class State(NamedTuple):
     """A point of the path: unknowns u, the orbit, its inequalities, tangent and tests."""
 
@@ -90,6 +108,23 @@ class State(NamedTuple):
     tangent: Vector
     tests: dict[str, float]
 
+    @property
+    def admissible(self) -> bool:
+        """Whether all inequalities hold."""
+        return all(one.value > 0 for one in self.held)
+
+
+class SmoothEvent(NamedTuple):
+    """A test function that vanishes on the way between two states, and after which share of it.
+
+    Where the search has failed, `solved` is False and the orbit that of the first state.
+    """
+
+    type: str
+    share: float
+    solution: EventSolution
+    solved: bool = True
+
 
 class Event(NamedTuple):
     """A failed inequality, the orbit with a segment of duration 0 that stands for it, its share."""
@@ -97,7 +132,7 @@ class Event(NamedTuple):
     failed: Inequality
     segment: int
     change: Change
-    located: BorderCollision
+    solution: EventSolution
     share: float
 
 
@@ -105,13 +140,18 @@ class Step(NamedTuple):
     """The state after a step, what is on the way, in order, and how long to try the next step."""
 
     state: State
-    smooth: list[tuple[str, SmoothEvent]]
+    smooth: list[SmoothEvent]
     event: Event | None
     at_border: bool
     next: float
 
 
-def where(orbit: Orbit, axes: tuple[Axis, ...]) -> str:
-    """The free parameters' values and the itinerary, for a message."""
-    values = (f"{axis.name} = {axis.value(orbit.values)!r}" for axis in axes)
-    return f"{', '.join(values)}, itinerary {orbit.itinerary}"
+class Neighbour(NamedTuple):
+    """A state a little further on from a point, the point itself, and what lies between, in order.
+
+    No inequalities are asked of the point.
+    """
+
+    state: State
+    point: State
+    smooth: list[SmoothEvent]

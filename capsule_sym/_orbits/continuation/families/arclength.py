@@ -1,4 +1,4 @@
-"""Following a curve of solutions: m equations in m + 1 unknowns, by pseudo-arclength."""
+"""A curve of solutions of m equations in m + 1 unknowns: tangents, and Newton's method."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 
-_MOST_STEPS = 8
-_SETTLED = 1e-10  # a Newton step this small leaves an error of its square
-_NEARLY = 1e-6  # one this small too, if the residual then is rounding
 _ROUNDING = 2.0**-51
 
 
@@ -48,18 +47,23 @@ def tangent(by: Matrix, along: Vector) -> Vector:
 
 
 def corrected(
-    equations: Equations, guess: Vector, normal: Vector, settled: float = _SETTLED
+    equations: Equations,
+    guess: Vector,
+    normal: Vector,
+    settings: ContinuationSettings = DEFAULT,
+    tolerance: float | None = None,
 ) -> Solution | None:
     """The point of the curve in the plane through the guess, by Newton's method; None if none.
 
-    Steps that are `settled` end it; they do not get smaller than rounding lets them.
+    Steps that are within a tolerance end it; they do not get smaller than rounding lets them.
     """
-    u, size = guess, float("inf")
-    for step in range(1, _MOST_STEPS + 1):
+    u, size, tolerance = guess, float("inf"), tolerance or settings.newton_tolerance
+    for step in range(1, settings.newton_steps + 1):
         at = equations(u)
         if not np.all(np.isfinite(at.residual)):
             return None
-        if size < _NEARLY and np.max(abs(at.residual)) <= _ROUNDING * (1 + np.max(abs(u))):
+        rounding = _ROUNDING * (1 + np.max(abs(u)))
+        if size < settings.rounding_step and np.max(abs(at.residual)) <= rounding:
             return Solution(u, at, step - 1)
         try:
             change = np.linalg.solve(
@@ -68,17 +72,14 @@ def corrected(
         except np.linalg.LinAlgError:
             return None
         u, size = u + change, float(np.linalg.norm(change))
-        if size < settled * (1 + np.linalg.norm(u)):
+        if size < tolerance * (1 + np.linalg.norm(u)):
             return Solution(u, equations(u), step)
     return None
 
 
 def least_between(ends: Vector, slopes: Vector) -> float:
     """The least value on [0, 1] of the cubic that has these values and derivatives at 0 and 1."""
-    (first, last), (rising, final) = ends, slopes
-    chord = last - first
-    cubic = np.array([rising + final - 2 * chord, 3 * chord - 2 * rising - final, rising, first])
-    return _least(cubic)
+    return _least(_cubic(ends[1] - ends[0], slopes) + ends[0])
 
 
 def least_slope_between(chord: float, slopes: Vector) -> float:
@@ -86,12 +87,15 @@ def least_slope_between(chord: float, slopes: Vector) -> float:
 
     `chord` is the difference of its values there.
     """
-    rising, final = slopes
-    square, linear = 3 * (rising + final - 2 * chord), 2 * (3 * chord - 2 * rising - final)
-    return _least(np.array([square, linear, rising]))
+    return _least(_cubic(chord, slopes).deriv())
 
 
-def _least(polynomial: Vector) -> float:
-    roots = np.roots(np.polyder(polynomial))
-    inside = [float(at.real) for at in roots if at.imag == 0 and 0 < at.real < 1]
-    return float(min(np.polyval(polynomial, [0.0, 1.0, *inside])))
+def _cubic(chord: float, slopes: Vector) -> np.poly1d:
+    """The cubic that is 0 at 0 and `chord` at 1, with these derivatives there."""
+    first, last = slopes
+    return np.poly1d([first + last - 2 * chord, 3 * chord - 2 * first - last, first, 0.0])
+
+
+def _least(polynomial: np.poly1d) -> float:
+    inside = [float(at.real) for at in polynomial.deriv().r if at.imag == 0 and 0 < at.real < 1]
+    return float(min(polynomial(np.array([0.0, 1.0, *inside]))))

@@ -15,7 +15,8 @@ import numpy as np
 
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.expansion import Guard
-from capsule_sym._orbits.continuation.events import (
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CORNER,
     CROSSING,
@@ -25,7 +26,6 @@ from capsule_sym._orbits.continuation.events import (
     PERIOD_DOUBLING,
     SWITCHING,
 )
-from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector, shooting, solve

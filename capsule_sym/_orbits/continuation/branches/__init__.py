@@ -1,0 +1,1 @@
+"""Branches of orbits in one parameter, and those that leave them."""

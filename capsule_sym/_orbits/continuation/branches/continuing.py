@@ -1,0 +1,204 @@
+"""Branches followed from an orbit: to a value, or both ways within a range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Backend, Number, backend
+from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation.branches.branch import Branch
+from capsule_sym._orbits.continuation.branches.run import BranchRun
+from capsule_sym._orbits.continuation.families.states import Axis, Ending, Problem, State, Stop
+from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half
+from capsule_sym._orbits.continuation.parameter_paths import (
+    Function,
+    ParameterPath,
+    parameter_path,
+)
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.shooting.admissibility import is_admissible
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.identity import same
+from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
+from capsule_sym._parameters import Parameters
+
+_MOST_STEPS = 5_000  # that may be asked for
+_AnyRun = TypeVar("_AnyRun", bound=BranchRun)
+
+
+def continue_orbit(
+    orbit: Orbit,
+    parameter: str,
+    to: float,
+    *,
+    points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
+) -> Branch:
+    """The branch through an orbit, from its value of a parameter to another one (dimensionless).
+
+    At least `points` steps are taken, more where the branch bends or an itinerary begins. The
+    branch is followed through folds, whether stable or not, and from itinerary to itinerary, until
+    the parameter leaves the range between the two values; an end before that says why, and comes
+    after `max_seconds` at the latest. Other parameters may vary with it: `ties` has for each its
+    function, or a text such as "0.5*omega**2"; then `parameter` may also be something else of which
+    one of them is an affine function. `settings` has the lengths of steps and the tolerances.
+    Raises InvalidInput for what is no parameter and not tied to one, a value that a parameter
+    cannot have, equal values, and an orbit whose parameters are not on the path.
+    """
+    axis = axis_from(orbit, parameter_path(parameter, ties), to)
+    check_points(points)
+    limit = Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        run = _run_from(BranchRun, numbers, orbit, axis, 1.0, points, settings)
+        with limit:
+            found = run.go()  # says itself that the time was over
+    return found
+
+
+def continue_both_ways(
+    orbit: Orbit,
+    parameter: str,
+    ends: Sequence[float],
+    *,
+    points: int = 100,
+    ties: Mapping[str, Function | str] | None = None,
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
+) -> tuple[Branch, ...]:
+    """The branch through an orbit in a range (low, high) around it: one if it is closed, else two.
+
+    A closed branch, an isola, comes back to the same orbit at the same value: its status is
+    "returned". Else the first goes to larger values from the orbit on, the second to smaller ones.
+    Arguments, units and errors are otherwise those of `continue_orbit`.
+    """
+    axis = axis_within(orbit.parameters, orbit.values, parameter, ends, ties)
+    check_points(points)
+    limit = Watch(checked_seconds(max_seconds))
+    return follow_both_ways(orbit, axis, points, settings, limit)[0]
+
+
+def follow_both_ways(
+    orbit: Orbit, axis: Axis, points: int, settings: ContinuationSettings, limit: Watch
+) -> tuple[tuple[Branch, ...], tuple[Orbit, ...]]:
+    """The branches of `continue_both_ways`, and other orbits of them at the value of the first."""
+    found: list[Branch] = []
+    passed: list[Orbit] = []
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        for side in (1.0, -1.0):
+            run = _run_from(_PassingRun, numbers, orbit, axis, side, points, settings)
+            with limit:
+                found.append(run.go())  # says itself that the time was over
+            passed += run.passed
+            if found[-1].status is Ending.RETURNED:
+                return (found[-1],), tuple(run.passed)
+    return tuple(found), tuple(passed)
+
+
+def _run_from(
+    kind: type[_AnyRun],
+    numbers: Backend,
+    orbit: Orbit,
+    axis: Axis,
+    side: float,
+    points: int,
+    settings: ContinuationSettings,
+) -> _AnyRun:
+    """The run from an orbit, to a side of its value."""
+    start = first_half(orbit, (axis,)) or orbit
+    continuation = Continuation(Problem(numbers, (axis,), settings), start)
+    u = continuation.unknowns(start)
+    return kind(continuation, u, side * np.eye(len(u))[-1], points)
+
+
+def check_points(points: int) -> None:
+    """Raises InvalidInput unless this is a number of steps that a path may be asked to take."""
+    check_count("points", points, 1, _MOST_STEPS)
+
+
+def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
+    """The axis from an orbit on a path to a value of what varies; raises InvalidInput."""
+    if isinstance(orbit, NoOrbit):
+        raise InvalidInput("orbit", orbit, f"one that was found: {orbit.message}")
+    if isinstance(to, bool) or not isinstance(to, int | float) or not math.isfinite(to):
+        raise InvalidInput(path.name, to, "finite")
+    if path.name in PARAMETERS:
+        orbit.parameters.replace(**{path.name: to})
+    axis = Axis(path, float(path.value(orbit.values)), float(to))
+    if axis.begin == axis.end:
+        raise InvalidInput("to", axis.end, f"other than {axis.begin}, where the branch begins")
+    path.check(orbit.parameters, axis.begin, axis.end)
+    _check_on_path(axis, orbit.values)
+    return axis
+
+
+def axis_within(
+    parameters: Parameters,
+    values: Sequence[Number],
+    parameter: str,
+    ends: Sequence[float],
+    ties: Mapping[str, Function | str] | None = None,
+) -> Axis:
+    """The axis of a parameter between ends, from `values` of all; raises InvalidInput."""
+    path = parameter_path(parameter, ties)
+    try:
+        low, high = map(float, ends)
+    except (TypeError, ValueError):
+        raise InvalidInput("ends", ends, "two numbers, low and high") from None
+    axis, value = Axis(path, low, high), float(path.value(values))
+    for end in (low, high) if path.name in PARAMETERS else ():
+        parameters.replace(**{path.name: end})
+    path.check(parameters, low, high)
+    if not low < value < high:
+        raise InvalidInput("ends", (low, high), f"ascending, with {value!r} between them")
+    _check_on_path(axis, values)
+    return axis
+
+
+def _check_on_path(axis: Axis, values: Sequence[Number]) -> None:
+    """Raises InvalidInput where an axis passes these values by."""
+    if not axis.path.holds([float(value) for value in values]):
+        tied, value = [name for name, _ in axis.path.ties], axis.value(values)
+        raise InvalidInput("ties", tied, f"such that they hold for the orbit at {value!r}")
+
+
+class _PassingRun(BranchRun):
+    """A run that notices every orbit at the value where it began, and ends at the first again."""
+
+    passed: tuple[Orbit, ...] = ()
+
+    def add(self, state: State) -> None:
+        super().add(state)
+        mark, before = self.start[-1], self.last
+        if before is None or not (before.u[-1] - mark) * (state.u[-1] - mark) < 0:
+            return
+        orbit = self._orbit_at_start(before, state)
+        if orbit is None:
+            return
+        if same(orbit, self.points[0].orbit):
+            raise Stop(Ending.RETURNED, self.problem.where(orbit))
+        self.passed += (orbit,)
+
+    def _orbit_at_start(self, before: State, after: State) -> Orbit | None:
+        """The orbit between two neighbours at the value where the run began; None if none."""
+        mark = self.start[-1]
+        for state, other in ((before, after), (after, before)):
+            step = state.tangent / state.tangent[-1]
+            if state.orbit.itinerary == other.orbit.itinerary:
+                step = (other.u - state.u) / (other.u[-1] - state.u[-1])
+            guess = state.u + (mark - state.u[-1]) * step
+            solution = Continuation(self.problem, state.orbit).corrected_at(guess, -1, mark)
+            if solution is None:
+                continue
+            orbit: Orbit = whole_orbit(solution.at.made)
+            if min(orbit.durations) > 0 and is_admissible(orbit):
+                return orbit
+        return None

@@ -1,0 +1,270 @@
+"""Curves followed from bifurcations, and the curves that leave their codimension-two points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import backend
+from capsule_sym._map.checks import checked_seconds
+from capsule_sym._native import Watch
+from capsule_sym._orbits.continuation.branches.continuing import check_points
+from capsule_sym._orbits.continuation.curves.curve import Curve
+from capsule_sym._orbits.continuation.curves.run import CurveRun
+from capsule_sym._orbits.continuation.families.states import (
+    OUT_OF_TIME,
+    Axis,
+    Ending,
+    Problem,
+    State,
+    Stop,
+)
+from capsule_sym._orbits.continuation.families.stepping import Continuation, vanishing
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.points import kinds
+from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
+from capsule_sym._orbits.continuation.points.normal_forms import doubled
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
+from capsule_sym._parameters import Parameters
+
+_BEGIN = (Ending.CODIMENSION_TWO, "the point from which the curve is followed")
+# The type of the other curve through a point where this vanishes; None where there is none.
+_OTHER = {
+    kinds.CUSP: None,
+    kinds.DEGENERATE: None,
+    kinds.GENERALIZED_DOUBLING: kinds.FOLD,
+    kinds.RESONANCE_1_1: kinds.NEIMARK_SACKER,
+    kinds.RESONANCE_1_2: kinds.NEIMARK_SACKER,
+}
+_RESONANT = {resonance: kind for kind, resonance in kinds.RESONANCES.items()}
+
+Range = tuple[float, float]
+Ranges = tuple[Range, Range]
+
+
+def continue_bifurcation(
+    bifurcation: Bifurcation,
+    second: str,
+    ranges: Ranges,
+    *,
+    points: int = 50,
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
+) -> Curve:
+    """The curve through a bifurcation in its parameter and a second one, within two ranges.
+
+    The ranges, dimensionless, are those of the bifurcation's parameter and of the second, and hold
+    the bifurcation; no step is longer than 1/`points` of either, and `settings` has the other
+    lengths of steps and the tolerances. Where another inequality of the itinerary fails, the point
+    is located exactly and the curve goes on in the itinerary beyond. After `max_seconds` it ends
+    with that status. Raises InvalidInput for a second parameter that is none or is the first, and
+    for ranges that are not ascending, leave the parameters' own, or do not hold the bifurcation,
+    and where beta varies from a bifurcation at beta = 0 of a motion that passes the spring.
+    """
+    first, orbit = bifurcation.parameter, bifurcation.orbit
+    axes = _axes(orbit, (first, second), ranges)
+    check_points(points)
+    if "beta" in (first, second) and springless(orbit):
+        allowed = (
+            "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
+        )
+        raise InvalidInput("beta", 0.0, allowed)
+    segment = bifurcation.segment
+    if bifurcation.symmetry == KEPT:
+        orbit, segment = halved_at(orbit, segment) or (orbit, segment)
+    ending, limit = OUT_OF_TIME, Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+        try:
+            starts = _both_ways(Problem(numbers, axes, settings), orbit, bifurcation.type, segment)
+            return _followed(bifurcation.type, starts, points)
+        except Stop as stop:
+            ending = stop.ending, stop.detail
+    return Curve(bifurcation.type, (first, second), (), (), (ending, ending))
+
+
+def curves_from(
+    curve: Curve,
+    ranges: Ranges,
+    *,
+    points: int = 50,
+    known: Sequence[Curve] = (),
+    settings: ContinuationSettings = DEFAULT,
+    max_seconds: float = math.inf,
+) -> tuple[Curve, ...]:
+    """The other curves that pass a curve's points of codimension two, within two ranges.
+
+    At a multiplier 1 or -1 on a curve of border collisions it is that of folds or period doublings,
+    at two border collisions, or at a degenerate one, that of the other collision, at a 1:1 or 1:2
+    resonance that of Neimark-Sacker bifurcations, or from these that of folds or period doublings.
+    None leaves a cusp: the curve of folds itself passes. At a generalized period doubling a curve
+    of folds of the doubled orbits begins. Each curve is given once, and none that is among those
+    `known`. The ranges are dimensionless. After `max_seconds` the last curve ends with that
+    status. Settings and errors are those of `continue_bifurcation`.
+    """
+    check_points(points)
+    found: list[Curve] = []
+    kind, limit = curve.type, Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+        for point in curve.codimension_two:
+            kind = _other(curve.type, point.types[1])
+            passed = (_passes(one, kind, point) for one in (curve, *known, *found))
+            if not kind or any(passed):
+                continue
+            problem = Problem(numbers, _axes(point.orbit, curve.parameters, ranges), settings)
+            try:
+                starts = _beside_point(problem, point, kind)
+            except Stop:
+                continue
+            if starts:
+                new = _followed(kind, starts, points)
+                meeting = replace(point, types=point.types[::-1], lines=point.lines[::-1])
+                others = (one for one in new.codimension_two if not one.at(point.values))
+                origin = f"{point.types[0]} and {point.types[1]}"
+                found.append(replace(new, codimension_two=(meeting, *others), origin=origin))
+        return tuple(found)
+    return (*found, Curve(kind, curve.parameters, (), (), (OUT_OF_TIME, OUT_OF_TIME)))
+
+
+def _other(kind: str, meets: str) -> str:
+    """The type of the other curve through a point of a curve; empty where there is none."""
+    if kind == kinds.NEIMARK_SACKER and meets in _RESONANT:
+        return _RESONANT[meets]
+    return _OTHER.get(meets, meets) or ""
+
+
+def _passes(curve: Curve, kind: str, point: CodimensionTwoPoint) -> bool:
+    """Whether a curve of a type passes a point."""
+    return curve.type == kind and any(one.at(point.values) for one in curve.codimension_two)
+
+
+class _Start(NamedTuple):
+    """A state of a curve to follow it from, and whether the curve's other half has it too."""
+
+    continuation: Continuation
+    state: State
+    shared: bool = False
+
+
+def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, ...]:
+    """The axes of two parameters, from a point within their ranges; raises InvalidInput."""
+    check(orbit.parameters, names, ranges)
+    axes = []
+    for name, (low, high) in zip(names, ranges, strict=True):
+        value = orbit.values[PARAMETERS.index(name)]
+        if not low <= value <= high:
+            raise InvalidInput(name, (low, high), f"an ascending range that holds {float(value)!r}")
+        axes.append(Axis(ParameterPath(name), float(low), float(high)))
+    return tuple(axes)
+
+
+def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -> list[_Start]:
+    """The starts of both halves at an orbit; the first is that of a falling second parameter."""
+    critical = kind if kind in kinds.SMOOTH else None
+    both = [Continuation(problem, orbit, segment, critical) for _ in range(2)]
+    u = both[0].unknowns(orbit)
+    ways = sorted(both[0].directions(u), key=lambda way: float(way[-1]) > 0)
+    return [_Start(one, one.state(u, way), True) for one, way in zip(both, ways, strict=True)]
+
+
+def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
+    """The curve of a type from one or two starts."""
+    runs = [CurveRun(start.continuation, kind, points) for start in starts]
+    endings = [runs[0].go(starts[0].state)]
+    ahead, meetings, end = [], [], _BEGIN
+    if endings[0][0] is Ending.RETURNED:
+        end = Ending.RETURNED, ""
+    elif len(runs) > 1:
+        end = runs[1].go(starts[1].state)
+        ahead = runs[1].points[1:] if starts[0].shared else runs[1].points
+        meetings = runs[1].codimension_two
+    first, second = (axis.name for axis in starts[0].continuation.axes)
+    return Curve(
+        kind,
+        (first, second),
+        (*runs[0].points[::-1], *ahead),
+        (*runs[0].codimension_two[::-1], *meetings),
+        (endings[0], end),
+    )
+
+
+def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[_Start]:
+    """The starts of the other curve through a point, on the sides on which it is a motion."""
+    orbit, segments, smooth = point.orbit, point.segments, kind in kinds.SMOOTH
+    if point.types[1] == kinds.GENERALIZED_DOUBLING:
+        return _doubled_folds(problem, orbit)
+    if (half := halved_at(orbit, None)) is not None:
+        orbit, _ = half
+    if len(segments) == 1 and not smooth:
+        return _both_ways(problem, orbit, kind, segments[0])
+    if not segments:
+        return _both_ways(problem, orbit, kind, None) if smooth else []
+    # The curve's own segment, of duration 0 here, is there on one side of the point only.
+    own, zero_segment = segments[0], None if smooth else segments[1]
+
+    def with_segment(one: Continuation) -> Iterator[State]:
+        ahead = one.direction(own).argmax()
+        for state in one.around(one.unknowns(orbit)):
+            if state.u[ahead] > problem.settings.least_duration:
+                yield state
+
+    def without_segment(one: Continuation) -> Iterator[State]:
+        beyond = one.cross(vanishing(orbit, own))
+        if beyond is not None:
+            yield beyond.state
+
+    found = []
+    for side in (with_segment, without_segment):
+        one = Continuation(problem, orbit, zero_segment, kind if smooth else None)
+        try:
+            found += [_Start(one, state) for state in side(one) if state.admissible][:1]
+        except (InvalidInput, Stop):
+            continue
+    return found
+
+
+def _doubled_folds(problem: Problem, orbit: Orbit) -> list[_Start]:
+    """The start of the folds of doubled orbits, from the generalized doubling of an orbit.
+
+    Of doubled orbits whose halves are so far apart, to either side, which are the same, the fold
+    is next to the point: the parameters differ by the square of that.
+    """
+    whole, settings = doubled(problem.numbers, orbit), problem.settings
+    one = Continuation(problem, whole, critical=kinds.FOLD)
+    apart = one.doubled(whole, settings.fold_distances, tolerance=settings.fold_tolerance)
+    for _, along, solution in apart:
+        if all(0 <= q <= 1 for q in solution.u[-len(problem.axes) :]):
+            state = one.state(solution.u, along, solution)
+            if state.admissible:
+                return [_Start(one, state)]
+    return []
+
+
+def check(
+    base: Parameters, names: tuple[str, str], ranges: tuple[tuple[float, float], ...]
+) -> None:
+    """Raises InvalidInput unless these are two parameters and ascending ranges of theirs."""
+    first, second = names
+    if first not in PARAMETERS:
+        raise InvalidInput("first", first, f"one of {', '.join(PARAMETERS)}")
+    if second not in PARAMETERS or second == first:
+        others = (name for name in PARAMETERS if name != first)
+        raise InvalidInput("second", second, f"one of {', '.join(others)}")
+    try:
+        pairs = [(low, high) for low, high in ranges]
+        (_, _) = pairs
+    except (TypeError, ValueError):
+        allowed = f"two ranges, such as ((0.1, 2.0), (3.0, 3.3)) of {first} and {second}"
+        raise InvalidInput("ranges", ranges, allowed) from None
+    for name, (low, high) in zip(names, pairs, strict=True):
+        for edge in (low, high):
+            base.replace(**{name: edge})
+        if not low < high:
+            raise InvalidInput(name, (low, high), "an ascending range")

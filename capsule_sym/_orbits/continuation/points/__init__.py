@@ -1,0 +1,1 @@
+"""Bifurcation points: their types, conditions, equations, records and normal forms."""

@@ -1,0 +1,201 @@
+"""Bifurcations on branches, points of curves of them, and points where a second condition holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
+from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at, solve_event
+from capsule_sym._orbits.continuation.points.normal_forms import NormalForm, normal_form
+from capsule_sym._orbits.shooting.admissibility import Inequality
+from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus
+from capsule_sym._orbits.shooting.stability import floquet_multipliers
+from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, whole_orbit
+
+_SAME = 1e-9  # parameters of one point, found twice, differ by less
+
+
+def sorted_multipliers(orbit: Orbit) -> tuple[complex, ...]:
+    """The multipliers of an orbit as plain numbers, the largest modulus first."""
+    return tuple(complex(value) for value in floquet_multipliers(orbit))
+
+
+def multipliers_without(orbit: Orbit, segment: int | None) -> tuple[complex, ...]:
+    """The multipliers of an orbit without its segment of duration 0, sorted; empty if it needs it.
+
+    Of an orbit that is its own mirror image also without the image of the segment.
+    """
+    if segment is None:
+        return sorted_multipliers(orbit)
+    half, its_segment = halved_at(orbit, segment) or (orbit, segment)
+    orbit, segment = half, segment if its_segment is None else its_segment
+    with backend("numpy") as numbers:
+        itinerary, z = orbit.itinerary, orbit.z
+        if swap_segment(itinerary, z, segment) is not None:
+            return sorted_multipliers(whole_orbit(orbit))
+        try:
+            change, _ = remove_segment(numbers, itinerary, z, orbit.system, segment)
+        except InvalidInput:
+            return ()
+        short = orbit_at(numbers, orbit.values, change.itinerary, change.z)
+    return sorted_multipliers(whole_orbit(short))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolvedPoint:
+    """An orbit that fulfils conditions, and how well its equations and theirs are solved.
+
+    `residual` is the largest entry of all these equations, `iterations` counts the steps of
+    Newton's method, and `status` says whether they are solved.
+    """
+
+    orbit: Orbit
+    residual: float
+    iterations: int
+    status: OrbitStatus
+
+    @property
+    def success(self) -> bool:
+        """Whether the equations are solved."""
+        return self.status is OrbitStatus.CONVERGED
+
+
+@dataclass(frozen=True, kw_only=True)
+class BifurcationPoint(SolvedPoint):
+    """A point with its multipliers; `segment` has the duration 0, None at a smooth bifurcation."""
+
+    segment: int | None = None
+
+    @cached_property
+    def multipliers(self) -> tuple[complex, ...]:
+        """Multipliers of the orbit, the largest modulus first.
+
+        At a border collision they are those of the itinerary with the segment: only at a
+        grazing-sliding bifurcation has the other itinerary others, `multipliers_without` it.
+        """
+        return sorted_multipliers(self.orbit)
+
+    @cached_property
+    def multipliers_without(self) -> tuple[complex, ...]:
+        """Multipliers of the itinerary without the segment; of a smooth bifurcation the same."""
+        return multipliers_without(self.orbit, self.segment)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bifurcation(BifurcationPoint):
+    """A bifurcation on a branch of periodic orbits, located exactly; dimensionless.
+
+    `value` is that of the parameter `parameter` and `uncertainty` a bound on its rounding error;
+    where the equations are not solved it is all of the interval. `line` and `surfaces` are those
+    that the orbit meets (empty for a smooth bifurcation), `segment` the segment of `orbit` that has
+    the duration 0 (None for a smooth one), `interval` the values between which the branch stepped
+    over it, `failed` the inequality that failed. Where `symmetry` is "kept" the orbits are their
+    own mirror images, and it happens to the segment's image half a period later too; where it is
+    "broken" those on one side are, those on the other touch the spring. The multipliers are those
+    of orbits on the branch a little before and after. `itinerary_after` is None where the branch
+    ends. `label`, such as "PD2", names it on its branch; `path` is what varies there.
+    """
+
+    type: str
+    parameter: str
+    value: float
+    uncertainty: float
+    line: str = ""
+    surfaces: tuple[str, ...] = ()
+    symmetry: str = ""
+    interval: tuple[float, float]
+    failed: str = ""
+    itinerary_before: Itinerary
+    itinerary_after: Itinerary | None
+    multipliers_before: tuple[complex, ...]
+    multipliers_after: tuple[complex, ...]
+    label: str = ""
+    path: ParameterPath | None = None
+
+    @cached_property
+    def normal_form(self) -> NormalForm | None:
+        """What the bifurcation says of the orbits beside it; None where it has no normal form."""
+        return normal_form(
+            self.type,
+            self.orbit,
+            self.segment,
+            self.path or ParameterPath(self.parameter),
+            (self.multipliers_before, self.multipliers_after),
+            mirrored=self.symmetry == KEPT,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurvePoint(BifurcationPoint):
+    """A bifurcating orbit, the values of the two parameters, the line, the tightest inequality.
+
+    `segment` is the segment of duration 0, None on the curve of a smooth bifurcation. All values
+    are dimensionless.
+    """
+
+    values: tuple[float, float]
+    line: str
+    admissibility: Inequality
+
+
+@dataclass(frozen=True, kw_only=True)
+class CodimensionTwoPoint(SolvedPoint):
+    """A point of a curve where a second condition holds, located exactly; dimensionless.
+
+    `types` and `lines` are those of the curve and of the second condition; `values` the two
+    parameters with bounds on their rounding errors. `itinerary_after` is None where the curve ends.
+    `segments` are those of `orbit` that have the duration 0, that of the curve first; of a motion
+    that is its own mirror image those of its first half.
+    """
+
+    types: tuple[str, str]
+    lines: tuple[str, str]
+    values: tuple[float, float]
+    uncertainties: tuple[float, float]
+    failed: str = ""
+    itinerary_before: Itinerary
+    itinerary_after: Itinerary | None
+    segments: tuple[int, ...] = ()
+
+    def at(self, values: tuple[float, float]) -> bool:
+        """Whether these are the point's parameters, as far as those of a point found twice are."""
+        return all(
+            abs(one - other) <= _SAME for one, other in zip(self.values, values, strict=True)
+        )
+
+
+def solution_fields(found: EventSolution) -> dict[str, Any]:
+    """The fields of a SolvedPoint, of the whole orbit."""
+    orbit = found.orbit
+    return {
+        "orbit": whole_orbit(orbit),
+        "residual": float(found.residual),
+        "iterations": orbit.iterations,
+        "status": orbit.status,
+    }
+
+
+def refined(one: Bifurcation) -> EventSolution:
+    """A bifurcation at which a segment has duration 0, in 50 digits; the other parameters exact.
+
+    Raises ValueError for a smooth bifurcation, and ArithmeticError where Newton's method fails.
+    """
+    if one.segment is None:
+        raise ValueError(f"a {one.type} has no segment of duration 0")
+    orbit = one.orbit
+    with backend("mpmath") as numbers:
+        values = [numbers.number(value) for value in orbit.values]
+        z = np.array([numbers.number(value) for value in orbit.z])
+        free = (one.path or ParameterPath(one.parameter),)
+        found = solve_event(numbers, values, free, orbit.itinerary, z, (one.segment,))
+    if found is None:
+        raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
+    return found

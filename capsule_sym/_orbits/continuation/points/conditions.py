@@ -1,0 +1,118 @@
+"""Test functions of orbits: each vanishes at a bifurcation, or at a degenerate one, of its type."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule_sym._map.backend import Backend
+from capsule_sym._orbits.continuation.points.kinds import (
+    CUSP,
+    DEGENERATE,
+    FOLD,
+    GENERALIZED_DOUBLING,
+    NEIMARK_SACKER,
+    PERIOD_DOUBLING,
+    RESONANCE_1_1,
+    RESONANCE_1_2,
+    SMOOTH,
+)
+from capsule_sym._orbits.continuation.points.normal_forms import cubic, degeneracy, quadratic
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.monodromy import monodromy_derivative
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodromy_matrix
+
+_UNIT = 2.0**-53
+_ROUNDINGS = 64  # of a test function, in units of its largest terms
+_COMPLEX = 1e-6  # imaginary part of a multiplier, above which it is no real one
+EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # with an exact gradient
+
+
+class Vanishing(NamedTuple):
+    """A quantity that is to vanish, the rounding in it, and its gradient where known.
+
+    The gradient (n + 4 + free,) is by z and what varies.
+    """
+
+    value: float
+    rounding: float
+    gradient: Vector | None = None
+
+
+def evaluate_test_functions(orbit: Orbit) -> dict[str, float]:
+    """The functions of the monodromy matrix that vanish at a smooth bifurcation of an orbit."""
+    return of_matrix(monodromy_matrix(orbit))
+
+
+def of_matrix(matrix: Matrix) -> dict[str, float]:
+    """The test functions of a monodromy matrix M.
+
+    det(M - I) at a fold, det(M + I) at a period doubling, and the product of all 1 - mu_i mu_j,
+    i < j, at a Neimark-Sacker bifurcation. At a 1:1 resonance a second multiplier is 1 at a fold,
+    at a 1:2 resonance a second one -1 at a period doubling: there the derivative of the
+    characteristic polynomial vanishes.
+    """
+    first, second, third = _invariants(matrix)
+    return {
+        FOLD: float(third - second + first - 1),
+        PERIOD_DOUBLING: float(1 + first + second + third),
+        NEIMARK_SACKER: float(1 - second + first * third - third * third),
+        RESONANCE_1_1: float(3 - 2 * first + second),
+        RESONANCE_1_2: float(3 + 2 * first + second),
+    }
+
+
+def _invariants(matrix: Matrix) -> tuple[float, float, float]:
+    """Sums of the multipliers, of products of two, and the product of all."""
+    first = np.trace(matrix)
+    return first, (first * first - np.trace(matrix @ matrix)) / 2, np.linalg.det(matrix)
+
+
+def gradient_of_test_function(
+    numbers: Backend, orbit: Orbit, name: str, directions: Matrix
+) -> Vector:
+    """Gradient (n + 4 + m,) of a test function by z and along m directions of the parameters."""
+    matrix = monodromy_matrix(orbit)
+    first, _, third = _invariants(matrix)
+    cofactors = np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])
+    weights = {
+        FOLD: (1, -1, 1),
+        PERIOD_DOUBLING: (1, 1, 1),
+        NEIMARK_SACKER: (third, -1, first - 2 * third),
+        RESONANCE_1_1: (-2, 1, 0),
+        RESONANCE_1_2: (2, 1, 0),
+    }[name]
+    of_invariants = np.eye(3), first * np.eye(3) - matrix.T, cofactors
+    by = sum(weight * one for weight, one in zip(weights, of_invariants, strict=True))
+    changes = monodromy_derivative(numbers, orbit, directions)
+    return np.einsum("ij,kij->k", by, changes)  # type: ignore[no-any-return]
+
+
+def noise(orbit: Orbit) -> float:
+    """Rounding of the test functions at an orbit."""
+    return _ROUNDINGS * _UNIT * (1 + float(np.max(abs(monodromy_matrix(orbit))))) ** 3
+
+
+def value_of(
+    numbers: Backend, orbit: Orbit, name: str, zero_segment: int | None, like: Vector | None = None
+) -> float:
+    """The test function of a type at an orbit.
+
+    That of a degenerate border collision is of its segment of duration 0; that of a cusp needs a
+    direction `like` that of the fold.
+    """
+    if name == CUSP:
+        return quadratic(numbers, orbit, like).term
+    if name == GENERALIZED_DOUBLING:
+        there = cubic(numbers, orbit)
+        return there.term / there.closing
+    if name == DEGENERATE and zero_segment is not None:
+        return degeneracy(numbers, orbit, zero_segment)
+    return evaluate_test_functions(orbit)[name]
+
+
+def has_rotations(orbit: Orbit) -> bool:
+    """Whether an orbit has complex multipliers."""
+    return any(abs(value.imag) > _COMPLEX for value in floquet_multipliers(orbit))

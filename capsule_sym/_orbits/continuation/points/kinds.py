@@ -1,0 +1,129 @@
+"""Types of bifurcations, and where in state space a border collision happens."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from capsule_sym._map.expansion import Guard
+from capsule_sym._orbits.shooting.changes import around
+from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
+from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym.generated import formulas
+
+GRAZING = "grazing"
+ADDING = "adding-sliding"
+GRAZING_SLIDING = "grazing-sliding"
+CROSSING = "crossing-sliding"
+SWITCHING = "switching-sliding"
+CORNER = "boundary-intersection crossing"
+FOLD = "fold"
+PERIOD_DOUBLING = "period doubling"
+NEIMARK_SACKER = "Neimark-Sacker"
+RESONANCE_1_1, RESONANCE_1_2 = "1:1 resonance", "1:2 resonance"
+CUSP = "cusp"
+GENERALIZED_DOUBLING = "generalized period doubling"
+DEGENERATE = "degenerate"
+
+SMOOTH = (FOLD, PERIOD_DOUBLING, NEIMARK_SACKER)
+#: What a curve of rotations meets where both multipliers are those of a smooth bifurcation.
+RESONANCES = {FOLD: RESONANCE_1_1, PERIOD_DOUBLING: RESONANCE_1_2}
+#: Of a type, for the labels on a branch.
+INITIALS = {
+    FOLD: "FO",
+    PERIOD_DOUBLING: "PD",
+    NEIMARK_SACKER: "NS",
+    GRAZING: "GR",
+    ADDING: "AS",
+    GRAZING_SLIDING: "GS",
+    CROSSING: "CS",
+    SWITCHING: "SS",
+    CORNER: "BI",
+}
+
+
+class Place(NamedTuple):
+    """The type of an event, the line on which it happens, and the surfaces that meet there."""
+
+    type: str
+    line: str = ""
+    surfaces: tuple[str, ...] = ()
+
+
+HIGHER = Place("corner of higher codimension")
+_SURFACES = {
+    "L1": ("S1", "S2"),
+    "L2": ("S2", "S3"),
+    "L3": ("S4", "S5"),
+    "L4": ("S5", "S6"),
+    "L5": ("S1", "S4", "S7", "S9"),
+    "L6": ("S2", "S5", "S7", "S9"),
+    "L7": ("S2", "S5", "S8", "S10"),
+    "L8": ("S3", "S6", "S8", "S10"),
+    "L10": ("S1", "S4", "S8", "S10"),
+    "O1": ("S1", "S2", "S4", "S5", "S7", "S9"),
+    "O2": ("S2", "S3", "S5", "S6", "S8", "S10"),
+}
+
+
+def place(itinerary: Itinerary, system: ShootingSystem, segment: int) -> Place | None:
+    """What happens where a segment has the duration 0; None for what has no name.
+
+    Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
+    """
+    before, during, after = around(itinerary, segment)
+    flow = system.flows[segment]
+    if contact(before) != contact(after):
+        if drift(before) == drift(after):
+            return None
+        guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+        line = _corner(guards, flow)
+        return Place(CORNER, line, _SURFACES[line])
+    if contact(during) != contact(before):
+        if before != after:
+            return None
+        sign = drift(before)
+        surfaces = ("S2", "S5") if sign == 0 else ("S7", "S8") if sign > 0 else ("S9", "S10")
+        return Place(GRAZING, "L9", surfaces)
+    kind = _sliding(drift(before), drift(during), drift(after))
+    if kind is None:
+        return None
+    line = _edge(flow)
+    return Place(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
+
+
+def _sliding(before: int, during: int, after: int) -> str | None:
+    if before == after:
+        return GRAZING_SLIDING if before else ADDING
+    if during == 0 and after == -before:
+        return CROSSING
+    return SWITCHING if during == -before and after == 0 else None
+
+
+def _edge(flow: SegmentFlow) -> str:
+    """The edge of stick, L1 to L4, on which a segment begins."""
+    force = flow.closed.margin + flow.c.friction
+    return f"L{(1 if force > 0 else 2) + 2 * contact(flow.segment.field)}"
+
+
+def _part(flow: SegmentFlow, line: str) -> int:
+    """Number of the part of L1 to L4: by the range that the forcing leaves to the force's rate."""
+    c, (_, v_r, _) = flow.c, flow.start
+    side = 1 if line in ("L1", "L3") else -1
+    turn, reach = -formulas.force_change(c, 0, -side * c.f_b), formulas.force_change(c, 0, c.alpha)
+    speed = formulas.force_change(c, v_r, 0)
+    return 1 if speed < turn - reach else 3 if speed > turn + reach else 2
+
+
+def _corner(guards: set[Guard | None], flow: SegmentFlow) -> str:
+    """The line or corner point on P1 = 0, P2 = delta where a segment between two guards begins."""
+    if Guard.UPPER in guards:
+        return "O1"
+    if Guard.LOWER in guards:
+        return "O2"
+    c, (x_r, v_r, _) = flow.c, flow.start
+    force = formulas.force(c, x_r, 0, v_r)
+    if abs(force) < c.f_b:
+        return "L6" if v_r > 0 else "L7"
+    if v_r > 0:
+        return "L5"
+    return "L8" if force < 0 else "L10"

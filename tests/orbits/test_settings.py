@@ -1,0 +1,106 @@
+"""Settings of continuations: refused where wrong, and felt where changed."""
+
+from __future__ import annotations
+
+import pytest
+
+from capsule_sym import (
+    ContinuationSettings,
+    Ending,
+    InvalidInput,
+    Parameters,
+    continue_bifurcation,
+    continue_from,
+    continue_orbit,
+    period_doubling_cascade,
+    search_box,
+)
+from capsule_sym._orbits.continuation.points.kinds import GRAZING, PERIOD_DOUBLING
+from tests.orbits.branches import hysteretic, settled, upwards
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("first_step", 0.0, "above 0 and at most 10"),
+        ("first_step", -1.0, "above 0 and at most 10"),
+        ("largest_step", float("nan"), "above 0 and at most 100"),
+        ("largest_step", float("inf"), "above 0 and at most 100"),
+        ("newton_tolerance", "small", "above 0 and at most 0.001"),
+        ("newton_steps", 2.5, "a whole number from 1 to 100"),
+        ("newton_steps", True, "a whole number from 1 to 100"),
+        ("most_points", 0, "a whole number from 1 to 1000000"),
+        ("neighbour_shares", (), "one number or more, each above 0 and at most 1"),
+        ("neighbour_shares", 0.1, "one number or more, each above 0 and at most 1"),
+        ("doubled_distances", (1e-3, 2.0), "one number or more, each above 0 and at most 1"),
+        ("seed_periods", (0, -1), "one whole number or more, each from 0 to 10000"),
+        ("least_step", 0.1, "first_step, 0.01, at most"),
+    ],
+)
+def test_a_value_out_of_range_is_refused(name: str, value: object, allowed: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        ContinuationSettings(**{name: value})  # type: ignore[arg-type]
+    assert (caught.value.field, caught.value.value) == (name, value) or value != value
+    assert allowed in caught.value.allowed
+
+
+def steps(**settings: float) -> int:
+    chosen = ContinuationSettings(**settings)  # type: ignore[arg-type]
+    branch = continue_orbit(settled(alpha=0.9), "alpha", 0.95, points=1, settings=chosen)
+    assert branch.status is Ending.REACHED
+    return len(branch.points)
+
+
+def test_smaller_steps_make_more_points() -> None:
+    """As many as the length of the branch over that of a step; twice as many if it is halved."""
+    few, many, most = (
+        steps(first_step=size, largest_step=size, largest_share=1e-9)
+        for size in (0.02, 0.01, 0.005)
+    )
+    assert 1.8 < (many - 2) / (few - 2) < 2.2
+    assert 1.8 < (most - 2) / (many - 2) < 2.2
+    assert steps(least_cosine=1 - 1e-6) > 2 * steps()
+
+
+def test_a_larger_tolerance_of_newtons_method_is_less_exact() -> None:
+    """Its square is left as an error, which the residual has."""
+
+    def residual(tolerance: float) -> float:
+        chosen = ContinuationSettings(newton_tolerance=tolerance, rounding_step=1e-16)
+        branch = continue_orbit(settled(alpha=0.9), "alpha", 0.95, points=2, settings=chosen)
+        return max(float(point.orbit.residual) for point in branch.points)
+
+    assert residual(1e-10) < 1e-13 < 1e-9 < residual(1e-3)
+
+
+def test_settings_reach_all_that_follows() -> None:
+    two = ContinuationSettings(most_points=2, most_curve_points=2)
+    one = next(one for one in upwards(3.3).bifurcations if one.type == GRAZING)
+    curve = continue_bifurcation(one, "gamma", ((0.001, 2.0), (3.0, 3.3)), settings=two)
+    assert len(curve.points) == 3  # two of each half, the first of which they share
+    (branch, *_) = continue_from(upwards(3.3), one.label, 2.0, settings=two)
+    assert branch.status is Ending.TOO_MANY_POINTS
+    cascade = period_doubling_cascade(hysteretic(), 1, settings=two)
+    assert {found.status for found in cascade} == {Ending.TOO_MANY_POINTS}
+    # So near to the orbit that doubles the halves are not told apart from rounding.
+    near = ContinuationSettings(doubled_distances=(1e-12,))
+    lost = period_doubling_cascade(hysteretic(), 1, settings=near)
+    doublings = [one for one in hysteretic().bifurcations if one.type == PERIOD_DOUBLING]
+    assert len(lost) == len(doublings)
+    assert {found.status for found in lost} == {Ending.NOT_CONVERGED}
+
+
+def test_runs_of_a_box_settle_the_later_the_nearer_they_have_to_come() -> None:
+    def settle(distance: float) -> int:
+        chosen = ContinuationSettings(settled_distance=distance, settling_rounds=1)
+        found = search_box(
+            Parameters(alpha=0.9),
+            (1, 1, 0),
+            size=(4, 4, 1),
+            period_numbers=(1,),
+            periods=24,
+            settings=chosen,
+        )
+        return sum(found.settled)
+
+    assert settle(1e-2) > settle(1e-15)
