@@ -332,7 +332,8 @@ def test_bad_input_is_refused(parameter: str, to: float, points: int, field: str
 
 
 def test_an_orbit_that_was_not_found_is_refused() -> None:
-    none = solve_itinerary(Parameters(alpha=0.1), settled(alpha=1.2).itinerary, [0.1] * 8)
+    there = settled(alpha=1.2)
+    none = solve_itinerary(Parameters(alpha=0.1), there.itinerary, there.z)
     assert not none.success
     with pytest.raises(InvalidInput, match="one that was found"):
         continue_orbit(none, "alpha", 1.0)
