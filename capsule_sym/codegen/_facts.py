@@ -18,6 +18,7 @@ _ABOUT = {
     "LABELS": "Names of parameters and state in words.",
     "TEX": "Their symbols in TeX.",
     "DRIVEN": "What of a device one parameter alone is in proportion to, and its unit.",
+    "BOUNDS": "The friction bounds, by the way of drift.",
     "FIELDS": "Fields by number: whether the second spring acts, and the drift's way (0 at rest).",
     "FIELD_OF": "Number of the field by both.",
 }
@@ -37,6 +38,7 @@ def python_facts() -> str:
         "LABELS": {p.name: p.label for p in own} | MODEL.state_labels,
         "TEX": {p.name: p.tex for p in own} | {name: name for name in MODEL.state_labels},
         "DRIVEN": {p.device[0]: (p.name, p.device[1]) for p in own if p.device},
+        "BOUNDS": {way: str(bound) for way, bound in MODEL.bounds.items()},
         "FIELDS": fields,
         "FIELD_OF": {mode: number for number, mode in fields.items()},
     }

@@ -25,6 +25,8 @@ class Kernel:
     operations: int
     typed: bool = False
     """Whether Python's function has annotations."""
+    array: bool = False
+    """Whether C writes the results into one array."""
     single: bool = False
     """Whether Python gets its one result alone, not in a tuple."""
 
@@ -56,7 +58,13 @@ class Kernel:
             constants = "segment" if language.kind == "real" else "segment_sizes"
             arguments = tuple(f"{language.kind} {name}" for name in self.arguments)
             given = (f"const {constants} *c", *arguments)
-            if self.single:
+            if not self.constants:
+                lines.insert(0, "(void)c;")
+            if self.array:
+                returned = "void"
+                given += (f"{language.kind} by[{len(self.returns)}]",)
+                joined = "".join(f"    by[{i}] = {value};\n" for i, value in enumerate(results))
+            elif self.single:
                 returned, joined = language.kind, f"    return {results[0]};\n"
             else:
                 returned = "void"

@@ -79,7 +79,8 @@ def _formula(formula: Formula) -> Kernel:
     steps = dict(kernel.steps)
     plain = tuple(str(name).removeprefix("_") for name in returns)
     values = tuple(steps.pop(name) for name in returns)
-    return replace(kernel, steps=tuple(steps.items()), results=values, returns=plain, typed=True)
+    made = replace(kernel, steps=tuple(steps.items()), results=values, returns=plain, typed=True)
+    return replace(made, array=formula.array)
 
 
 def _units(derived: Sequence[Formula]) -> dict[str, int]:

@@ -290,6 +290,8 @@ class Model:
                 "ends where the force meets the friction of a drift",
             )
         for one, way in ((ahead, 1), (back, -1)):
+            if self.bounds[way] not in [p.symbol for p in self.parameters if p.positive]:
+                raise self._bad(one.line, f"{self.bounds[way]} is no parameter above 0")
             if sp.expand(excess(one.where[0]) - way * self.state[2]) != 0:
                 raise self._bad(
                     one.line, f"no way from {one.name} to {rest.name}: a drift ends where v_c is 0"

@@ -29,13 +29,24 @@ from capsule_sym._symbolic.model.flow import (
     sin_theta,
 )
 from capsule_sym._symbolic.model.jets import forcing, gap, with_gap
-from capsule_sym._symbolic.model.model import BACKWARD, FORWARD, LOAD, P, bound_of, kappa, segment
+from capsule_sym._symbolic.model.model import (
+    BACKWARD,
+    FORWARD,
+    LOAD,
+    P,
+    bound_of,
+    friction_of,
+    kappa,
+    segment,
+)
 from capsule_sym._symbolic.model.symbols import (
     PARAMETERS,
+    STATE,
     alpha,
     delta,
     gamma,
     omega,
+    theta,
     v_c,
     v_r,
     x_r,
@@ -56,6 +67,8 @@ class Formula:
     arguments: tuple[sp.Symbol, ...]
     results: tuple[tuple[str, sp.Expr], ...]
     sized: bool = False
+    array: bool = False
+    """Whether the results are entries of one array."""
     carried: tuple[sp.Symbol, ...] = ()
     """Arguments that have errors of their own in units of a size, as terms of a recurrence have."""
 
@@ -223,12 +236,30 @@ def formulas() -> tuple[Formula, ...]:
             tuple((f"by_{name}", slope) for name in PARAMETERS if (slope := _slope(name))),
         ),
         Formula(
+            "load_force",
+            "The constant force on the mass, beside drive and interaction.",
+            (),
+            (("force", LOAD),),
+        ),
+        _gradient("gap", "the gap x_r - delta", (), x_r - delta),
+        _gradient("speed", "the capsule's velocity v_c", (), v_c),
+        _gradient("force", "the interaction force P", (gap, v_r), P),
+        _gradient("contact", "the second spring's force", (gap,), P.coeff(kappa) * kappa),
+        _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
+        _gradient("load_force", "the constant force on the mass", (), LOAD),
+        _gradient(
+            "limit",
+            "P less the friction of drift of a way",
+            (way, gap, v_r),
+            P - friction_of(way),
+        ),
+        Formula(
             "response_next",
             "Coefficient n + 2 of a response in h/reach, from the drive's and those before.",
             (index, reach, drive, last, before),
             (("next", _next(Q, drive)),),
             True,
-            (drive, last, before),
+            carried=(drive, last, before),
         ),
         Formula(
             "forcing_next",
@@ -236,9 +267,22 @@ def formulas() -> tuple[Formula, ...]:
             (index, reach, before),
             (("next", _next(W, sp.S.Zero)),),
             True,
-            (before,),
+            carried=(before,),
         ),
     )
+
+
+GRADIENT = (*STATE, theta, *PARAMETERS)
+"""Columns of gradients: state and phase, parameters."""
+
+
+def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: sp.Expr) -> Formula:
+    """The gradient of a function of state and parameters, in an array."""
+    whole = function.subs(kappa, contact * STOP)
+    slopes = (with_gap(sp.diff(whole, by)).subs(contact * STOP, kappa) for by in GRADIENT)
+    results = tuple((f"by_{by}", slope) for by, slope in zip(GRADIENT, slopes, strict=True))
+    doc = f"Derivatives of {doc} by state, phase and parameters."
+    return Formula(f"{name}_gradient", doc, arguments, results, array=True)
 
 
 def _slope(name: sp.Symbol) -> sp.Expr:
