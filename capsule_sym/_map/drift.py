@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from capsule_sym.generated.facts import BOUNDS, PARAMETERS, SYMMETRIC
+
 UNIT = 2.0**-53
 """Of rounding in double precision."""
 _ROUNDED = 8.0  # such units by which the advance of one segment may be off, of its largest term
@@ -21,7 +23,7 @@ def drifts(
     segments: ArrayLike,
     unit: float = UNIT,
 ) -> NDArray[np.bool_]:
-    """Whether n steady motions drift, of parameters (n, 7), or one of parameters (7,).
+    """Whether n steady motions drift, of parameters by row, or one of one row.
 
     Each (n,), or one: `contact` is whether it comes into contact; `progression` is its advance and
     `way` the length of the capsule's way, both per excitation period; `segments` is their number.
@@ -32,11 +34,13 @@ def drifts(
     later, is a motion too and drifts the other way: so none drifts. Without damping their
     difference may also be a free oscillation for ever. There, and in contact, a drift counts that
     is above its rounding: the advance of a segment is a sum of terms of the size of the capsule's
-    way, and of f_b h^2 and alpha/omega^2 over 1 + gamma.
+    way, and of f_b h^2 with the larger bound and alpha/omega^2 over 1 + gamma.
     """
-    alpha, omega, _, zeta, beta, gamma, f_b = np.asarray(parameters, dtype=float).T
-    terms = way + (f_b * (math.tau / omega) ** 2 + alpha / omega**2) / (1 + gamma)
+    p = dict(zip(PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))
+    period, bound = math.tau / p["omega"], np.maximum(*(p[name] for name in BOUNDS.values()))
+    terms = way + (bound * period**2 + p["alpha"] / p["omega"] ** 2) / (1 + p["gamma"])
     above: Any = np.abs(progression) > _ROUNDED * unit * np.asarray(segments) * terms
-    free = (zeta > 0) & (~np.asarray(contact, dtype=bool) | (beta == 0))
+    alone = ~np.asarray(contact, dtype=bool) | (p["beta"] == 0)
+    free = SYMMETRIC & (p["zeta"] > 0) & alone
     found: NDArray[np.bool_] = above & ~free
     return found

@@ -19,6 +19,7 @@ _ABOUT = {
     "TEX": "Their symbols in TeX.",
     "DRIVEN": "What of a device one parameter alone is in proportion to, and its unit.",
     "BOUNDS": "The friction bounds, by the way of drift.",
+    "SYMMETRIC": "Whether the mirror image of a motion without contact is one, half a period later.",
     "FIELDS": "Fields by number: whether the second spring acts, and the drift's way (0 at rest).",
     "FIELD_OF": "Number of the field by both.",
 }
@@ -39,6 +40,7 @@ def python_facts() -> str:
         "TEX": {p.name: p.tex for p in own} | {name: name for name in MODEL.state_labels},
         "DRIVEN": {p.device[0]: (p.name, p.device[1]) for p in own if p.device},
         "BOUNDS": {way: str(bound) for way, bound in MODEL.bounds.items()},
+        "SYMMETRIC": MODEL.bounds[1] == MODEL.bounds[-1] and MODEL.load == 0,
         "FIELDS": fields,
         "FIELD_OF": {mode: number for number, mode in fields.items()},
     }
