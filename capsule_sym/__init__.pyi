@@ -51,9 +51,7 @@ from capsule_sym._figures.style import figure_style as figure_style
 from capsule_sym._figures.style import save_figure as save_figure
 from capsule_sym._figures.sweeps import plot_basin as plot_basin
 from capsule_sym._figures.sweeps import plot_pareto as plot_pareto
-from capsule_sym._figures.switching import plot_fig3 as plot_fig3
-from capsule_sym._figures.switching import plot_fig4 as plot_fig4
-from capsule_sym._figures.switching import plot_fig5 as plot_fig5
+from capsule_sym._figures.switching import plot_switching as plot_switching
 from capsule_sym._map.many import Trajectories as Trajectories
 from capsule_sym._map.many import simulate_many as simulate_many
 from capsule_sym._map.segments import Instant as Instant

@@ -11,9 +11,10 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.device import Frame, draw_capsule, ground
 from capsule_sym._figures.layout import add_key
+from capsule_sym._figures.pages import new_figure
 from capsule_sym._figures.portraits import field_handles, plot_phase_portrait
 from capsule_sym._figures.sizes import MOVING
-from capsule_sym._figures.style import Colours, field_colour, figure_style, new_figure
+from capsule_sym._figures.style import Colours, field_colour, figure_style
 from capsule_sym._figures.units import Units
 from capsule_sym._files import whole
 from capsule_sym._parameters import PhysicalParameters

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.layout import NARROW, add_words
+from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     STABLE,
     UNSTABLE,
-    axes_for,
     describe,
     draw_points,
     figure_of,

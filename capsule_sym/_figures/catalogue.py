@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -85,13 +88,12 @@ def _fig2(study: Study) -> Figure:
 
 
 def _bundles(study: Study, which: int) -> Figure:
-    from capsule_sym._figures import switching
+    from capsule_sym._figures.switching import plot_switching
     from capsule_sym._study.sections import sections
 
     parameters = study.schematic
-    draw = {3: switching.plot_fig3, 4: switching.plot_fig4, 5: switching.plot_fig5}[which]
     bundles = [study.store.bundle(one, parameters) for one in sections(parameters)[which - 3]]
-    return draw(bundles, parameters, **study.looks)
+    return plot_switching(which, bundles, parameters, **study.looks)
 
 
 def _fig6(study: Study) -> Figure:
@@ -192,12 +194,15 @@ def _work_precision(study: Study) -> Figure:
 
 @dataclass(frozen=True)
 class Entry:
-    """A figure: its title and a caption, whether it depends on gamma, and how it is made."""
+    """A figure: how it is made, and its record in figures.toml."""
 
+    make: Callable[[Study], Figure]
     title: str
     caption: str
-    by_gamma: bool
-    make: Callable[[Study], Figure]
+    seen: str
+    """Text alternative: what is seen, in words."""
+    by_gamma: bool = False
+    """Whether it depends on gamma."""
     metric: bool = False
     """Whether it is drawn in a device's units."""
 
@@ -216,140 +221,27 @@ class Entry:
                 add_words(figure, [DIMENSIONLESS], below=free)
         return figure
 
-    @property
-    def alt(self) -> str:
-        """What is seen, in words, for who does not see it."""
-        from capsule_sym._figures.text_alternatives import ALTERNATIVES
 
-        return ALTERNATIVES[next(name for name, one in FIGURES.items() if one.title == self.title)]
-
-
-_EVENTS = (
-    "Whole on the left, magnified around the line on the right; dotted below, solid at, dashed "
-    "above the value."
-)
-FIGURES = {
-    "fig1": Entry(
-        "Fig. 1: the capsule",
-        "A mass in a capsule that lies on the ground with dry friction. The drive moves the mass, "
-        "the spring k_1 and the damper c hold it to the capsule, and beyond the gap G it meets the "
-        "spring k_2.",
-        False,
-        _fig1,
-        metric=True,
-    ),
-    "fig2": Entry(
-        "Fig. 2: state space",
-        "Subspaces, surfaces S1-S10 and lines L1-L9 at parameters that set them apart (ζ = 0.3, "
-        "β = 0.6), and the plane P1 = 0 from above. L10 (δ > f_b) is not in Eq. (14).",
-        False,
-        _fig2,
-    ),
-    "fig3": Entry(
-        "Fig. 3: switching on S1, S5 and S7",
-        "Bundles of exact trajectories across a surface, with its normals and the fields.",
-        False,
-        lambda study: _bundles(study, 3),
-    ),
-    "fig4": Entry(
-        "Fig. 4: switching on L1 to L4",
-        "The stick fields F2 and F5 along the lines when the excitation is largest and least: on "
-        "the middle parts of L2 and L3 they point to both sides. Then bundles of exact "
-        "trajectories across each line, in a plane section.",
-        False,
-        lambda study: _bundles(study, 4),
-    ),
-    "fig5": Entry(
-        "Fig. 5: switching on L5 to L8",
-        "As Fig. 4, on the line where the planes P1 = 0 and P2 = δ meet.",
-        False,
-        lambda study: _bundles(study, 5),
-    ),
-    "fig6": Entry(
-        "Fig. 6: phase trajectories over the excitation amplitude",
-        "Steady motions in (x_r, v_r), one behind the other; wide lines are the orbits at the "
-        "exact bifurcation values.",
-        True,
-        _fig6,
-    ),
-    "fig7": Entry(
-        "Fig. 7: displacements and phase portraits, a to p",
-        "At the printed amplitudes, with the fields of the steady motion in the order of time.",
-        True,
-        _fig7,
-    ),
-    "fig8": Entry(
-        "Fig. 8: boundary-intersection crossings, printed amplitudes",
-        _EVENTS,
-        True,
-        lambda study: _around(study, 8, exactly=False),
-    ),
-    "fig8-exact": Entry(
-        "Fig. 8 around the exact values",
-        f"{_EVENTS} The solid orbit is the one that Newton's method finds on the line.",
-        True,
-        lambda study: _around(study, 8, exactly=True),
-    ),
-    "fig9": Entry(
-        "Fig. 9: sliding bifurcations, printed amplitudes",
-        _EVENTS,
-        True,
-        lambda study: _around(study, 9, exactly=False),
-    ),
-    "fig9-exact": Entry(
-        "Fig. 9 around the exact values",
-        f"{_EVENTS} The solid orbit is the one that Newton's method finds on the line.",
-        True,
-        lambda study: _around(study, 9, exactly=True),
-    ),
-    "motion": Entry(
-        "Displacements and phase portrait",
-        "The steady motion from rest: mass dashed, capsule solid.",
-        True,
-        _motion,
-        metric=True,
-    ),
-    "bifurcations": Entry(
-        "Bifurcation diagram",
-        "The branch of periodic orbits through the case study, with its exact bifurcations.",
-        True,
-        _bifurcations,
-        metric=True,
-    ),
-    "itineraries": Entry(
-        "Which field acts when",
-        "One column is one period of the steady motion, from phase 0 upwards.",
-        True,
-        _itineraries,
-        metric=True,
-    ),
-    "energies": Entry(
-        "Where the work of a period goes",
-        "What damper and friction take is stacked; it meets the work of the drive.",
-        True,
-        _energies,
-        metric=True,
-    ),
-    "chart": Entry(
-        "Motions over amplitude and mass ratio",
-        "Each region is named by the fields of its motion in the order of time; curves are exact, "
-        "circles the points where two bifurcations meet. Dashed: γ = 3.0 and 3.3.",
-        False,
-        _chart,
-    ),
-    "margins": Entry(
-        "Guards of a motion over time",
-        "At α = 1.5: the gap, the capsule's velocity and the force that it has to overcome; thin "
-        "where the quantity is no guard of the acting field.",
-        True,
-        _margins,
-        metric=True,
-    ),
-    "work-precision": Entry(
-        "Work against precision",
-        "A hollow marker: switches were missed or invented at that setting.",
-        False,
-        _work_precision,
-    ),
+_MADE: dict[str, Callable[[Study], Figure]] = {
+    "fig1": _fig1,
+    "fig2": _fig2,
+    "fig3": partial(_bundles, which=3),
+    "fig4": partial(_bundles, which=4),
+    "fig5": partial(_bundles, which=5),
+    "fig6": _fig6,
+    "fig7": _fig7,
+    "fig8": partial(_around, which=8, exactly=False),
+    "fig8-exact": partial(_around, which=8, exactly=True),
+    "fig9": partial(_around, which=9, exactly=False),
+    "fig9-exact": partial(_around, which=9, exactly=True),
+    "motion": _motion,
+    "bifurcations": _bifurcations,
+    "itineraries": _itineraries,
+    "energies": _energies,
+    "chart": _chart,
+    "margins": _margins,
+    "work-precision": _work_precision,
 }
+_RECORDS = tomllib.loads((files(__package__) / "figures.toml").read_text(encoding="utf-8"))
+FIGURES = {name: Entry(make, **_RECORDS[name]) for name, make in _MADE.items()}
 """Every figure by its name on the command line."""

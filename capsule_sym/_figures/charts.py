@@ -9,13 +9,13 @@ import numpy as np
 
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key
+from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     CURVES,
     NOT_PERIODIC,
     OTHER_CURVE,
     REGIONS,
-    axes_for,
     describe,
     draw_points,
     figure_style,

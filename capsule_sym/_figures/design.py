@@ -6,17 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._figures.pages import axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    LABELS,
-    SERIES,
-    STABLE,
-    UNSTABLE,
-    axes_for,
-    canvas,
-    describe,
-    figure_style,
-)
+from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, figure_style
 from capsule_sym._parameters import PhysicalParameters
 
 if TYPE_CHECKING:

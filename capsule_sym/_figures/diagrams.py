@@ -10,15 +10,9 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import shared
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words
+from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    LABELS,
-    SERIES,
-    axes_for,
-    describe,
-    draw_points,
-    figure_style,
-)
+from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, figure_style
 from capsule_sym._figures.units import named, said
 from capsule_sym._study.data import orbit_of, strobe
 

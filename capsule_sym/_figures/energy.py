@@ -15,14 +15,9 @@ from capsule_sym._figures.branches import (
     span,
 )
 from capsule_sym._figures.layout import add_key
+from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    SEAMLESS,
-    axes_for,
-    column_edges,
-    describe,
-    figure_style,
-)
+from capsule_sym._figures.style import SEAMLESS, column_edges, describe, figure_style
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
 

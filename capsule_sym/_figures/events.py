@@ -9,18 +9,12 @@ import numpy as np
 
 from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.layout import across, add_key, fit_view
+from capsule_sym._figures.pages import canvas
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space
 from capsule_sym._figures.statespace import along, projected
-from capsule_sym._figures.style import (
-    LOOKS,
-    Colours,
-    canvas,
-    describe,
-    figure_style,
-    mathematical,
-)
+from capsule_sym._figures.style import LOOKS, Colours, describe, figure_style, mathematical
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
 from capsule_sym._study.boundaries import lines as boundary_lines

@@ -9,6 +9,7 @@ import numpy as np
 
 from capsule_sym._figures.branches import Record, in_units, name_bifurcations
 from capsule_sym._figures.layout import NARROW, add_key, fit_view
+from capsule_sym._figures.pages import axes_for, canvas
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
@@ -16,8 +17,6 @@ from capsule_sym._figures.style import (
     NOT_PERIODIC,
     SEAMLESS,
     Colours,
-    axes_for,
-    canvas,
     column_edges,
     describe,
     field_colour,

@@ -6,16 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from capsule_sym._figures.layout import add_key
+from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    Colours,
-    axes_for,
-    describe,
-    field_colour,
-    figure_style,
-    readable,
-)
+from capsule_sym._figures.style import Colours, describe, field_colour, figure_style, readable
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, interaction

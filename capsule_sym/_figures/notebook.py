@@ -6,6 +6,8 @@ import io
 
 from matplotlib.figure import Figure
 
+from capsule_sym._figures.style import figure_style
+
 _DENSE = 2  # dots of the picture in each of the page, for screens that have so many
 _PAGE_DOTS = 96  # dots of a page in each inch
 
@@ -21,8 +23,6 @@ class NotebookFigure(Figure):
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         """The picture, and the size at which it is shown."""
-        from capsule_sym._figures.style import figure_style
-
         picture = io.BytesIO()
         with figure_style():
             self.savefig(picture, format="png", dpi=_DENSE * _PAGE_DOTS)

@@ -7,6 +7,7 @@ from string import ascii_lowercase
 from typing import TYPE_CHECKING
 
 from capsule_sym._figures.layout import across, add_key
+from capsule_sym._figures.pages import canvas
 from capsule_sym._figures.portraits import (
     boundary_handles,
     field_handles,
@@ -15,13 +16,7 @@ from capsule_sym._figures.portraits import (
     unsettled_handles,
 )
 from capsule_sym._figures.sizes import PAGE
-from capsule_sym._figures.style import (
-    Colours,
-    canvas,
-    describe,
-    figure_style,
-    itinerary,
-)
+from capsule_sym._figures.style import Colours, describe, figure_style, itinerary
 from capsule_sym._map import Trajectory
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.layout import across, add_key
+from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     LABELS,
     LOOKS,
     Colours,
-    axes_for,
     describe,
     field_colour,
     figure_style,

@@ -216,7 +216,7 @@ def _picture(one: _Wanted, colours: Colours, store: Store | None = None) -> Pict
     store = store or Store(lambda items, text, total: items)
     drawn = entry.make(Study(store, Parameters(gamma=gamma), colours))
     uri, size = _data_uri(drawn), on_page(drawn)
-    return Picture(title, entry.caption, entry.alt, uri, *size, command)
+    return Picture(title, entry.caption, entry.seen, uri, *size, command)
 
 
 def _told(one: _Wanted) -> str:

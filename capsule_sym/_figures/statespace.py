@@ -9,17 +9,16 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.layout import NARROW, fit_view
+from capsule_sym._figures.pages import canvas, size_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, draw_space, walls
 from capsule_sym._figures.style import (
     LOOKS,
     Colours,
-    canvas,
     describe,
     field_colour,
     figure_style,
     mathematical,
-    size_of,
 )
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, Limits, corners, lines, surfaces

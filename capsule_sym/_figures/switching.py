@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import PATCH, Names
 from capsule_sym._figures.layout import NARROW, add_key
+from capsule_sym._figures.pages import canvas
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.statespace import top_view, window
-from capsule_sym._figures.style import Colours, canvas, describe, figure_style, mathematical
+from capsule_sym._figures.style import Colours, describe, figure_style, mathematical
 from capsule_sym._map import Trajectory
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.boundaries import Array, lines
@@ -27,6 +29,8 @@ Bundles = Sequence[Sequence[Trajectory]]
 
 
 _THROUGH = {"S1": ((3,), 1), "S5": ((4, 6), 5), "S7": ((1,), 4)}  # sources and target of Fig. 3
+# The lines of Figs. 4 and 5 with the field whose directions are drawn on each.
+_ALONG = {4: {"L1": 2, "L2": 2, "L3": 5, "L4": 5}, 5: {"L5": 4, "L6": 5, "L7": 2, "L8": 3}}
 _KEY = "arrows: $F_i$ at $\\omega\\tau=0$ (black), $\\pi$ (grey)"
 _ARROW: dict[str, Any] = {
     **{"angles": "xy", "units": "inches", "width": 0.014, "zorder": 5},
@@ -34,110 +38,64 @@ _ARROW: dict[str, Any] = {
 }
 
 
-def plot_fig3(
-    bundles: Bundles,
-    parameters: Parameters = SCHEMATIC,
-    *,
-    colours: Colours = "safe",
-    width: float = PAGE,
-    figure: Figure | SubFigure | None = None,
-) -> Figure:
-    """Trajectories through S1, S5 and S7, with the normals and fields in one point (Fig. 3).
-
-    `bundles` are those of the first of `sections` at the parameters, in their order.
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-    with figure_style():
-        columns = 3 if width > NARROW else 1
-        page = canvas(figure, width, 2.4 * 3 / columns, layout="constrained")
-        panels = page.subplots(3 // columns, columns).flat
-        for index, (axes, section, bundle) in enumerate(
-            zip(panels, sections(parameters)[0], bundles, strict=True)
-        ):
-            draw_section(section, bundle, axes, colours)
-            _vectors(section, parameters, axes)
-            axes.set_title(f"({'abc'[index]})  {mathematical(section.name)}", loc="left")
-        add_key(page, field_handles(page, colours))
-        return describe(page, "Switching on surfaces", parameters=parameters)
-
-
-def plot_fig4(
-    bundles: Bundles,
-    parameters: Parameters = SCHEMATIC,
-    *,
-    colours: Colours = "safe",
-    width: float = PAGE,
-    figure: Figure | SubFigure | None = None,
-) -> Figure:
-    """The plane P1 = 0 with the directions across L1 to L4, and sections of them (Fig. 4).
-
-    `bundles` are those of the second of `sections`, in their order. Of the two arrows in a point
-    one is the field of stick when the excitation is largest, one when it is least: on L2^(2) and
-    L3^(2) they are on different sides of the line.
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-
-    def arrows(axes: Axes) -> None:
-        for name, field in (("L1", 2), ("L2", 2), ("L3", 5), ("L4", 5)):
-            _fields(parameters, name, field, axes)
-
-    return _plane_and_sections(parameters, 1, bundles, arrows, colours, width, figure)
-
-
-def plot_fig5(
-    bundles: Bundles,
-    parameters: Parameters = SCHEMATIC,
-    *,
-    colours: Colours = "safe",
-    width: float = PAGE,
-    figure: Figure | SubFigure | None = None,
-) -> Figure:
-    """The plane P1 = 0 with the directions across L5 to L8, and sections of them (Fig. 5).
-
-    `bundles` are those of the third of `sections`, in their order; arrows as in `plot_fig4`.
-    Drawn into `figure`, a figure or a part of one, if it is given.
-    """
-
-    def arrows(axes: Axes) -> None:
-        for name, field in (("L5", 4), ("L6", 5), ("L7", 2), ("L8", 3)):
-            _fields(parameters, name, field, axes)
-
-    return _plane_and_sections(parameters, 2, bundles, arrows, colours, width, figure)
-
-
-def _plane_and_sections(
-    parameters: Parameters,
+def plot_switching(
     which: int,
     bundles: Bundles,
-    arrows: Callable[[Axes], None],
-    colours: Colours,
-    width: float,
-    figure: Figure | SubFigure | None,
+    parameters: Parameters = SCHEMATIC,
+    *,
+    colours: Colours = "safe",
+    width: float = PAGE,
+    figure: Figure | SubFigure | None = None,
 ) -> Figure:
-    shown = sections(parameters)[which]
+    """What happens on S1, S5 and S7, on L1 to L4, or on L5 to L8 (Fig. 3, 4 or 5).
+
+    `bundles` are those of the sections of this figure at the parameters, in their order. On the
+    surfaces they have the normals and fields in one point. Beside the lines is the plane P1 = 0:
+    of the two arrows in a point one is the field of stick when the excitation is largest, one when
+    it is least: on L2^(2) and L3^(2) they are on different sides of the line.
+    Drawn into `figure`, a figure or a part of one, if it is given. Raises InvalidInput for another
+    figure than 3, 4 and 5.
+    """
+    if which not in (3, *_ALONG):
+        raise InvalidInput("which", which, "3, 4 or 5")
+    shown = sections(parameters)[which - 3]
+    wide = width > NARROW
     with figure_style():
-        # Two sections in a column beside the plane, or two in a row below it.
-        half = -(-len(shown) // 2)
-        beside = width > NARROW
-        page = canvas(figure, width, 4.2 if beside else 2.9 + 1.5 * half, layout="constrained")
-        grid = (
-            page.add_gridspec(2, 1 + half, width_ratios=(1.75, *[1] * half))
-            if beside
-            else page.add_gridspec(1 + half, 2, height_ratios=(1.9, *[1] * half))
-        )
-        plane = page.add_subplot(grid[:, 0] if beside else grid[0, :])
+        if which == 3:
+            columns = 3 if wide else 1
+            page = canvas(figure, width, 2.4 * 3 / columns, layout="constrained")
+            panels = list(page.subplots(3 // columns, columns).flat)
+        else:
+            panels = []
+            # Two sections in a column beside the plane, or two in a row below it.
+            half = -(-len(shown) // 2)
+            page = canvas(figure, width, 4.2 if wide else 2.9 + 1.5 * half, layout="constrained")
+            grid = (
+                page.add_gridspec(2, 1 + half, width_ratios=(1.75, *[1] * half))
+                if wide
+                else page.add_gridspec(1 + half, 2, height_ratios=(1.9, *[1] * half))
+            )
+            plane = page.add_subplot(grid[:, 0] if wide else grid[0, :])
+            for k in range(len(shown)):
+                row, column = divmod(k, half if wide else 2)
+                place = grid[row, 1 + column] if wide else grid[1 + row, column]
+                panels.append(page.add_subplot(place))
         names = Names(page)
-        top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
-        arrows(plane)
-        plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize=6.3)
-        for index, (section, bundle) in enumerate(zip(shown, bundles, strict=True)):
-            row, column = divmod(index, half if beside else 2)
-            axes = page.add_subplot(grid[row, 1 + column] if beside else grid[1 + row, column])
+        if which != 3:
+            top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
+            for name, field in _ALONG[which].items():
+                _fields(parameters, name, field, plane)
+            plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize=6.3)
+        letters = ("abc" if which == 3 else "bcdefg")[: len(shown)]
+        for axes, letter, section, bundle in zip(panels, letters, shown, bundles, strict=True):
             draw_section(section, bundle, axes, colours)
-            axes.set_title(f"({'bcdefg'[index]})  {mathematical(section.name)}", loc="left")
+            if which == 3:
+                _vectors(section, parameters, axes)
+            axes.set_title(f"({letter})  {mathematical(section.name)}", loc="left")
         add_key(page, field_handles(page, colours))
         names.settle()
-        return describe(page, "Switching on lines", parameters=parameters)
+        title = f"Switching on {'surfaces' if which == 3 else 'lines'}"
+        return describe(page, title, parameters=parameters)
 
 
 def _fields(parameters: Parameters, name: str, field: int, axes: Axes) -> None:

@@ -78,7 +78,7 @@ def test_curves_are_seen_on_their_rims() -> None:
 
 def test_the_explorer_has_the_same_colours() -> None:
     light = EXPLORER.read_text(encoding="utf-8").split("dark: true")[0]
-    for name, ours in (("fields", COMPARED["fields"]), ("words", style.REGIONS)):
+    for name, ours in (("fields", COMPARED["fields"]), ("itineraries", style.REGIONS)):
         theirs = re.search(rf"^ +{name}: \[([^\]]+)\]", light, re.M)[1]
         assert re.findall(r"#\w{6}", theirs.lower()) == [colour.lower() for colour in ours]
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from capsule_sym import InvalidInput, NotInstalled, figure_style, plot, plot_motion, save_figure
+from capsule_sym._figures.pages import new_figure
 from capsule_sym._figures.sizes import COLUMN, PAGE
-from capsule_sym._figures.style import new_figure
 
 
 def test_matplotlib_is_imported_when_something_is_drawn() -> None:

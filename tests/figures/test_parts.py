@@ -18,13 +18,11 @@ from capsule_sym import (
     plot_events,
     plot_fig1,
     plot_fig2,
-    plot_fig3,
-    plot_fig4,
-    plot_fig5,
     plot_fig6,
     plot_fig7,
     plot_residuals,
     plot_steering,
+    plot_switching,
     plot_work_precision,
     simulate,
 )
@@ -57,19 +55,22 @@ STEERING = SimpleNamespace(
     names=("alpha", "omega"),
 )
 
-Composed = Callable[..., Figure]
-COMPOSED: dict[Composed, Callable[[Any], tuple[Any, ...]]] = {
-    plot_fig1: lambda settled: (),
-    plot_fig2: lambda settled: (),
-    plot_fig3: lambda settled: (bundles(FIG3),),
-    plot_fig4: lambda settled: (bundles(FIG4),),
-    plot_fig5: lambda settled: (bundles(FIG5),),
-    plot_fig6: lambda settled: ([settled(0.7), settled(1.9)],),
-    plot_fig7: lambda settled: ([settled(0.7), settled(1.2), settled(1.9)],),
-    plot_events: lambda settled: (CROSSINGS[:1], [[settled(a) for a in CROSSINGS[0].alphas]]),
-    plot_work_precision: lambda settled: (RECORD,),
-    plot_steering: lambda settled: (STEERING,),
-    plot_residuals: lambda settled: (fitted(),),
+Arguments = Callable[[Any], tuple[Any, ...]]
+COMPOSED: dict[str, tuple[Callable[..., Figure], Arguments]] = {
+    "fig1": (plot_fig1, lambda settled: ()),
+    "fig2": (plot_fig2, lambda settled: ()),
+    "fig3": (plot_switching, lambda settled: (3, bundles(FIG3))),
+    "fig4": (plot_switching, lambda settled: (4, bundles(FIG4))),
+    "fig5": (plot_switching, lambda settled: (5, bundles(FIG5))),
+    "fig6": (plot_fig6, lambda settled: ([settled(0.7), settled(1.9)],)),
+    "fig7": (plot_fig7, lambda settled: ([settled(0.7), settled(1.2), settled(1.9)],)),
+    "events": (
+        plot_events,
+        lambda settled: (CROSSINGS[:1], [[settled(a) for a in CROSSINGS[0].alphas]]),
+    ),
+    "work-precision": (plot_work_precision, lambda settled: (RECORD,)),
+    "steering": (plot_steering, lambda settled: (STEERING,)),
+    "residuals": (plot_residuals, lambda settled: (fitted(),)),
 }
 
 
@@ -91,20 +92,18 @@ def drawn(axes: Any) -> dict[str, Any]:
 
 
 # The others take more time to draw, or are drawn as these are.
-QUICK = {plot_fig1, plot_fig3, plot_fig6, plot_work_precision, plot_steering, plot_residuals}
+QUICK = {"fig1", "fig3", "fig6", "work-precision", "steering", "residuals"}
 
 
 @sampled
 @pytest.mark.parametrize("layout", some([None, "constrained"], 1))
 @pytest.mark.parametrize(
-    "function",
-    [
-        pytest.param(one, id=one.__name__, marks=[] if one in QUICK else [pytest.mark.long])
-        for one in COMPOSED
-    ],
+    "name",
+    [pytest.param(one, marks=[] if one in QUICK else [pytest.mark.long]) for one in COMPOSED],
 )
-def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(function, layout, settled) -> None:
-    arguments = COMPOSED[function](settled)
+def test_a_part_of_a_figure_holds_what_the_figure_alone_holds(name, layout, settled) -> None:
+    function, given = COMPOSED[name]
+    arguments = given(settled)
     alone = function(*arguments)
     figure = Figure(figsize=(15, 7), layout=layout)
     left, right = figure.subfigures(1, 2)
@@ -136,7 +135,8 @@ def test_every_figure_can_be_drawn_into_ones_own(name) -> None:
     place = "axes" if "axes" in taken else "figure"
     required = taken[place].default is inspect.Parameter.empty
     assert required or f"`{place}`" in (getattr(capsule_sym, name).__doc__ or "")
-    assert (getattr(capsule_sym, name) in COMPOSED) == (place == "figure")
+    composed = {function for function, _ in COMPOSED.values()}
+    assert (getattr(capsule_sym, name) in composed) == (place == "figure")
 
 
 def test_a_key_in_a_sliver_of_a_page_is_wrapped(settled) -> None:

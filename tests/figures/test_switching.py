@@ -7,7 +7,7 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from capsule_sym import plot_fig3, plot_fig4, plot_fig5, simulate
+from capsule_sym import InvalidInput, plot_switching, simulate
 from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.style import mathematical
 from capsule_sym._study import sections
@@ -99,14 +99,17 @@ def test_arrows_are_the_fields(field: int, cosine: float) -> None:
     assert derivatives(SCHEMATIC, field, (0.3, -0.4), cosine) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(
-    ("figure", "shown"), [(plot_fig3, FIG3), (plot_fig4, FIG4), (plot_fig5, FIG5)]
-)
-def test_figures_have_a_panel_for_each_section(figure, shown) -> None:
+@pytest.mark.parametrize(("which", "shown"), [(3, FIG3), (4, FIG4), (5, FIG5)])
+def test_figures_have_a_panel_for_each_section(which: int, shown) -> None:
     # One trajectory for each section, since the bundles are tested above.
     start = (0.0, 1.0, 0.5)
-    axes = figure([[simulate(SCHEMATIC, start, periods=1)] for _ in shown]).axes
+    axes = plot_switching(which, [[simulate(SCHEMATIC, start, periods=1)] for _ in shown]).axes
     titles = [one.get_title(loc="left") for one in axes]
     expected = [mathematical(section.name) for section in shown]
     assert [title.split("  ")[1] for title in titles][-len(shown) :] == expected
-    assert len(axes) == len(shown) + (figure is not plot_fig3)
+    assert len(axes) == len(shown) + (which != 3)
+
+
+def test_another_figure_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="which = 2: must be 3, 4 or 5"):
+        plot_switching(2, [])
