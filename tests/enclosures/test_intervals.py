@@ -32,8 +32,8 @@ from capsule_sym._enclosures.passage import segments as passage
 from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
 from capsule_sym._enclosures.regions import subdivision as regions
-from capsule_sym._enclosures.regions.attraction import tendency
-from capsule_sym._enclosures.regions.from_rest import AlphaPart, attempt
+from capsule_sym._enclosures.regions.attraction import attempt, tendency
+from capsule_sym._enclosures.regions.parts import AlphaPart
 from capsule_sym._enclosures.regions.subdivision import FROM_REST, attraction, begun, prove
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -304,7 +304,7 @@ def test_a_part_is_proved_at_its_own_mass_ratio(ratio: int, gamma: float) -> Non
 def test_other_constants_are_other_code(monkeypatch: pytest.MonkeyPatch) -> None:
     """The digest has the parameters and what contact and drift are, not only the proof."""
     held = {module.__name__.rpartition(".")[2] for module in regions_digest(monkeypatch)}
-    assert {"patches", "case", "from_rest", "segments", "guards", "contact", "drift"} <= held
+    assert {"parts", "case", "attraction", "segments", "guards", "contact", "drift"} <= held
 
 
 def regions_digest(monkeypatch: pytest.MonkeyPatch) -> list[Any]:

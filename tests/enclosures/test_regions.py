@@ -22,9 +22,9 @@ from capsule_sym._enclosures.numbers.balls import Unproved, arb, ball, floats, l
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.numbers.forms import Form, exponential, polynomial
 from capsule_sym._enclosures.orbits.proof import guess_of, shooting_of
-from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits
-from capsule_sym._enclosures.regions.patches import Patch, attempt
-from capsule_sym._enclosures.regions.subdivision import begun, code, patch_orbits, patches, prove
+from capsule_sym._enclosures.regions.parts import Patch
+from capsule_sym._enclosures.regions.patch_orbits import PatchOrbits, attempt
+from capsule_sym._enclosures.regions.subdivision import begun, code, patch_orbits, prove
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 
 REST = (0.0, 0.0, 0.0)
@@ -191,7 +191,7 @@ def test_a_patch_across_a_border_is_halved_where_its_corners_differ(
     a, g = levels
     shares = ((x - ends[0]) / (ends[1] - ends[0]) for x, ends in ((alpha, ALPHA), (gamma, GAMMA)))
     i, k = (int(share * 2**level) for share, level in zip(shares, levels, strict=True))
-    assert patches._border(Patch(a, i, g, k), REST) == along
+    assert patch_orbits._border(Patch(a, i, g, k), REST) == along
 
 
 def test_attempt_names_the_itinerary_or_how_to_halve() -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._enclosures.case import EXACT, GAMMAS
 from capsule_sym._enclosures.numbers.balls import (
     Matrix,
     Unproved,
@@ -23,6 +24,8 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import C
 from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
 from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
+from capsule_sym._enclosures.regions.parts import AlphaPart, Outcome
+from capsule_sym._errors import CapsuleError
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters
@@ -58,6 +61,17 @@ def tendency(values: Mapping[str, object], alphas: Interval | None = None) -> Te
         given = {name: float(exact[name]) for name in exact}
         run = simulate(Parameters(alpha=alphas.middle, **given), periods=_PERIODS)
         return _Motions(Passage(exact, alphas), run).tendency()
+
+
+def attempt(part: AlphaPart, state: tuple[float, ...] = ()) -> Outcome:
+    """Try to prove what the motions from rest tend to, for all alpha of a part."""
+    gamma = GAMMAS[part.ratio]
+    try:
+        found = tendency(EXACT | {"gamma": gamma}, part.alphas).itinerary
+    except (CapsuleError, ArithmeticError, ValueError):
+        return Outcome(None, (0,))
+    least = min(found[k:] + found[:k] for k in range(len(found)))
+    return Outcome(f"{' '.join(f'F{field}' for field in least)}, gamma = {gamma}", ())
 
 
 class _Motions:

@@ -14,10 +14,12 @@ first and second order in s is carried exactly, so that only what is of third or
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from math import log
 
 import numpy as np
 
+from capsule_sym._enclosures.case import EXACT
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
     Matrix,
@@ -26,6 +28,7 @@ from capsule_sym._enclosures.numbers.balls import (
     ball,
     floats,
     matrix,
+    precision,
     thin,
     upper,
 )
@@ -44,13 +47,21 @@ from capsule_sym._enclosures.orbits.krawczyk import newton
 from capsule_sym._enclosures.orbits.proof import held
 from capsule_sym._enclosures.orbits.shooting import Evaluation, Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
+from capsule_sym._enclosures.orbits.steady import guess_of_run
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.passage.switches import zeros
+from capsule_sym._enclosures.regions.parts import Outcome, Patch
+from capsule_sym._errors import CapsuleError
+from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._parameters import Parameters
 
 Part = tuple[float, float, float, float]
 """A part of a patch: middle and radius of s_1, then of s_2."""
 _AXES = ("alpha", "gamma")
+_BITS = 64
+_PERIODS = ((96, 1e-6), (2048, 1e-6), (2048, 1e-4))  # of a run, and its change over a period
 _TRIALS = 5
 _DEEPEST = 4  # halvings of a patch for the proof of its guards
 _LARGEST = 0.9  # of what is left of the unit matrix
@@ -246,3 +257,55 @@ def _columns(state: Form) -> Matrix:
         for i in range(SIZE):
             found[i, k] = part[i, 0]
     return found
+
+
+def attempt(patch: Patch, state: tuple[float, ...]) -> Outcome:
+    """Try to prove one stable orbit with one itinerary all over a patch."""
+    alpha, gamma = patch.middle
+    along: tuple[int, ...] = (int(patch.alpha_level > patch.gamma_level),)
+    parameters = Parameters(alpha=alpha, gamma=gamma)
+    for periods, change in _PERIODS:
+        run = simulate(parameters, state, periods=periods)
+        motion = run.steady(change)
+        if motion is not None:
+            break
+    else:
+        return Outcome(None, along, state)
+    reached = tuple(float(x) for x in run.final[1])
+    try:
+        itinerary = Itinerary.of_motion(motion)
+        border = _border(patch, reached)
+        if border is not None:
+            return Outcome(None, (border,), reached)
+        with precision(_BITS):
+            values = EXACT | {"alpha": alpha, "gamma": gamma}
+            given = [ball(values[name]) for name in PARAMETERS]
+            shooting = Shooting(itinerary, given, ("alpha", "gamma"))
+            guess = [*guess_of_run(shooting, run, motion), ball(alpha), ball(gamma)]
+            orbits = PatchOrbits(shooting, guess, patch.radii)
+            along = orbits.halvings(1)
+            orbits.prove()
+    except TooLarge as error:
+        return Outcome(None, error.halvings, reached)
+    except (CapsuleError, ArithmeticError, ValueError):
+        return Outcome(None, along, reached)
+    over = f" over {itinerary.period_number}" if itinerary.period_number > 1 else ""
+    return Outcome(f"{itinerary}{over}", (), reached)
+
+
+def _border(patch: Patch, state: tuple[float, ...]) -> int | None:
+    """The direction in which itineraries differ more among a patch's corners, if they do.
+
+    A guess, that spares attempts which cannot succeed.
+    """
+    (alpha, gamma), (wide, high) = patch.middle, patch.radii
+    itineraries: dict[tuple[int, int], Itinerary] = {}
+    for right, up in product((-1, 1), repeat=2):
+        corner = Parameters(alpha=max(alpha + right * wide, 0.0), gamma=gamma + up * high)
+        motion = simulate(corner, state, periods=_PERIODS[0][0]).steady(_PERIODS[-1][1])
+        if motion is None:
+            return None
+        itineraries[right, up] = Itinerary.of_motion(motion).cyclic
+    in_alpha = sum(itineraries[-1, side] != itineraries[1, side] for side in (-1, 1))
+    in_gamma = sum(itineraries[side, -1] != itineraries[side, 1] for side in (-1, 1))
+    return None if in_alpha == in_gamma == 0 else int(in_gamma > in_alpha)

@@ -15,14 +15,12 @@ from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from operator import index
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any, NamedTuple, Protocol
 
-from capsule_sym._enclosures import case
 from capsule_sym._enclosures.certificates.digest import closure, digest
-from capsule_sym._enclosures.regions import attraction, from_rest, patch_orbits, patches
-from capsule_sym._enclosures.regions.from_rest import AlphaPart
-from capsule_sym._enclosures.regions.patches import Outcome, Patch
+from capsule_sym._enclosures.regions import attraction, patch_orbits
+from capsule_sym._enclosures.regions.parts import AlphaPart, Outcome, Patch
 from capsule_sym._errors import InvalidInput
 from capsule_sym._files import growing
 from capsule_sym._map.checks import checked_seconds
@@ -55,12 +53,15 @@ class Part(Protocol):
     def __iter__(self) -> Iterator[int]: ...
 
 
+Attempt = Callable[[Any, tuple[float, ...]], Outcome]
+
+
 class Task(NamedTuple):
     """What is to be proved: how parts are made of their numbers, the first ones, and the proof."""
 
     part: Callable[..., Part]
     first: Callable[[], list[Any]]
-    attempt: Callable[[Any, tuple[float, ...]], Outcome]
+    attempt: Attempt
     code: Callable[[], str]
     """The digest of the code on which a proof rests; all other code gives guesses."""
     option: str
@@ -99,13 +100,12 @@ class Plane:
 def code() -> str:
     """The digest of the code that proves patches of the plane."""
     itineraries = (Itinerary.of, ItinerarySegment, contact, drift, guard_between)
-    return digest((*closure(patch_orbits), patches, case, generated, *itineraries))
+    return digest((*closure(patch_orbits), generated, *itineraries))
 
 
 def code_from_rest() -> str:
     """The digest of the code that proves where the motions from rest go."""
-    given = (from_rest, patches, case, generated)
-    return digest((*closure(attraction), *given, contact, drift, guard_between))
+    return digest((*closure(attraction), generated, contact, drift, guard_between))
 
 
 def _patches() -> list[Patch]:
@@ -118,16 +118,15 @@ def _intervals() -> list[AlphaPart]:
     return [AlphaPart(ratio, _FIRST_INTERVALS, i) for ratio in range(2) for i in whole]
 
 
-PLANE = Task(Patch, _patches, patches.attempt, code, "--region")
+PLANE = Task(Patch, _patches, patch_orbits.attempt, code, "--region")
 """One stable orbit with one itinerary all over each patch of the (alpha, gamma) plane."""
-FROM_REST = Task(AlphaPart, _intervals, from_rest.attempt, code_from_rest, "--from-rest")
+FROM_REST = Task(AlphaPart, _intervals, attraction.attempt, code_from_rest, "--from-rest")
 """What the motion from rest tends to, over alpha at both mass ratios."""
 
 
 def begun(path: Path, task: Task = PLANE) -> Plane:
     """The work as a file leaves it, or at its begin where there is none; raises InvalidInput."""
     plane = Plane()
-    rest = (0.0, 0.0, 0.0)
     outcomes: dict[Part, Outcome] = {}
     if path.exists():
         try:
@@ -153,7 +152,7 @@ def begun(path: Path, task: Task = PLANE) -> Plane:
         if part in outcomes:
             waiting += plane.take(part, outcomes[part])
         else:
-            plane.add(part, rest)
+            plane.add(part, Outcome(None, ()).state)
     return plane
 
 
@@ -162,11 +161,11 @@ def _begin(task: Task) -> str:
 
 
 def _told(record: dict[str, Any]) -> Outcome:
-    """What became of a part, of a line of a file."""
+    """The outcome of a part, from a line of a file."""
     itinerary, along = record.get("itinerary"), tuple(record.get("along", ()))
     if (itinerary is None) == (along == ()) or not {*along} <= {0, 1} or itinerary == "":
         raise ValueError(f"neither proved nor halved: {record}")
-    return Outcome(itinerary, along, (0.0, 0.0, 0.0), float(record["work"]))
+    return Outcome(itinerary, along, work=float(record["work"]))
 
 
 def prove(
@@ -193,7 +192,7 @@ def prove(
                 while plane.open and not late and len(pending) < _AHEAD:
                     *_, part, state = heapq.heappop(plane.open)
                     with undisturbed():
-                        pending[pool.submit(task.attempt, part, state)] = part
+                        pending[pool.submit(_timed, task.attempt, part, state)] = part
                 if not pending:
                     return plane
                 done, _ = wait(pending, return_when=FIRST_COMPLETED)
@@ -206,6 +205,13 @@ def prove(
                 report(plane)
     finally:
         end(pool)
+
+
+def _timed(attempt: Attempt, part: Part, state: tuple[float, ...]) -> Outcome:
+    """The outcome of an attempt, with the time that it took."""
+    begin = process_time()
+    outcome = attempt(part, state)
+    return outcome._replace(work=process_time() - begin)
 
 
 def _record(part: Part, outcome: Outcome, seconds: float) -> dict[str, Any]:

@@ -1,0 +1,95 @@
+"""What is proved piece by piece: patches of the (alpha, gamma) plane, and parts of alpha."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from capsule_sym._enclosures.case import ALPHA, GAMMA, GAMMAS
+from capsule_sym._enclosures.passage.segments import Interval
+
+_OVERLAP = 1e-14  # more than the roundings of middles: neighbours overlap
+
+
+class Patch(NamedTuple):
+    """A patch of the plane: how often each side was halved, and which of the pieces it is."""
+
+    alpha_level: int
+    alpha_place: int
+    gamma_level: int
+    gamma_place: int
+
+    @property
+    def area(self) -> float:
+        """The share of the whole plane."""
+        return 2.0 ** -(self.alpha_level + self.gamma_level)
+
+    @property
+    def middle(self) -> tuple[float, float]:
+        """Alpha and gamma at the middle."""
+        return _middle(ALPHA, *self[:2]), _middle(GAMMA, *self[2:])
+
+    @property
+    def radii(self) -> tuple[float, float]:
+        """Half of the sides, and more than the roundings of the middles."""
+        return _radius(ALPHA, self.alpha_level), _radius(GAMMA, self.gamma_level)
+
+    def halved(self, along: Sequence[int]) -> list[Patch]:
+        """The patches after halving in alpha (0) or gamma (1), all of them in each direction."""
+        found = [self]
+        for side in along:
+            found = [half for one in found for half in one._halves(side)]
+        return found
+
+    def _halves(self, along: int) -> list[Patch]:
+        a, i, g, k = self
+        if along == 0:
+            return [Patch(a + 1, 2 * i + half, g, k) for half in (0, 1)]
+        return [Patch(a, i, g + 1, 2 * k + half) for half in (0, 1)]
+
+
+class AlphaPart(NamedTuple):
+    """A part of alpha in [0.001, 2] at one of the mass ratios of Section 4.
+
+    Places are counted from 2 downwards: there motions settle soonest, so that the share grows fast.
+    """
+
+    ratio: int
+    level: int
+    place: int
+
+    @property
+    def area(self) -> float:
+        """The share of all alphas at both mass ratios."""
+        return 2.0**-self.level / len(GAMMAS)
+
+    @property
+    def alphas(self) -> Interval:
+        """Its values of alpha."""
+        return Interval(_middle(ALPHA[::-1], self.level, self.place), _radius(ALPHA, self.level))
+
+    def halved(self, along: Sequence[int]) -> list[AlphaPart]:
+        """Its halves."""
+        ratio, level, place = self
+        return [AlphaPart(ratio, level + 1, 2 * place + half) for half in (0, 1)]
+
+
+class Outcome(NamedTuple):
+    """Outcome of a piece: the itinerary that is proved, or the directions in which to halve it.
+
+    `state` is where the motion is at phase 0, for the runs of its pieces, `work` the seconds of
+    one core.
+    """
+
+    itinerary: str | None
+    along: tuple[int, ...]
+    state: tuple[float, ...] = (0.0, 0.0, 0.0)
+    work: float = 0.0
+
+
+def _middle(ends: tuple[float, ...], level: int, place: int) -> float:
+    return ends[0] + (ends[1] - ends[0]) * (2 * place + 1) * 2.0 ** -(level + 1)
+
+
+def _radius(ends: tuple[float, ...], level: int) -> float:
+    return (ends[1] - ends[0]) * 2.0 ** -(level + 1) + _OVERLAP
