@@ -24,6 +24,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.orbits.events import Event, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import Tube
 from capsule_sym._enclosures.orbits.proof import guess_of, prove, shooting_of
+from capsule_sym._enclosures.orbits.stability import prove_stable
 from capsule_sym._enclosures.passage.runs import enclose_run, exactly
 from capsule_sym._map import Trajectory
 from capsule_sym._map.checks import checked_seconds
@@ -37,16 +38,21 @@ _BITS, _BITS_A_SEGMENT = 256, 4
 
 def _written(tube: Tube, parameters: Mapping[str, str], stable: bool) -> dict[str, Any]:
     shooting, hull = tube.shooting, tube.hull()
-    states = [_told(node.state) for node in tube.wide.nodes]
     return {
         "fields": list(shooting.itinerary.fields),
         "periods": shooting.itinerary.period_number,
-        "parameters": dict(parameters),
+        "parameters": {k: v for k, v in parameters.items() if k not in shooting.varied},
         "angle": decimal(hull[shooting.angle]),
         "durations": [decimal(hull[at]) for at in shooting.durations],
-        "states": states,
+        "states": [_told(node.state) for node in tube.wide.nodes],
         "stable": stable,
     }
+
+
+def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[str, str]:
+    """The parameters by name: those in `exact`, or the decimals that the doubles print as."""
+    given = zip(PARAMETERS, values, strict=True)
+    return {name: (exact or {}).get(name, exactly(value)) for name, value in given}
 
 
 def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
@@ -55,19 +61,15 @@ def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[
     The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
     with the step that failed.
     """
-    parameters = {
-        name: (exact or {}).get(name, exactly(value))
-        for name, value in zip(PARAMETERS, orbit.values, strict=True)
-    }
+    parameters = _decimals(orbit.values, exact)
     with precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         guess = guess_of(shooting, orbit)
+        tube = prove(shooting, guess, {}, stable=False).tube
         try:
-            tube, stable = prove(shooting, guess, {}).tube, True
-        except Unproved as error:
-            if error.step != "stability":
-                raise
-            tube, stable = prove(shooting, guess, {}, stable=False).tube, False
+            stable = bool(prove_stable(tube.wide))
+        except Unproved:
+            stable = False
         return {"kind": "orbit", **_written(tube, parameters, stable)}
 
 
@@ -85,17 +87,12 @@ def certify_bifurcation(
     if free != "alpha":
         raise Unproved("certificate", "the checker solves for alpha only")
     orbit = found.orbit
-    parameters = {
-        name: (exact or {}).get(name, exactly(value))
-        for name, value in zip(PARAMETERS, orbit.values, strict=True)
-    }
+    parameters = _decimals(orbit.values, exact)
     with precision(_BITS):
         flows, z = orbit.system.flows, orbit.z
         event = prove_event(
             orbit.itinerary, flows, z, orbit.values, (found.segment,), (free,), parameters
         )
-        written = _written(event.tube, parameters, stable=False)
-        del written["parameters"][free]
         values = {name: decimal(value) for name, value in event.values.items()}
         return {
             "kind": "bifurcation",
@@ -111,7 +108,7 @@ def certify_bifurcation(
                     for one in event.multipliers
                 ],
             },
-            **written,
+            **_written(event.tube, parameters, stable=False),
             "free": values,
             "still": [found.segment],
         }, event
@@ -136,10 +133,8 @@ def certify_run(
     segments, (begin, start) = trajectory.segments, trajectory.origin
     if segments[-1].end.phase != 0:
         raise Unproved("certificate", "the run does not end with a period")
-    parameters = {
-        name: (exact or {}).get(name, exactly(value))
-        for name, value in trajectory.parameters.to_dict().items()
-    }
+    given = trajectory.parameters.to_dict()
+    parameters = _decimals((given[name] for name in PARAMETERS), exact)
     angle = Fraction(parameters["omega"]) * Fraction(exactly(begin.phase))
     with precision(_BITS + _BITS_A_SEGMENT * len(segments)):
         periods = int(segments[-1].end.period - begin.period)
@@ -182,20 +177,23 @@ def _named(one: Certified) -> str:
 
 
 def certificates(
-    found: Iterable[Certified], limit: Watch
+    found: Iterable[Certified], limit: Watch, exact: Mapping[str, str] | None = None
 ) -> tuple[list[dict[str, Any]], list[str]]:
-    """Certificates of orbits, bifurcations and runs, and why any of them is missing."""
+    """Certificates of orbits, bifurcations and runs, and why any of them is missing.
+
+    Parameters are the decimals in `exact` by name, or those that doubles print as.
+    """
     proved, failed = [], []
     for one in found:
         try:
             if limit.over:
                 raise Unproved("certificate", "the time was over")
             if isinstance(one, Orbit):
-                proved.append(certify_orbit(one))
+                proved.append(certify_orbit(one, exact))
             elif isinstance(one, Trajectory):
-                proved.append(certify_run(one, max_seconds=limit.left))
+                proved.append(certify_run(one, exact, max_seconds=limit.left))
             else:
-                proved.append(certify_bifurcation(one)[0])
+                proved.append(certify_bifurcation(one, exact)[0])
         except Unproved as error:
             failed.append(f"{_named(one)}: {error}")
     return proved, failed

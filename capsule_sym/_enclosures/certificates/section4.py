@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from capsule_sym._enclosures.case import EXACT
-from capsule_sym._enclosures.certificates.certify import certify_bifurcation, certify_orbit
+from capsule_sym._enclosures.certificates.certify import certificates
 from capsule_sym._enclosures.numbers.balls import Unproved, ball, decimal, precision
 from capsule_sym._enclosures.orbits.branches import Box
 from capsule_sym._enclosures.orbits.events import Event
-from capsule_sym._enclosures.orbits.intervals import Regime, approximate, regimes, threshold
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._enclosures.orbits.intervals import (
+    THRESHOLD_BITS,
+    Regime,
+    approximate,
+    regimes,
+    threshold,
+)
+from capsule_sym._native import Watch
 from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._paper import panels, read
 from capsule_sym._parameters import Parameters
@@ -75,42 +81,15 @@ def certified(gamma: str) -> tuple[list[dict[str, Any]], list[str]]:
         solve_orbit(Parameters(gamma=float(gamma), alpha=float(alpha)))
         for alpha in panels(read()).values()
     ]
-    kept, missing = [], []
-    every: tuple[Bifurcation | Orbit, ...] = (*found, *orbits)
-    for one in every:
-        try:
-            if isinstance(one, Bifurcation):
-                kept.append(certify_bifurcation(one, exact)[0])
-            elif one.success:
-                kept.append(certify_orbit(one, exact))
-            else:
-                missing.append(one.message)
-        except Unproved as error:
-            missing.append(str(error))
-    return kept, missing
+    settled = [one for one in orbits if one.success]
+    kept, missing = certificates((*found, *settled), Watch(math.inf), exact)
+    return kept, missing + [one.message for one in orbits if not one.success]
 
 
 def record(section: Section) -> dict[str, Any]:
     """A section as plain data: numbers of bifurcations are decimals right to their last digit."""
-    thresholds = []
-    for event in section.events:
-        value = event.values["alpha"]
-        with precision(320):
-            text = decimal(value)
-            coefficient = None if event.coefficient is None else decimal(event.coefficient)
-        thresholds.append(
-            {
-                "type": event.type,
-                "line": event.line,
-                "order": event.order,
-                "alpha": text,
-                "radius": float(value.rad()),
-                "coefficient": coefficient,
-                "multipliers": [
-                    {"trace": float(c.trace), "minors": float(c.minors)} for c in event.multipliers
-                ],
-            }
-        )
+    with precision(THRESHOLD_BITS):
+        thresholds = [_told(event) for event in section.events]
     return {
         "gamma": section.gamma,
         "thresholds": thresholds,
@@ -125,4 +104,18 @@ def record(section: Section) -> dict[str, Any]:
         ],
         "unproved": section.unproved,
         "failed": section.failed,
+    }
+
+
+def _told(event: Event) -> dict[str, Any]:
+    return {
+        "type": event.type,
+        "line": event.line,
+        "order": event.order,
+        "alpha": decimal(event.values["alpha"]),
+        "radius": float(event.values["alpha"].rad()),
+        "coefficient": None if event.coefficient is None else decimal(event.coefficient),
+        "multipliers": [
+            {"trace": float(one.trace), "minors": float(one.minors)} for one in event.multipliers
+        ],
     }
