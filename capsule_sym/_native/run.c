@@ -45,18 +45,19 @@ void capsule_write_strobe(const capsule_request *request, int64_t period, double
     }
 }
 
-/* The end of a period of a segment that lasts for ever. Its free part alone is advanced, so that no
-   large time meets a sine. */
+/* The end of a period of a segment that lasts for ever. Its free part alone, about where it rests, is
+   advanced, so that no large time meets a sine. */
 static void resting_state(const capsule_constants *k, double x, double v, double h,
                     capsule_state *out)
 {
     capsule_constants still = *k;
     double change[3];
-    still.alpha = 0.0;
+    still.alpha = still.push = 0.0;
     const capsule_start start = {x, 0.0, v, 0.0, 0.0, 1.0, 0.0};
     capsule_flow(&still, &start, h, change);
     forced(k, 1.0, 0.0, &out->x_r, &out->v_r);
     out->x_r += x + change[0];
+    out->x_r -= 0.0 - rest_centre(k);
     out->v_r += change[1];
     out->gap = out->x_r - k->delta;
     out->v_c = out->angle = out->angle_rest = 0.0;
@@ -78,7 +79,7 @@ void capsule_rest(capsule_context *context, double x_r, double v_r, double angle
     for (; period <= context->periods; period++) {
         const double turns = (double)(period - from), rest = turns * TWO_PI_REST - angle_rest;
         const double h = ((turns * TWO_PI - angle) + rest) / k->omega;
-        resting_state(k, x_r - x, v_r - v, h, state);
+        resting_state(k, x_r - rest_centre(k) - x, v_r - v, h, state);
         capsule_write_strobe(request, period, state->x_r, state->v_r, 0.0);
         if (period < context->periods && capsule_asked(request->watch, 1)) {
             p->stopped = 1;

@@ -176,13 +176,16 @@ static int rests_forever(const segment *c, const capsule_constants *k, const poi
         (relative + s->angle_error) *
         (fabs(near_to(s->v_r)) + fabs(near_to(s->x_r)) + (1.0 + b->omega) * amplitude);
     const double error = s->energy_error + roundings;
-    const double low = fabs(near_to(sub(s->x_r, x))) + error;
+    const double low = fabs(near_to(sub(sub(s->x_r, rest_centre(c)), x))) + error;
     const double high = fabs(near_to(sub(s->v_r, v))) + error;
     const double root_K = sqrt(b->K), energy = sqrt(high * high + b->K * low * low);
     const double reach = amplitude + energy / root_K;
     const double most = amplitude * sqrt(near_to(force_gain2(c))) +
                         near_to(force_per_energy(c, num(root_K))) * energy;
-    return reach < b->delta && most < b->f_b;
+    const real load = load_force(c);
+    return reach < b->delta - near_to(rest_centre(c)) &&
+           most < near_to(friction_guard(c, num(-1.0), load)) &&
+           most < near_to(friction_guard(c, num(1.0), load));
 }
 
 #ifndef WIDE

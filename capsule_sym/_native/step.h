@@ -60,7 +60,7 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     e.size[1] = v;
     forcing_terms_size(b, &e.size[2], &e.size[3]);
     const bound margin_error =
-        (MARGIN_AT_UNITS + 1) * UNIT * (margin_at_size(b, x, gap, v) + b->f_b);
+        (MARGIN_AT_UNITS + 1) * UNIT * (margin_at_size(b, x, gap, v) + friction_bounds(b));
     for (int i = 0; i < CAPSULE_LIMITS; i++)
         e.limit[i] = (t->limit[0][i] * e.size[0] + t->limit[1][i] * e.size[1]) +
                      (t->limit[2][i] * e.size[2] + t->limit[3][i] * e.size[3]);
@@ -237,7 +237,7 @@ inlined bound direction_after(const segment *c, const segment_sizes *b, const po
     const mask rests = near_to(s->v_c) == 0.0, at_bound = bound_at != 0.0;
     const bound side = pick(near_to(pull) > 0.0, all(1.0), all(-1.0));
     const bound within = near_to(friction_guard(c, wide(-side), pull));
-    const mask close = size_of(within) <= 16.0 * UNIT * (terms + b->f_b);
+    const mask close = size_of(within) <= 16.0 * UNIT * (terms + friction_bounds(b));
     *undetermined = (rests & not(at_bound) & close) |
                ((near_to(s->gap) == 0.0) & (near_to(s->v_r) == 0.0));
     const bound at_rest = pick(at_bound, bound_at, pick(within < 0.0, side, all(0.0)));

@@ -21,9 +21,9 @@ capsule_stop capsule_map_constants(const capsule_parameters *p, capsule_map *map
         capsule_constants_of(field, p, &map->field[field - 1]);
     const capsule_constants *c = &map->field[FIELD_OF[0][1] - 1];
     const double amplitude = c->Z2 > 0.0 ? c->alpha / sqrt(c->Z2) : INFINITY;
-    const double at = centre(c), pull = force(c, at, at - c->delta, 0.0);
-    map->may_rest = at + amplitude < c->delta && amplitude * sqrt(force_gain2(c)) <
-                    fmin(friction_guard(c, -1.0, pull), friction_guard(c, 1.0, pull));
+    const double least = fmin(friction_guard(c, -1.0, load_force(c)),
+                              friction_guard(c, 1.0, load_force(c)));
+    map->may_rest = amplitude < c->delta - rest_centre(c) && amplitude * sqrt(force_gain2(c)) < least;
     return capsule_parameters_allowed(p) ? CAPSULE_DONE : CAPSULE_REFUSED;
 }
 

@@ -19,7 +19,7 @@ _ABOUT = {
     "TEX": "Their symbols in TeX.",
     "DRIVEN": "What of a device one parameter alone is in proportion to, and its unit.",
     "BOUNDS": "The friction bounds, by the way of drift.",
-    "SYMMETRIC": "Whether the mirror image of a motion without contact is one, half a period later.",
+    "SYMMETRIC": "Whether a motion without contact has a mirror image, half a period later.",
     "FIELDS": "Fields by number: whether the second spring acts, and the drift's way (0 at rest).",
     "FIELD_OF": "Number of the field by both.",
 }

@@ -156,13 +156,6 @@ def formulas() -> tuple[Formula, ...]:
             (("guard", bound_of(-sign) + sign * pull),),
         ),
         Formula(
-            "friction_bound",
-            "The friction bounds, added up.",
-            (),
-            (("bound", sp.Add(*{FORWARD, BACKWARD})),),
-            True,
-        ),
-        Formula(
             "force_change",
             "The change of P with x_r and v_r; of their rates, the rate of P.",
             (x_change, v_change),
@@ -240,6 +233,12 @@ def formulas() -> tuple[Formula, ...]:
             "The constant force on the mass, beside drive and interaction.",
             (),
             (("force", LOAD),),
+        ),
+        Formula(
+            "rest_centre",
+            "x_r about which the mass moves at rest without contact.",
+            (),
+            (("x_r", LOAD / segment(2).here(STIFFNESS)),),
         ),
         _gradient("gap", "the gap x_r - delta", (), x_r - delta),
         _gradient("speed", "the capsule's velocity v_c", (), v_c),
