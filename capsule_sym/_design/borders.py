@@ -1,16 +1,24 @@
-"""How far an orbit is from a change of its itinerary, with derivatives by the parameters.
+"""Borders of an itinerary: how far an orbit is from each, and optima that lie on one.
 
 Each inequality of an itinerary is a duration, the least of a guard in a segment, or the force where
-a segment ends with v_c = 0. At a minimum the time at which it is taken counts for nothing.
+a segment ends with v_c = 0; where it is 0, the itinerary changes. On a border the gradients of the
+two sides differ. On the side whose itinerary goes on beyond it, objective and border are smooth:
+the place is one at which the objective's gradient is a multiple of the border's normal. That it is
+an optimum takes the other side too: away from the border the objective rises on both.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._design.evaluation import Motion
+from capsule_sym._design.program import Place, Program
+from capsule_sym._design.stationary import SOLVED, Border, Stationary, stationary
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
@@ -20,13 +28,15 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, force_by
+from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.orbit import Orbit
 
-_F_B = -7 + PARAMETERS.index("f_b")
-_DELTA = -7 + PARAMETERS.index("delta")
-_ZETA = -7 + PARAMETERS.index("zeta")
-_BETA = -7 + PARAMETERS.index("beta")
+_NEAR = 0.05  # of the bounds: how far from the place where the search rested
+_TRIED = 3  # borders of one motion
+_BESIDE = 1e-5  # of the bounds: where the sides are looked at
+_JUMP = 100  # times what the gradient explains
+_H = 4  # column of a segment's Jacobian
 Vector = NDArray[np.float64]
 
 
@@ -44,53 +54,141 @@ def distances(orbit: Orbit | None) -> list[Distance]:
     """
     if orbit is None or orbit.itinerary.mirrored:
         return []
+    count = len(PARAMETERS)
     with backend("numpy") as numbers:
         found = inequalities(numbers, orbit.itinerary, orbit.system)
         forms = ClosedForms(numbers, orbit.values)
-        return [
-            Distance(one, _along(orbit, _slope(forms, orbit, one)))
-            for one in sorted(found, key=lambda one: float(one.value))
-        ]
+        rows = []
+        for one in sorted(found, key=lambda one: float(one.value)):
+            by = _gradient(forms, orbit, one)
+            along = by[-count:] + by[:-count] @ orbit.by_parameter
+            rows.append(Distance(one, np.asarray(along, dtype=float)))
+        return rows
 
 
-def _along(orbit: Orbit, by: Vector) -> Vector:
-    """Derivatives along the branch from those by unknowns and parameters (n + 11,)."""
-    found: Vector = np.asarray(by[-7:] + by[:-7] @ orbit.by_parameter, dtype=float)
-    return found
-
-
-def _slope(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
-    """Derivatives of an inequality's value by unknowns and parameters (n + 11,)."""
-    flow, n = orbit.system.flows[one.segment], len(orbit.itinerary)
-    by: Vector = np.zeros(n + 11)
+def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
+    """Derivatives of an inequality's value by unknowns and parameters."""
+    flow = orbit.system.flows[one.segment]
+    c = flow.c
     if one.kind == DURATION:
-        by[4 + one.segment] = 1.0
+        by = np.zeros_like(flow.angle_by, dtype=float)
+        by[flow.column] = 1.0
         return by
     if one.kind == LANDING:
-        following = orbit.system.flows[(one.segment + 1) % n]
-        by = np.asarray(force_by(following.c, flow.end[0], flow.end[1], flow.end_by)) * flow.c.drift
-        by[_F_B] += 1.0  # the guard is the bound and the force along the drift
+        # At rest the force is to be within the bound of the other drift, or is beyond it.
+        guard = Guard.LOWER if c.drift > 0 else Guard.UPPER
+        by = guard_by(c, guard, flow.end[0] - c.delta, flow.end[1], flow.end_by)
+        following = orbit.system.flows[(one.segment + 1) % len(orbit.itinerary)]
         return -by if following.c.drift else by
-    rows = forms.run(flow.segment.field, flow.c, flow.closed, one.time)[1].copy()
-    if not flow.c.drift:
+    (position, v_r, *_), rows = forms.run(flow.segment.field, c, flow.closed, one.time)
+    rows = rows.copy()
+    if not c.drift:
         rows[2, 2] = 1.0
-    rows[:, 4] = 0.0  # the time is that of a minimum
-    state_by = flow.total(rows)
-    return _guard_by(forms, flow, one, state_by)
+    rows[:, _H] = 0.0  # at a minimum its time counts for nothing
+    assert one.guard is not None
+    return guard_by(c, one.guard, flow.closed.gap + position, v_r, flow.total(rows[:3]))
 
 
-def _guard_by(forms: ClosedForms, flow: Any, one: Inequality, by: Vector) -> Vector:
-    """Derivatives of a guard, from those of the state at its time."""
-    found: Vector
-    if one.guard is Guard.GAP:
-        found = np.array(by[0])
-        found[_DELTA] -= 1.0
-        return found if flow.c.contact else -found
-    if one.guard is Guard.DRIFT:
-        found = np.array(by[2]) * flow.c.drift
-        return found
-    (position, v_r, *_), _ = forms.run(flow.segment.field, flow.c, flow.closed, one.time)
-    found = np.asarray(force_by(flow.c, flow.closed.x_r + position, v_r, by))
-    found = found if one.guard is Guard.LOWER else -found
-    found[_F_B] += 1.0
-    return found
+@dataclass(frozen=True, eq=False)
+class Kink:
+    """An optimum on a border: the conditions there, the places beside it, and the slopes."""
+
+    found: Stationary
+    sides: tuple[Place, Place]
+    slopes: tuple[float, float]
+    """The objective's slopes away from the border, by the scaled variables along its normal, each
+    less what the active limits let it gain."""
+    which: int
+    """The scenario whose motion changes its itinerary."""
+    border_by: Vector
+    """Derivatives by all parameters of the inequality that is 0 there."""
+
+
+def kink_beside(program: Program, places: Sequence[Place]) -> Kink | None:
+    """The optimum on a border next to the first of the places, the best; None if none is found."""
+    best = places[0]
+    for which, inequality, orbits in _candidates(program, places):
+        border = border_of(program, which, inequality)
+        found = stationary(program, best, border, orbits)
+        if found is None or not (found.residual < SOLVED and found.minimal):
+            continue
+        if abs(found.place.u - best.u).max() < _NEAR:
+            kink = _seen_from_both(program, found, which, border(found.place)[1])
+            if kink is not None:
+                return kink
+    return None
+
+
+def _candidates(
+    program: Program, places: Sequence[Place]
+) -> Iterator[tuple[int, Inequality, tuple[Motion, ...]]]:
+    """Borders near the first of the places, of motions whose itineraries differ, nearest first."""
+    best, seen = places[0], set[tuple[tuple[str, ...], ...]]()
+    for place in places:
+        itineraries = tuple(motion.itinerary for motion in place.motions)
+        if itineraries in seen or abs(place.u - best.u).max() >= _NEAR:
+            continue
+        seen.add(itineraries)
+        for which, motion in enumerate(place.motions):
+            near = sorted(reached(program, best.u, which, motion), key=lambda pair: abs(pair[0]))
+            for far, one in near[:_TRIED]:
+                if abs(far) < _NEAR:
+                    yield which, one.inequality, place.motions
+
+
+def reached(
+    program: Program, u: Vector, which: int, motion: Motion
+) -> Iterator[tuple[float, Distance]]:
+    """The borders of a scenario's motion, with how far the variables have to go, to first order."""
+    for one in distances(motion.orbit):
+        by = program.by_u(program.by_all(u, program.scenarios[which], one.by))
+        slope = float(np.linalg.norm(by))
+        value = float(one.inequality.value)
+        yield value / slope if slope else np.inf, one
+
+
+def border_of(program: Program, which: int, inequality: Inequality) -> Border:
+    """The value of one inequality of one scenario's motion at a place."""
+
+    def border(place: Place) -> tuple[float, Vector]:
+        found = [
+            one
+            for one in distances(place.motions[which].orbit)
+            if one.inequality[:3] == inequality[:3]
+        ]
+        if not found:
+            raise np.linalg.LinAlgError("the border is left behind")
+        nearest = min(found, key=lambda one: abs(float(one.inequality.time - inequality.time)))
+        by = program.by_all(place.u, program.scenarios[which], nearest.by)
+        return float(nearest.inequality.value), by
+
+    return border
+
+
+def _seen_from_both(program: Program, found: Stationary, which: int, by: Vector) -> Kink | None:
+    """The kink, if both sides have a motion and the objective rises away from the border there."""
+    place = found.place
+    normal = np.where((place.u > 0.0) & (place.u < 1.0), program.by_u(by), 0.0)
+    if not np.linalg.norm(normal) > 0:
+        return None
+    normal /= np.linalg.norm(normal)
+    sides, slopes = [], []
+    for way in (1.0, -1.0):
+        u = place.u + way * _BESIDE * normal
+        motions = program.followed(place.motions, u)
+        if motions is None:
+            return None
+        side = program.at(u, motions)
+        # Along the border both sides agree on what the limits cost.
+        worst = int(np.argmax(side.objective))
+        gained = side.objective_by[worst] - found.multipliers @ side.slacks_by
+        if abs(side.objective - place.objective).max() > _JUMP * _BESIDE * (
+            1 + abs(side.objective_by).max()
+        ):
+            return None  # the motion beyond is another one: the objective jumps
+        sides.append(side)
+        slopes.append(way * float(program.by_u(gained) @ normal))
+    same = sides[0].motions[which].itinerary == sides[1].motions[which].itinerary
+    if min(slopes) < 0 or same:
+        return None
+    return Kink(found, (sides[0], sides[1]), (slopes[0], slopes[1]), which, by)

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._map import simulate
 from capsule_sym._map.drift import drifts
@@ -21,7 +22,7 @@ from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
 from capsule_sym._map.segments import MODES
 from capsule_sym._map.steady import LONGEST
-from capsule_sym._native import Watch, core
+from capsule_sym._native import TimeUp, check_time, core, present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
 from capsule_sym._orbits.metrics.many import METRICS, Performances, performance_many
 from capsule_sym._orbits.metrics.performance import performance
@@ -39,6 +40,8 @@ _NEAR = 1e-2  # distance of the closed motion from the run that led to it
 _ARRIVED = 1e-7  # distance at which a run is on its motion
 _SAME = 1e-6  # distance of two that are one
 _SURVEYED = 100  # excitation periods before a cell of a survey is closed
+_NEUTRAL = 1e-9  # below 1, of a multiplier of which rounding leaves open if it is
+_OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
 _CONTACT = [field for field, mode in enumerate(MODES, 1) if mode.startswith("C")]
 Vector = NDArray[np.float64]
 
@@ -76,21 +79,18 @@ class Motion:
     def metrics(self) -> dict[str, Slope]:
         """The metrics in `METRICS`; raises numpy.linalg.LinAlgError at a fold."""
         if self.found is not None:
-            pairs = zip(self.found.values[0].tolist(), self.found.gradients[0], strict=True)
-            found = {name: Slope(*pair) for name, pair in zip(METRICS, pairs, strict=True)}
+            values, gradients = self.found.values[0].copy(), self.found.gradients[0].copy()
         else:
             assert self._orbit is not None
             whole = performance(self._orbit)
-            metrics = {name: getattr(whole, name) for name in METRICS}
-            found = {
-                name: Slope(float(one.value), np.array([float(v) for v in one.gradient.values()]))
-                for name, one in metrics.items()
-            }
+            rows = [getattr(whole, name) for name in METRICS]
+            values = np.array([float(one.value) for one in rows])
+            gradients = np.array([[*map(float, one.gradient.values())] for one in rows])
         fields = np.array([[int(name[1:]) for name in self.itinerary]])
-        values = np.array([[found[name].value for name in METRICS]])
-        if not _drifting(_values(self.parameters)[None], fields, values)[0]:
-            found |= dict.fromkeys(("velocity", "progression"), Slope(0.0, np.zeros(7)))
-        return found
+        row = _values(self.parameters)
+        if not _drifting(row[None], fields, values[None], self.multiplier)[0]:
+            values[_OF_DRIFT], gradients[_OF_DRIFT] = 0.0, 0.0
+        return _named(values, gradients)
 
     @cached_property
     def multiplier(self) -> float:
@@ -110,8 +110,10 @@ class Motion:
         return inside and self.multiplier < 1 and is_admissible(self._orbit)
 
 
-def _drifting(rows: Vector, fields: NDArray[Any], values: Vector) -> NDArray[np.bool_]:
-    """Whether motions of parameters (n, 7), with their fields (n, m) and METRICS (n, 7), drift."""
+def _drifting(
+    rows: Vector, fields: NDArray[Any], values: Vector, multipliers: ArrayLike
+) -> NDArray[np.bool_]:
+    """Whether motions drift, by parameters (n, 7), fields (n, m), METRICS (n, 7), multiplier."""
     metrics = dict(zip(METRICS, values.T, strict=True))
     return drifts(
         rows,
@@ -119,6 +121,7 @@ def _drifting(rows: Vector, fields: NDArray[Any], values: Vector) -> NDArray[np.
         progression=metrics["progression"],
         way=metrics["friction_loss"] / rows[:, PARAMETERS.index("f_b")],
         segments=np.count_nonzero(fields, axis=1),
+        attracting=np.asarray(multipliers) < 1 - _NEUTRAL,
     )
 
 
@@ -126,42 +129,34 @@ def _values(parameters: Parameters) -> Vector:
     return np.array(list(parameters.to_dict().values()))
 
 
-def _closed(
-    parameters: Parameters, state: Vector, period_number: int, watch: Watch | None = None
-) -> Motion | None:
+def _closed(parameters: Parameters, state: Vector, period_number: int) -> Motion | None:
     """The motion of the map near a state at forcing angle 0, by the core; None if none."""
     if core is None:
         return None
-    row = _values(parameters)
-    found = performance_many(row, state, period_number, gradients=True, watch=watch)
+    found = performance_many(_values(parameters), state, period_number, gradients=True)
+    check_time()
     whole = found.closed[0] and bool(np.all(np.isfinite(found.gradients[0])))
     return Motion(parameters, found, period_number) if whole else None
 
 
-def settle(
-    parameters: Parameters,
-    state: Sequence[float],
-    phase: float = 0.0,
-    watch: Watch | None = None,
-) -> Motion | None:
-    """The motion that is reached from a state; None where none is reached, or in time."""
-    watch = watch or Watch()
+def settle(parameters: Parameters, state: Sequence[float], phase: float = 0.0) -> Motion | None:
+    """The motion that is reached from a state; None where none is reached."""
     if core is None:
         orbit = solve_orbit(parameters, state, phase, _PERIODS)
         return Motion(parameters, None, orbit=orbit) if orbit.success else None
     length, begin, at = _BLOCK, tuple(state), phase
     while length <= _PERIODS:
-        run = simulate(parameters, begin, at, length, keep="stroboscopic", max_seconds=watch.left)
+        run = simulate(parameters, begin, at, length, keep="stroboscopic")
         if not run.success:
             return None
         marks = np.array(run.stroboscopic, dtype=float)
-        if (found := _arrived(parameters, marks, watch)) is not None:
+        if (found := _arrived(parameters, marks)) is not None:
             return found
         length, begin, at = 2 * length, tuple(marks[-1].tolist()), 0.0
     return None
 
 
-def _arrived(parameters: Parameters, marks: Vector, watch: Watch) -> Motion | None:
+def _arrived(parameters: Parameters, marks: Vector) -> Motion | None:
     """The motion that the end of a run is on, by its stroboscopic states; None if it is on none."""
     size, least = 1 + abs(marks[-LONGEST:]).max(), math.inf
     for period_number in range(1, LONGEST + 1):
@@ -171,7 +166,7 @@ def _arrived(parameters: Parameters, marks: Vector, watch: Watch) -> Motion | No
         if change > _REPEATED * size or change >= least:
             continue  # another number of periods repeats better
         least = change
-        found = _closed(parameters, marks[-1], period_number, watch)
+        found = _closed(parameters, marks[-1], period_number)
         if found is None or not found.multiplier < 1:
             continue
         far = abs(marks[-1] - found.state).max()
@@ -182,15 +177,20 @@ def _arrived(parameters: Parameters, marks: Vector, watch: Watch) -> Motion | No
     return None
 
 
+def _moved(motion: Motion, found: Performances, parameters: Parameters) -> Motion | None:
+    """The motion of the map at other parameters, next to one that the core closed."""
+    moved = _values(parameters) - _values(motion.parameters)
+    state = motion.state + found.by_parameter[0] @ moved
+    return _closed(parameters, state, motion.period_number)
+
+
 def same_itinerary_at(motion: Motion, parameters: Parameters, quick: bool = False) -> Motion | None:
     """The orbit of the same itinerary at other parameters, admissible or not; None if none.
 
     A quick answer is None as well where the map of a motion of the core does not pass through it.
     """
-    moved = _values(parameters) - _values(motion.parameters)
     if motion.found is not None:
-        state = motion.state + motion.found.by_parameter[0] @ moved
-        found = _closed(parameters, state, motion.period_number)
+        found = _moved(motion, motion.found, parameters)
         if found is not None and found.itinerary == motion.itinerary:
             return found
         if quick:
@@ -198,6 +198,7 @@ def same_itinerary_at(motion: Motion, parameters: Parameters, quick: bool = Fals
     orbit = motion.orbit
     if orbit is None:
         return None
+    moved = _values(parameters) - _values(motion.parameters)
     try:
         guess = np.array(orbit.z, dtype=float) + orbit.by_parameter @ moved
         solved = solve_itinerary(parameters, orbit.itinerary, guess.tolist())
@@ -208,25 +209,19 @@ def same_itinerary_at(motion: Motion, parameters: Parameters, quick: bool = Fals
     return Motion(parameters, None, orbit=solved) if solved.success else None
 
 
-def continue_motion(
-    motion: Motion, parameters: Parameters, watch: Watch | None = None
-) -> Motion | None:
+def continue_motion(motion: Motion, parameters: Parameters) -> Motion | None:
     """The motion that a motion becomes where the parameters change to others; None if none."""
     if motion.found is not None:
-        moved = _values(parameters) - _values(motion.parameters)
-        state = motion.state + motion.found.by_parameter[0] @ moved
-        found = _closed(parameters, state, motion.period_number, watch)
-        if found is not None and found.admissible:
-            return found
-        return settle(parameters, tuple(motion.state.tolist()), watch=watch)
-    found = same_itinerary_at(motion, parameters)
+        found, state, phase = _moved(motion, motion.found, parameters), motion.state.tolist(), 0.0
+    else:
+        assert motion.orbit is not None
+        found = same_itinerary_at(motion, parameters)
+        *state, angle = (float(value) for value in motion.orbit.z[:4])
+        phase = (angle % math.tau) / parameters.omega
+        phase = min(phase, math.nextafter(parameters.period, 0.0))
     if found is not None and found.admissible:
         return found
-    assert motion.orbit is not None
-    x_r, v_r, v_c, angle = (float(value) for value in motion.orbit.z[:4])
-    phase = (angle % math.tau) / parameters.omega
-    phase = min(phase, math.nextafter(parameters.period, 0.0))
-    return settle(parameters, (x_r, v_r, v_c), phase, watch)
+    return settle(parameters, state, phase)
 
 
 def agrees(one: Motion, other: Motion | None) -> bool:
@@ -241,37 +236,42 @@ def agrees(one: Motion, other: Motion | None) -> bool:
     )
 
 
-def survey(
-    systems: Sequence[Parameters], state: Sequence[float], watch: Watch | None = None
-) -> list[dict[str, Slope]]:
+def survey(systems: Sequence[Parameters], state: Sequence[float]) -> list[dict[str, Slope]]:
     """The metrics of n parameter sets from the same start, without derivatives.
 
-    Empty for a motion that does not settle within some periods on one of a period or two, or in
-    time.
+    Empty for a motion that does not settle within some periods on one of a period or two, and for
+    one that there is no time for.
     """
-    watch = watch or Watch()
-    rows = np.array([_values(p) for p in systems])
-    if core is None:
-        orbits = [None if watch.over else settle(p, state, watch=watch) for p in systems]
-        return [{} if one is None else _plain(one.metrics) for one in orbits]
-    ended = simulate_many(rows, state, periods=_SURVEYED, max_seconds=watch.left)
     metrics: list[dict[str, Slope]] = [{} for _ in systems]
-    for period_number in (1, 2):
-        left = np.array([i for i, one in enumerate(metrics) if not one and ended.success[i]], int)
-        if not len(left):
-            break
-        found = performance_many(rows[left], ended.states[left], period_number, watch=watch)
-        values, still = found.values, ~_drifting(rows[left], found.fields, found.values)
-        values[still, METRICS.index("progression")] = values[still, METRICS.index("velocity")] = 0
-        stable = found.closed & (abs(found.multipliers[:, 0]) < 1)
-        for i, row, good in zip(left.tolist(), values.tolist(), stable, strict=True):
-            if good and np.all(np.isfinite(row)):
-                metrics[i] = {
-                    name: Slope(value, np.zeros(7))
-                    for name, value in zip(METRICS, row, strict=True)
-                }
+    none = np.zeros((len(METRICS), len(PARAMETERS)))
+    rows = np.array([_values(p) for p in systems])
+    with suppress(TimeUp):
+        if core is None:
+            for i, system in enumerate(systems):
+                if (motion := settle(system, state)) is not None:
+                    row = [motion.metrics[name].value for name in METRICS]
+                    metrics[i] = _named(np.array(row), none)
+            return metrics
+        ended = simulate_many(rows, state, periods=_SURVEYED, max_seconds=present().left)
+        for period_number in (1, 2):
+            left = np.array(
+                [i for i, one in enumerate(metrics) if not one and ended.success[i]], int
+            )
+            if not len(left):
+                break
+            found = performance_many(rows[left], ended.states[left], period_number)
+            values, multipliers = found.values, abs(found.multipliers[:, 0])
+            still = ~_drifting(rows[left], found.fields, values, multipliers)
+            values[still[:, None] & _OF_DRIFT] = 0.0
+            stable = found.closed & (multipliers < 1)
+            for i, row, good in zip(left.tolist(), values, stable, strict=True):
+                if good and np.all(np.isfinite(row)):
+                    metrics[i] = _named(row, none)
     return metrics
 
 
-def _plain(metrics: dict[str, Slope]) -> dict[str, Slope]:
-    return {name: Slope(one.value, np.zeros(7)) for name, one in metrics.items()}
+def _named(values: Vector, gradients: Vector) -> dict[str, Slope]:
+    """METRICS by name, of values (7,) and gradients (7, 7)."""
+    return {
+        name: Slope(*one) for name, *one in zip(METRICS, values.tolist(), gradients, strict=True)
+    }

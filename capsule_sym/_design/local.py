@@ -7,15 +7,17 @@ rest beside the border, and the conditions of an optimum there are for `stationa
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.program import KEPT, Place, Program
+from capsule_sym._design.program import Place, Program
 from capsule_sym._map.labelled import package
+from capsule_sym._native import TimeUp, check_time
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
 _MOST = 80  # steps of SLSQP
 _EVALUATIONS = 100
 _PRECISE = 1e-11
@@ -29,112 +31,78 @@ class _Enough(Exception):
 
 
 class Search:
-    """Optima of a program next to starts, and the places that were passed on the way."""
+    """A search from a place, and the places that it passed; no variable moves beyond `reach`.
 
-    def __init__(self, program: Program) -> None:
-        self.program = program
-        self.places: list[Place] = []
-        self.evaluations = 0
+    Where several scenarios count, what is least is a level, the last variable, that none of their
+    objectives is above.
+    """
 
-    def begin(self, u: Vector) -> Place | None:
-        """The place that the scenarios' own starts lead to."""
-        motions = self.program.settled(u)
-        self.evaluations += 1
-        return None if motions is None else self._at(u, motions)
+    def __init__(self, program: Program, first: Place, reach: float = 1.0) -> None:
+        self.program, self.first, self.evaluations = program, first, 1
+        self.low, self.high = np.maximum(first.u - reach, 0.0), np.minimum(first.u + reach, 1.0)
+        self.known = {first.u.tobytes(): first}
+        self.levels = int(len(first.objective) > 1)
 
-    def go(self, u: Vector, reach: float = 1.0) -> list[Place]:
-        """The places passed from u on, the best of them first; none where there is no motion.
-
-        No variable is moved farther than `reach`.
-        """
-        first = self.begin(u)
-        if first is None:
-            return []
-        known = {u.tobytes(): first}
-        k, many = len(u), len(first.objective) > 1
-        low, high = np.maximum(u - reach, 0.0), np.minimum(u + reach, 1.0)
-
-        def place(x: Vector) -> Place | None:
-            here = np.clip(x[:k], low, high)
-            if here.tobytes() not in known:
-                # Those that find no motion count as well.
-                if self.evaluations == _EVALUATIONS or self.program.watch.over:
-                    raise _Enough
-                self.evaluations += 1
-                recent = [*known.values()][-_STUCK:]
-                if len(recent) == _STUCK and all(
-                    abs(one.u - here).max() < _CLOSE for one in recent
-                ):
-                    raise _Enough
-                near = min(known.values(), key=lambda one: float(abs(one.u - here).max()))
-                motions = self.program.followed(near.motions, here)
-                if motions is None:
-                    return None
-                found = self._at(here, motions)
-                if found is None:
-                    return None
-                known[here.tobytes()] = found
-            return known[here.tobytes()]
-
-        def objective(x: Vector) -> tuple[float, Vector]:
-            slope = np.zeros(len(x))
-            if many:
-                slope[-1] = 1.0
-                return float(x[-1]), slope
-            found = place(x)
-            if found is None:
-                return float(first.objective[0]) + _LOST, slope
-            slope[:] = self.by_u(found.objective_by)[0]
-            return float(found.objective[0]), slope
-
-        def limits(x: Vector) -> Vector:
-            found = place(x)
-            if found is None:
-                return np.full(len(first.slacks) + many * len(first.objective), -_LOST)
-            rest = x[-1] - found.objective if many else np.zeros(0)
-            return np.concatenate([found.slacks, rest])
-
-        def limits_by(x: Vector) -> Vector:
-            found = place(x) or first
-            rows = self.by_u(found.slacks_by)
-            if many:
-                rows = np.vstack([rows, -self.by_u(found.objective_by)])
-                rows = np.column_stack(
-                    [rows, np.append(np.zeros(len(found.slacks)), np.ones(len(found.objective)))]
-                )
-            return rows
-
-        begin: Any = np.append(u, first.objective.max()) if many else u
-        bounded: list[Any] = [*zip(low.tolist(), high.tolist(), strict=True)] + [
-            (None, None)
-        ] * many
-        held: Any = [{"type": "ineq", "fun": limits, "jac": limits_by}]
-        with np.errstate(all="ignore"), suppress(_Enough):
+    def run(self) -> list[Place]:
+        """The places passed, the best first; where the time is over those passed until then."""
+        held: Any = {"type": "ineq", "fun": self.limits, "jac": self.limits_by}
+        bounds: list[Any] = [*zip(self.low.tolist(), self.high.tolist(), strict=True)]
+        with np.errstate(all="ignore"), suppress(_Enough, TimeUp):
             package("scipy.optimize", "design").minimize(
-                cast(Any, objective),
-                begin,
+                self.objective,
+                np.append(self.first.u, [self.first.worst] * self.levels),
                 jac=True,
                 method="SLSQP",
-                bounds=bounded,
-                constraints=held if len(first.slacks) or many else (),
+                bounds=bounds + [(None, None)] * self.levels,
+                constraints=[held] if len(self.first.slacks) or self.levels else (),
                 options={"maxiter": _MOST, "ftol": _PRECISE},
             )
-        return sorted(known.values(), key=self.rank)
+        return sorted(self.known.values(), key=lambda place: place.rank)
 
-    def by_u(self, rows: Vector) -> Vector:
-        """Derivatives by the scaled variables, from those by all parameters."""
-        found: Vector = rows[:, self.program.columns] * (self.program.high - self.program.low)
-        return found
+    def objective(self, x: Vector) -> tuple[float, Vector]:
+        """The objective, or the level, and its derivatives."""
+        slope = np.zeros(len(x))
+        if self.levels:
+            slope[-1] = 1.0
+            return float(x[-1]), slope
+        found = self.place(x)
+        if found is None:
+            return self.first.worst + _LOST, slope
+        return found.worst, self.program.by_u(found.objective_by)[0]
 
-    @staticmethod
-    def rank(place: Place) -> tuple[float, float]:
-        """How far beyond its limits a place is, and its objective."""
-        beyond = max(0.0, -float(place.slacks.min(initial=0.0)) - KEPT)
-        return beyond, float(place.objective.max())
+    def limits(self, x: Vector) -> Vector:
+        """Slacks, and how far the level is above each objective."""
+        found = self.place(x)
+        if found is None:
+            return np.full(len(self.limits_by(x)), -_LOST)
+        return np.append(found.slacks, x[-1] - found.objective if self.levels else [])
 
-    def _at(self, u: Vector, motions: Any) -> Place | None:
-        try:
-            found = self.program.at(u, motions)
-        except np.linalg.LinAlgError:
-            return None
-        return found if found.finite else None
+    def limits_by(self, x: Vector) -> Matrix:
+        """Their derivatives."""
+        found = self.place(x) or self.first
+        rows = self.program.by_u(found.slacks_by)
+        if self.levels:
+            rows = np.vstack([rows, -self.program.by_u(found.objective_by)])
+            rows = np.column_stack([rows, np.arange(len(rows)) >= len(found.slacks)])
+        return rows
+
+    def place(self, x: Vector) -> Place | None:
+        """The place at variables, its motions followed from the nearest that is known."""
+        u = np.clip(x[: len(self.low)], self.low, self.high)
+        if u.tobytes() not in self.known:
+            self.check(u)
+            near = min(self.known.values(), key=lambda one: float(abs(one.u - u).max()))
+            found = self.program.place(u, self.program.followed(near.motions, u))
+            if found is None:
+                return None
+            self.known[u.tobytes()] = found
+        return self.known[u.tobytes()]
+
+    def check(self, u: Vector) -> None:
+        """Count an evaluation, also of what has no motion; raise _Enough where it is no use."""
+        check_time()
+        recent = [*self.known.values()][-_STUCK:]
+        stuck = len(recent) == _STUCK and all(abs(one.u - u).max() < _CLOSE for one in recent)
+        if stuck or self.evaluations == _EVALUATIONS:
+            raise _Enough
+        self.evaluations += 1

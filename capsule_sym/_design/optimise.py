@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
-from capsule_sym._design.optimiser import Optimiser, Survey
+from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
-from capsule_sym._design.program import Program, scenarios_of
+from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import (
     Function,
     System,
@@ -25,6 +25,8 @@ from capsule_sym._design.quantities import (
     limits_of,
     real,
 )
+from capsule_sym._design.scenarios import scenarios_of
+from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, check_start, checked_seconds
 from capsule_sym._native import Watch
@@ -71,9 +73,13 @@ def optimise(
     bounds or texts that are not allowed.
     """
     program = program_of(
-        metric, over, base, maximise, subject_to, margin, starts, tolerances, max_seconds, progress
+        metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
     )
-    return Optimiser(program, named(metric)).run(checked_survey(samples, seed, follow))
+    survey = checked_survey(samples, seed, follow)
+    optimiser = Optimiser(program, named(metric))
+    with Watch(checked_seconds(max_seconds)):
+        optimiser.run(survey)
+    return optimiser.result
 
 
 def named(metric: str | Function) -> str:
@@ -92,7 +98,6 @@ def program_of(
     margin: float | None,
     starts: Sequence[Sequence[float]],
     tolerances: Mapping[str, float] | None,
-    max_seconds: float = math.inf,
     progress: Callable[[str], object] | None = None,
 ) -> Program:
     """What is optimised, checked; raises InvalidInput."""
@@ -116,7 +121,6 @@ def program_of(
         limits=limits_of(subject_to, system),
         margin=margin,
         scenarios=scenarios_of(starts, tolerances, system),
-        watch=Watch(checked_seconds(max_seconds)),
         progress=progress,
     )
     _check_ends(program)

@@ -80,8 +80,6 @@ class Optimum:
     """The metric there, of the worst scenario."""
     metrics: dict[str, float] = field(default_factory=dict)
     """All metrics of the first scenario there."""
-    success: bool = False
-    """Whether the conditions of an optimum hold, as `status` and `message` say."""
     status: OptimumStatus = OptimumStatus.NO_MOTION
     """How it ended."""
     message: str = ""
@@ -111,6 +109,11 @@ class Optimum:
     scaled variables, each less what active constraints let it gain: both point downhill."""
     statistics: dict[str, int] = field(default_factory=dict)
     """Evaluations, starts that were followed, and cells of the survey."""
+
+    @property
+    def success(self) -> bool:
+        """Whether the conditions of an optimum hold, as `status` and `message` say."""
+        return self.status in (OptimumStatus.OPTIMAL, OptimumStatus.OPTIMAL_AT_BORDER)
 
     def __repr__(self) -> str:
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.over.items())

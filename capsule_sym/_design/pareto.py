@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 from capsule_sym._design.counts import POINTS
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.optimise import checked_survey, named, program_of
-from capsule_sym._design.optimiser import Optimiser, Survey
+from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import Function, Limit, System, function_of
-from capsule_sym._map.checks import check_count
+from capsule_sym._design.survey import Survey
+from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import Labelled
+from capsule_sym._native import Watch
 
 _BETTER = 1e-9  # share of the first metric by which one point counts as better than another
 Vector = NDArray[np.float64]
@@ -137,10 +139,13 @@ def pareto(
     check_count("points", points, *POINTS)
     survey = checked_survey(samples, seed, follow)
     program = program_of(
-        metric, over, base, maximise, subject_to, margin, starts, tolerances, max_seconds, progress
+        metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
     )
     cost = function_of("against", against, program.system)
-    return _Fronts(program, cost, (named(metric), named(against))).run(points, survey)
+    fronts = _Fronts(program, cost, (named(metric), named(against)), points)
+    with Watch(checked_seconds(max_seconds)):
+        fronts.run(survey)
+    return fronts.result
 
 
 class _Point(NamedTuple):
@@ -152,49 +157,69 @@ class _Point(NamedTuple):
 
 
 class _Fronts:
-    def __init__(self, program: Program, cost: Function, names: tuple[str, str]) -> None:
-        self.program, self.cost, self.names = program, cost, names
+    def __init__(
+        self, program: Program, cost: Function, names: tuple[str, str], points: int
+    ) -> None:
+        self.program, self.cost, self.names, self.count = program, cost, names, points
+        self.first = Optimiser(program, names[0])
+        self.second = Optimiser(self.costs, names[1])
+        self.bounds = np.empty(0)
+        self.ends: tuple[_Point, _Point] | None = None
+        self.found: list[list[_Point]] = []
+        """The points at each bound, the lowest first, from either end."""
+        self.done = False
 
-    def run(self, points: int, survey: Survey) -> Front:
+    def run(self, survey: Survey) -> None:
         """The ends, and the points between them from either end."""
-        first = Optimiser(self.program, self.names[0])
-        best = first.run(survey)
-        second = Optimiser(replace(self.program, function=self.cost, sign=1), self.names[1])
-        least = second.run(survey)
-        if self.program.watch.over:
-            ends = [self.point(best)] if self.whole(best) else []
-            return self.front(ends, OptimumStatus.TIME_LIMIT, "the time is over: ends are missing")
-        for end in (best, least):
-            if not self.whole(end) or end.status is OptimumStatus.INFEASIBLE:
-                return self.front([], end.status, end.message)
-        self.program = first.program  # in the units that its survey found
-        begin, cheapest = self.point(best), self.as_end(least)
-        low, high = least.value, begin.cost
-        if not high > low:
+        self.first.run(survey)
+        self.second.run(survey)
+        best, least = self.first.result, self.second.result
+        self.program = self.first.program  # in the units that its survey found
+        if all(self.whole(end) for end in (best, least)):
+            begin = self.point(best)
+            self.ends = self.as_end(least), begin
+            self.bounds = np.linspace(least.value, begin.cost, self.count)[1:-1]
+            self.found = [[] for _ in self.bounds]
+            if begin.cost > least.value:
+                # At the least cost itself the bound leaves no room, and the cost has no slope at
+                # its own optimum: the way back begins at the point next to it.
+                self.sweep(range(len(self.bounds))[::-1], begin)
+                known = next((i for i, points in enumerate(self.found) if points), None)
+                if known is not None:
+                    self.sweep(range(known + 1, len(self.bounds)), self.found[known][0])
+        self.done = True
+
+    @property
+    def result(self) -> Front:
+        """The front with the points that were found."""
+        best, least = self.first.result, self.second.result
+        if self.ends is None:
+            if not self.done:
+                ends = [self.point(best)] if self.whole(best) else []
+                message = "the time is over: ends are missing"
+                return self.front(ends, OptimumStatus.TIME_LIMIT, message)
+            end = least if self.whole(best) else best
+            return self.front([], end.status, end.message)
+        cheapest, begin = self.ends
+        if not begin.cost > cheapest.cost:
             return self.front([begin], OptimumStatus.OPTIMAL, "one point is best in both metrics")
-        bounds = np.linspace(low, high, points)[1:-1]
-        # At the least cost itself the bound leaves no room: the end is the optimum of the cost.
-        found = self.swept(bounds[::-1], begin)[::-1]
-        # The cost has no slope at its own optimum: the way back begins at the point next to it.
-        known = next((i for i, point in enumerate(found) if point is not None), len(found))
-        again = self.swept(bounds[known + 1 :], found[known] or begin) if known < len(found) else []
-        back = [*found[: known + 1], *again]
-        sign, chosen = self.program.sign, [cheapest]
-        for pair in zip(found, back, strict=True):
-            both = [point for point in pair if point is not None]
-            if both:
-                chosen.append(min(both, key=lambda point: sign * point.optimum.value))
-        kept = self.undominated([*chosen, begin])
-        whole = len(kept) == points and all(point.optimum.success for point in kept)
-        message = f"{len(kept)} points"
-        if not whole:
-            message += f" of {points}: the others are worse in both metrics, or not found"
-        both_ends = best.success and least.success
-        status = OptimumStatus.OPTIMAL if both_ends else OptimumStatus.NOT_CONVERGED
-        if self.program.watch.over:
-            status = OptimumStatus.TIME_LIMIT
-            message = f"the time is over: {len(kept)} points of {points} were found"
-        return self.front(kept, status, message)
+        sign = self.program.sign
+        chosen = [
+            min(points, key=lambda point: sign * point.optimum.value)
+            for points in self.found
+            if points
+        ]
+        kept = self.undominated([cheapest, *chosen, begin])
+        told = f"{len(kept)} points"
+        if not self.done:
+            message = f"the time is over: {told} of {self.count} were found"
+            return self.front(kept, OptimumStatus.TIME_LIMIT, message)
+        if len(kept) < self.count or not all(point.optimum.success for point in kept):
+            told += f" of {self.count}: the others are worse in both metrics, or not found"
+        both = best.success and least.success
+        return self.front(
+            kept, OptimumStatus.OPTIMAL if both else OptimumStatus.NOT_CONVERGED, told
+        )
 
     def as_end(self, least: Optimum) -> _Point:
         """The optimum of the cost, told as a point of the front.
@@ -226,14 +251,14 @@ class _Fronts:
         """A program's function, by its sign, in the worst of the scenarios of an optimum."""
         motions = tuple(Motion(one.parameters, None, orbit=one) for one in optimum.orbits)
         plain = replace(program, unit=1.0, limits=(), limit_units=(), margin=None)
-        return float(plain.at(self.place(optimum), motions).objective.max())
+        return plain.at(program.u_of(optimum.system), motions).worst
 
-    def swept(self, bounds: Vector, begin: _Point) -> list[_Point | None]:
-        """The optimum at each bound, each from the one before."""
-        found: list[_Point | None] = []
+    def sweep(self, places: Sequence[int], begin: _Point) -> None:
+        """Add the optimum at each of some bounds, each from the one before."""
         last, before = begin.optimum, len(self.program.limits)
-        for k, bound in enumerate(bounds.tolist(), 1):
-            self.program.tell(f"point {k} of {len(bounds)}")
+        for k, i in enumerate(places, 1):
+            bound = float(self.bounds[i])
+            self.program.tell(f"point {k} of {len(places)}")
             limit = Limit(f"{self.names[1]} <= {bound:.6g}", self.cost, bound, -1)
             program = replace(
                 self.program,
@@ -241,25 +266,19 @@ class _Fronts:
                 limits=(*self.program.limits, limit),
                 limit_units=(*self.program.limit_units, abs(bound) or 1.0),
             )
-            point = Optimiser(program, self.names[0]).from_place(self.place(last))
-            if point is None or not self.whole(point):
-                found.append(None)
-                continue
-            # All scenarios have this bound: it is let out for all of them.
-            held = point.constraints[before :: len(program.texts)]
-            found.append(self.point(point, sum(one.multiplier for one in held)))
-            last = point
-        return found
+            place = self.program.u_of(last.system)
+            point = Optimiser(program, self.names[0]).from_place(place)
+            if point is not None and self.whole(point):
+                # All scenarios have this bound: it is let out for all of them.
+                held = point.constraints[before :: len(program.texts)]
+                slope = sum(one.multiplier for one in held)
+                self.found[i].append(self.point(point, slope))
+                last = point
 
     def whole(self, point: Optimum) -> bool:
-        """Whether a point has the orbits of all scenarios."""
-        return len(point.orbits) == len(self.program.scenarios)
-
-    def place(self, point: Optimum) -> Vector:
-        """The scaled variables of a point."""
-        program = self.program
-        values = np.array(list(point.over.values()))
-        return np.clip((values - program.low) / (program.high - program.low), 0.0, 1.0)
+        """Whether a point has the orbits of all scenarios, and is within the limits."""
+        infeasible = point.status is OptimumStatus.INFEASIBLE
+        return len(point.orbits) == len(self.program.scenarios) and not infeasible
 
     def undominated(self, points: Sequence[_Point]) -> list[_Point]:
         """The points than which no other is better in one metric and as good in the other."""

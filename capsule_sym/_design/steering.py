@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._design.optimise import optimise
+from capsule_sym._design.optimise import checked_survey, program_of
+from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.quantities import System
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._native import Watch
+from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
 from capsule_sym._orbits.continuation.branches.continuing import check_points, continue_orbit
 from capsule_sym._orbits.shooting.identity import same
@@ -73,13 +74,16 @@ class Steering(Labelled):
     """Where the paths that were tried before, or all of them, are broken."""
     branches: tuple[Branch, ...]
     """The orbits along the stretches of the path; without one, of the straight way."""
-    success: bool
-    """Whether both drives were found, and a path between them."""
     status: SteeringStatus
     """How it ended."""
     message: str
     """The same as a sentence."""
     dimension = "point"
+
+    @property
+    def success(self) -> bool:
+        """Whether both drives were found, and a path between them."""
+        return self.status is SteeringStatus.CONNECTED
 
     def __repr__(self) -> str:
         ways = f"{self.forward.value:.6g} forward, {self.backward.value:.6g} backward"
@@ -172,26 +176,20 @@ def steer(
     for name in bounds if isinstance(bounds, Mapping) else ():
         if name not in allowed:
             raise InvalidInput("over", name, f"of {' and '.join(allowed)}")
-    watch = Watch(checked_seconds(max_seconds))
+    survey = checked_survey(samples, seed, follow)
+    given = subject_to, margin, ((0.0, 0.0, 0.0),), None, progress
     forward, backward = (
-        optimise(
-            "velocity",
-            bounds,
-            system,
-            maximise=way,
-            subject_to=subject_to,
-            margin=margin,
-            samples=samples,
-            seed=seed,
-            follow=follow,
-            max_seconds=watch.left,
-            progress=progress,
-        )
+        Optimiser(program_of("velocity", bounds, system, way, *given), "velocity")
         for way in (True, False)
     )
-    if progress is not None:
-        progress("the way between the drives")
-    return _steered(forward, backward, bounds, points, watch)
+    steering = _Steering(points)
+    with Watch(checked_seconds(max_seconds)):
+        forward.run(survey)
+        backward.run(survey)
+        if progress is not None:
+            progress("the way between the drives")
+        steering.join(forward.result, backward.result, bounds)
+    return steering.result(forward.result, backward.result)
 
 
 def _drives(system: System) -> tuple[str, str]:
@@ -207,50 +205,93 @@ def usual_drive(system: System) -> dict[str, tuple[float, float]]:
     return {names[0]: (0.1 * force, 2.0 * force), names[1]: (0.5 * rate, 1.5 * rate)}
 
 
-def _steered(
-    forward: Optimum,
-    backward: Optimum,
-    bounds: Mapping[str, Sequence[float]],
-    points: int,
-    watch: Watch,
-) -> Steering:
-    """The path between two drives, if there is one."""
+class _Steering:
+    """The path between two drives, and what was tried before it."""
 
-    def ended(
-        status: SteeringStatus,
-        message: str,
-        path: Sequence[Drive] = (),
-        breaks: Sequence[Break] = (),
-        branches: Sequence[Branch] = (),
-    ) -> Steering:
-        success = status is SteeringStatus.CONNECTED
+    def __init__(self, points: int) -> None:
+        self.points = points
+        self.breaks: list[Break] = []
+        self.branches: list[Branch] = []
+        """Of the way that is tried."""
+        self.straight: list[Branch] = []
+        """Of the first way."""
+        self.path: list[Drive] = []
+        self.done = False
+
+    def join(
+        self, forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
+    ) -> None:
+        """Try the ways between two optima that drive both ways."""
+        if _unlike(forward, backward) is None:
+            for corner in (None, *_corners(forward, backward, bounds)):
+                self.branches = []
+                broken = self.along(forward, backward, corner)
+                if broken is None:
+                    self.path = [forward.over, *([corner] if corner else []), backward.over]
+                    break
+                self.breaks.append(broken)
+                self.straight = self.straight or self.branches
+        self.done = True
+
+    def along(self, forward: Optimum, backward: Optimum, corner: Drive | None) -> Break | None:
+        """Follow the orbits along a way; where it is broken, None if it is whole."""
+        orbit, system = forward.orbits[0], forward.system
+        for target in ([corner] if corner else []) + [backward.over]:
+            branch = _stretch(orbit, _parameters(system, target), self.points)
+            check_time()
+            if branch is None:  # the corner is where the stretch begins
+                continue
+            self.branches.append(branch)
+            broken = _broken(branch)
+            if broken is not None:
+                at = drive_at(system, tuple(forward.over), broken[0])
+                return Break(corner, at, broken[1])
+            orbit = branch.points[-1].orbit
+        if not same(orbit, backward.orbits[0]):
+            why = f"the path ends on another orbit than the best, {orbit.itinerary}"
+            return Break(corner, dict(backward.over), why)
+        return None
+
+    def result(self, forward: Optimum, backward: Optimum) -> Steering:
+        """What was found between the two."""
+        status, message = self.ended(forward, backward)
+        whole = status is SteeringStatus.CONNECTED
+        branches = self.branches if whole else self.straight or self.branches
         return Steering(
-            forward, backward, tuple(path), tuple(breaks), tuple(branches), success, status, message
+            forward,
+            backward,
+            tuple(self.path),
+            tuple(self.breaks),
+            tuple(branches),
+            status,
+            message,
         )
 
+    def ended(self, forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str]:
+        """How it ended, and the same as a sentence."""
+        if (unlike := _unlike(forward, backward)) is not None:
+            return unlike
+        tried = len(self.breaks)
+        if not self.done:
+            message = f"the time is over: of the paths that were tried {tried} are broken"
+            return SteeringStatus.TIME_LIMIT, message
+        if self.path:
+            message = "a path of stable orbits leads from one drive to the other"
+            return SteeringStatus.CONNECTED, message
+        return SteeringStatus.BROKEN, f"every path that was tried is broken: {self.breaks[0].why}"
+
+
+def _unlike(forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str] | None:
+    """Why two optima are no drives to steer between."""
     for one in (forward, backward):
-        if one.status is OptimumStatus.TIME_LIMIT:
-            return ended(SteeringStatus.TIME_LIMIT, one.message)
         if not one.success:
-            return ended(SteeringStatus.NO_OPTIMUM, one.message)
+            late = one.status is OptimumStatus.TIME_LIMIT
+            status = SteeringStatus.TIME_LIMIT if late else SteeringStatus.NO_OPTIMUM
+            return status, one.message
     if forward.value <= 0 or backward.value >= 0:
         way = "forward" if forward.value > 0 else "backward"
-        return ended(SteeringStatus.ONE_WAY, f"within the bounds the capsule only goes {way}")
-    breaks: list[Break] = []
-    straight: Sequence[Branch] = ()
-    for corner in (None, *_corners(forward, backward, bounds)):
-        branches, broken = _along(forward, backward, corner, points, watch)
-        if broken is not None and watch.over:
-            message = f"the time is over: of the paths that were tried {len(breaks)} are broken"
-            return ended(SteeringStatus.TIME_LIMIT, message, (), breaks, straight or branches)
-        if broken is None:
-            path = [forward.over, *([corner] if corner else []), backward.over]
-            message = "a path of stable orbits leads from one drive to the other"
-            return ended(SteeringStatus.CONNECTED, message, path, breaks, branches)
-        breaks.append(broken)
-        straight = straight or branches
-    message = f"every path that was tried is broken: {breaks[0].why}"
-    return ended(SteeringStatus.BROKEN, message, (), breaks, straight)
+        return SteeringStatus.ONE_WAY, f"within the bounds the capsule only goes {way}"
+    return None
 
 
 def _corners(
@@ -271,36 +312,13 @@ def _corners(
             }
 
 
-def _along(
-    forward: Optimum, backward: Optimum, corner: Drive | None, points: int, watch: Watch
-) -> tuple[list[Branch], Break | None]:
-    """The orbits along a path, and where it is broken, or was left when the time was over."""
-    orbit, system, branches = forward.orbits[0], forward.system, list[Branch]()
-    for target in ([corner] if corner else []) + [backward.over]:
-        branch = _stretch(orbit, _parameters(system, target), points, watch.left)
-        if watch.over:
-            return branches, Break(corner, forward.over, "the time is over")
-        if branch is None:  # the corner is where the stretch begins
-            continue
-        branches.append(branch)
-        broken = _broken(branch)
-        if broken is not None:
-            at = drive_at(system, tuple(forward.over), broken[0])
-            return branches, Break(corner, at, broken[1])
-        orbit = branch.points[-1].orbit
-    if not same(orbit, backward.orbits[0]):
-        why = f"the path ends on another orbit than the best, {orbit.itinerary}"
-        return branches, Break(corner, dict(backward.over), why)
-    return branches, None
-
-
 def _parameters(system: System, drive: Drive) -> Parameters:
     if isinstance(system, Parameters):
         return system.replace(**drive)
     return replace(system, **drive).dimensionless()
 
 
-def _stretch(orbit: Orbit, target: Parameters, points: int, seconds: float) -> Branch | None:
+def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:
     """The branch along a straight line of parameters from an orbit's."""
     begin = orbit.parameters.to_dict()
     ends = {
@@ -311,7 +329,7 @@ def _stretch(orbit: Orbit, target: Parameters, points: int, seconds: float) -> B
     if not ends:
         return None
     ties = {name: f"{a!r} + {b - a!r}*{_SHARE}" for name, (a, b) in ends.items()}
-    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties, max_seconds=seconds)
+    return continue_orbit(orbit, _SHARE, 1.0, points=points, ties=ties)
 
 
 def _broken(branch: Branch) -> tuple[Parameters, str] | None:

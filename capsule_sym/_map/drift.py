@@ -21,26 +21,29 @@ def drifts(
     progression: ArrayLike,
     way: ArrayLike,
     segments: ArrayLike,
+    attracting: ArrayLike = False,
     unit: float = UNIT,
 ) -> NDArray[np.bool_]:
     """Whether n steady motions drift, of parameters by row, or one of one row.
 
     Each (n,), or one: `contact` is whether it comes into contact; `progression` is its advance and
-    `way` the length of the capsule's way, both per excitation period; `segments` is their number.
+    `way` the length of the capsule's way, both per excitation period; `segments` is their number;
+    `attracting` is whether it is known to attract all motions near it.
 
     Without contact, or on a stop of no stiffness, all forces are monotone and two motions never
     move apart. With damping, zeta > 0, two periodic ones then have the same v_r, since the damper
     would bring them together else, and drift alike. The mirror image of a motion, half a period
     later, is a motion too and drifts the other way: so none drifts. Without damping their
-    difference may also be a free oscillation for ever. There, and in contact, a drift counts that
-    is above its rounding: the advance of a segment is a sum of terms of the size of the capsule's
-    way, and of f_b h^2 with the larger bound and alpha/omega^2 over 1 + gamma.
+    difference may also be a free oscillation for ever; then those between them are periodic too,
+    and neither attracts them: one that attracts is its own mirror image. Elsewhere a drift counts
+    that is above its rounding: the advance of a segment is a sum of terms of the size of the
+    capsule's way, and of f_b h^2 with the larger bound and alpha/omega^2 over 1 + gamma.
     """
     p = dict(zip(PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))
     period, bound = math.tau / p["omega"], np.maximum(*(p[name] for name in BOUNDS.values()))
     terms = way + (bound * period**2 + p["alpha"] / p["omega"] ** 2) / (1 + p["gamma"])
     above: Any = np.abs(progression) > _ROUNDED * unit * np.asarray(segments) * terms
     alone = ~np.asarray(contact, dtype=bool) | (p["beta"] == 0)
-    free = SYMMETRIC & (p["zeta"] > 0) & alone
+    free = SYMMETRIC & alone & ((p["zeta"] > 0) | np.asarray(attracting, dtype=bool))
     found: NDArray[np.bool_] = above & ~free
     return found

@@ -18,7 +18,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.batch import checked_rows, spread
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.native import core
-from capsule_sym._native import Watch
+from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
 from capsule_sym.generated.interface import ORBIT, ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
@@ -115,7 +115,8 @@ def performance_many(
 
     `parameters` are rows (n, 7) or one, `states` (n, 3) or one (x_r, v_r, v_c) at forcing angle 0,
     `period_numbers` excitation periods of each motion; all dimensionless. What is not asked for is
-    not computed. Raises InvalidInput for a value that is not allowed, and where there is no core.
+    not computed, nor that which there is no time for, by the present watch or the one given. Raises
+    InvalidInput for a value that is not allowed, and where there is no core.
     """
     binding = core()
     rows = checked_rows(np.atleast_2d(np.ascontiguousarray(parameters, dtype=float)))
@@ -128,7 +129,16 @@ def performance_many(
     stops, records = np.zeros(count, np.int8), np.zeros(count, ORBIT)
     fields = np.zeros((count, MOST_SEGMENTS), np.uint8)
     binding.orbit_many(
-        rows, starts, periods, stops, records, fields, energies, forces, gradients, watch
+        rows,
+        starts,
+        periods,
+        stops,
+        records,
+        fields,
+        energies,
+        forces,
+        gradients,
+        watch or present(),
     )
     return Performances(records, stops, fields)
 
