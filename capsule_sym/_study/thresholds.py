@@ -16,7 +16,7 @@ from capsule_sym._orbits.continuation.curves.curve import Curve
 from capsule_sym._orbits.continuation.families.states import Ending
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, refined
-from capsule_sym._orbits.continuation.points.extended import solve_event
+from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.search import solve_orbit
@@ -112,14 +112,9 @@ def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]
         orbit = point.orbit
         values = (printed.alpha, *orbit.values[1:])
         with backend("numpy") as numbers:
-            found = solve_event(
-                numbers,
-                values,
-                (ParameterPath("gamma"),),
-                orbit.itinerary,
-                orbit.z,
-                (point.segment,),
-            )
+            free, z = (ParameterPath("gamma"),), orbit.z
+            system = ExtendedSystem(numbers, values, free, orbit.itinerary, z, (point.segment,))
+            found = system.solve()
         if found is not None:
             yield float(found.orbit.values[PARAMETERS.index("gamma")])
 

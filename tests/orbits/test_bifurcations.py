@@ -13,10 +13,9 @@ from capsule_sym import (
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.families.locating import zero_of_test_function
 from capsule_sym._orbits.continuation.points import bifurcation, conditions, kinds
 from capsule_sym._orbits.continuation.points.bifurcation import refined
-from capsule_sym._orbits.continuation.points.extended import solve_event
+from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
 from capsule_sym._orbits.continuation.points.kinds import (
     CORNER,
     FOLD,
@@ -172,7 +171,8 @@ def test_newton_that_finds_nothing_says_so() -> None:
     with backend("numpy") as numbers:
         # F4 lasts for two units of time: no alpha makes it vanish.
         free = (ParameterPath("alpha"),)
-        assert solve_event(numbers, orbit.values, free, orbit.itinerary, orbit.z, (1,)) is None
+        system = ExtendedSystem(numbers, orbit.values, free, orbit.itinerary, orbit.z, (1,))
+        assert system.solve() is None
     one = upwards(3.3).bifurcations[0]
     with pytest.raises(ValueError, match="no segment"):
         refined(
@@ -251,12 +251,6 @@ def test_the_uncertainty_of_a_smooth_bifurcation_covers_its_error() -> None:
             g = test(b)
         assert abs(g) < 1e-30
         assert abs(b - one.value) <= one.uncertainty < 1e-11
-
-
-def test_no_root_without_a_change_of_sign() -> None:
-    orbit = settled(alpha=1.2)
-    assert zero_of_test_function(FOLD, lambda share: orbit) is None
-    assert zero_of_test_function(FOLD, lambda share: None) is None
 
 
 def test_parameters_other_than_the_free_one_stay() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
+from itertools import repeat
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,10 +22,9 @@ from capsule_sym import (
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.families import family, locating
-from capsule_sym._orbits.continuation.families.locating import zero_of_test_function
-from capsule_sym._orbits.continuation.families.states import SmoothEvent
+from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.points.bifurcation import sorted_multipliers
+from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.records import (
     bifurcation_record,
@@ -76,28 +77,6 @@ def test_no_orbit_tells_where_newtons_method_ended() -> None:
     assert record["residual"] is None or record["residual"] > 1e-13
 
 
-def lost_inside(name: str, between: Callable[[float], Orbit | None]) -> SmoothEvent | None:
-    """The root of a path that can be followed at its ends only."""
-    return zero_of_test_function(
-        name, lambda share: between(share) if share in (0.0, 1.0) else None
-    )
-
-
-def astray(name: str, between: Callable[[float], Orbit | None]) -> SmoothEvent | None:
-    """The root of a path whose points are not on it."""
-
-    def off(share: float) -> Orbit | None:
-        orbit = between(share)
-        if orbit is None or share in (0.0, 1.0):
-            return orbit
-        z = orbit.z + np.eye(len(orbit.z))[0] * 1e-5
-        with backend("numpy") as numbers:
-            system = shooting(numbers, orbit.values, orbit.itinerary, z)
-        return replace(orbit, z=z, system=system)
-
-    return zero_of_test_function(name, off)
-
-
 @lru_cache
 def doubled() -> Branch:
     """A short branch with a period doubling."""
@@ -108,12 +87,23 @@ def first_doubling(branch: Branch) -> Bifurcation:
     return next(one for one in branch.bifurcations if one.type == PERIOD_DOUBLING)
 
 
-@pytest.mark.parametrize("failing", [lost_inside, astray])
-def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, failing) -> None:
+def answer(monkeypatch: pytest.MonkeyPatch, answers: Iterable[EventSolution | None]) -> None:
+    """Answers in place of those of Newton's method for a period doubling, as long as there are."""
+    given, solve = iter(answers), Family.solved
+
+    def solved(self: Family, orbit: Orbit, names: tuple[str, ...], *rest: Any) -> Any:
+        own = solve(self, orbit, names, *rest)
+        return next(given, own) if PERIOD_DOUBLING in names else own
+
+    monkeypatch.setattr(Family, "solved", solved)
+
+
+@pytest.mark.parametrize("outside", [True, False])
+def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, outside: bool) -> None:
     whole = first_doubling(doubled())
-    # Newton's method on all equations at once finds none, and the search along the path fails.
-    monkeypatch.setattr(family, "solve_event", lambda *_: None)
-    monkeypatch.setattr(locating, "zero_of_test_function", failing)
+    # Newton's method finds none, or one that is not between the states.
+    there = EventSolution(doubled().points[0].orbit, (), 0.0, (0.0,)) if outside else None
+    answer(monkeypatch, repeat(there))
     branch = doubled.__wrapped__()
     one = first_doubling(branch)
     # Where it is stays true, with the uncertainty that is left: all of the step.
@@ -126,6 +116,14 @@ def test_a_bifurcation_that_does_not_converge_says_so(monkeypatch, failing) -> N
     assert record["residual"] == one.residual > 1e-9
     (row,) = (row for row in bifurcation_rows([one]))
     assert not solved(row)
+
+
+def test_a_bifurcation_that_does_not_converge_at_first_is_found_from_nearer(monkeypatch) -> None:
+    whole = first_doubling(doubled())
+    answer(monkeypatch, [None, None])
+    one = first_doubling(doubled.__wrapped__())
+    assert one.success
+    assert one.value == pytest.approx(whole.value, abs=1e-12)
 
 
 def test_branches_and_curves_tell_of_every_point() -> None:

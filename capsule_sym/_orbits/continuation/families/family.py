@@ -26,8 +26,8 @@ from capsule_sym._orbits.continuation.points.conditions import (
 from capsule_sym._orbits.continuation.points.extended import (
     Condition,
     EventSolution,
+    ExtendedSystem,
     orbit_at,
-    solve_event,
 )
 from capsule_sym._orbits.shooting.admissibility import Inequality, inequalities
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -165,9 +165,9 @@ class Family:
         like = np.linalg.svd(orbit.system.by_z)[2][-1]
         conditions = [self._condition(name, like) for name in names]
         try:
-            return solve_event(
+            return ExtendedSystem(
                 self.numbers, orbit.values, free, orbit.itinerary, orbit.z, segments, conditions
-            )
+            ).solve()
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
-from capsule_sym._map.isolation import LEAST, brent
-from capsule_sym._orbits.continuation.families.arclength import Vector
 from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.families.states import Event, SmoothEvent, State
 from capsule_sym._orbits.continuation.points.conditions import (
@@ -31,36 +28,19 @@ from capsule_sym._orbits.shooting.changes import Change, insert_segment
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
-_STEP = 1e-4  # of the way between two states, for the slope of a test function
-_EXACT = 1e-14  # of the way, by which Brent's method may miss a root
+_HALVINGS = 8  # of the way between two states, to find a guess for an extended system
 _OUTSIDE = 1e-6  # of the way, by which an event may seem to be beyond its ends
-
-Between = Callable[[float], Orbit | None]
 
 
 def smooth_between(family: Family, old: State, new: State, until: float) -> list[SmoothEvent]:
     """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
-    change = new.u - old.u
-    normal = change / np.linalg.norm(change)
-
-    def between(share: float) -> Orbit | None:
-        solution = family.corrected(old.u + share * change, normal)
-        return solution.at.made if solution else None
-
     names = [name for name in family.watched if _changes_sign(name, old, new)]
     # The parameters turn back along a curve of folds.
     if family.critical == FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0:
         names.append(CUSP)
-    found = []
-    for name in names:
-        one = _solved_between(family, name, old, new, between)
-        if one is None and name in SMOOTH:
-            one = zero_of_test_function(name, between)
-            ends = (np.array(family.problem.values(state.orbit)) for state in (old, new))
-            one = one and _scaled(one, abs(np.subtract(*ends)))
-        if one is not None and one.share <= until:
-            found.append(one)
-    return sorted(found, key=lambda one: one.share)
+    found = [_zero_between(family, name, old, new) for name in names]
+    events = [one for one in found if one is not None and one.share <= until]
+    return sorted(events, key=lambda one: one.share)
 
 
 def _changes_sign(name: str, old: State, new: State) -> bool:
@@ -71,94 +51,57 @@ def _changes_sign(name: str, old: State, new: State) -> bool:
     ends = old.tests[name], new.tests[name]
     if not ends[0] * ends[1] < 0:
         return False
-    return name not in SMOOTH or any(
-        abs(end) > noise(state.orbit) for end, state in zip(ends, (old, new), strict=True)
-    )
+    both = zip(ends, (old, new), strict=True)
+    return name not in SMOOTH or any(abs(end) > noise(state.orbit) for end, state in both)
 
 
-def _scaled(one: SmoothEvent, widths: Vector) -> SmoothEvent:
-    """The event with uncertainties of the parameters, from that of its share of the way."""
-    uncertainties = tuple((widths * one.solution.uncertainties[0]).tolist())
-    return one._replace(solution=one.solution._replace(uncertainties=uncertainties))
+def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEvent | None:
+    """The zero of a test function between two states, by its extended system.
 
-
-def _solved_between(
-    family: Family, name: str, old: State, new: State, between: Between
-) -> SmoothEvent | None:
-    """Where a test function vanishes between two states of a curve, by its extended system.
-
-    None where that has no solution between: what changes its sign at a pole has no zero.
+    Where that has no solution from the zero of a line, the way is halved. What then has none is
+    not solved, or none at all: where the path is lost, the sign is that of rounding, and at a pole
+    of what is not smooth. A Neimark-Sacker bifurcation has no real pair mu, 1/mu.
     """
+    change = new.u - old.u
+    normal = change / np.linalg.norm(change)
     if name == CUSP:
-        first, last = (float(np.linalg.norm(state.tangent[-2:])) for state in (old, new))
+        ends = [float(np.linalg.norm(state.tangent[-2:])) for state in (old, new)]
     else:
-        first, last = abs(old.tests[name]), abs(new.tests[name])
-    guess = between(first / (first + last))
+        ends = [abs(old.tests[name]), abs(new.tests[name])]
+    low, high, share = 0.0, 1.0, ends[0] / (ends[0] + ends[1])
     conditions = tuple(one for one in (family.critical, name) if one is not None)
     segments = () if family.zero_segment is None else (family.zero_segment,)
-    found = family.solved(guess, conditions, segments) if guess is not None else None
-    if found is None or not 0 <= (share := _share(family, old, new, found)) <= 1:
+    for _ in range(_HALVINGS):
+        guess = family.corrected(old.u + share * change, normal)
+        if guess is None:
+            break
+        orbit = guess.at.made
+        found = family.solved(orbit, conditions, segments)
+        if found is not None and 0 <= (at := _share(family, old, new, found)) <= 1:
+            real = name == NEIMARK_SACKER and not has_rotations(found.orbit)
+            return None if real else SmoothEvent(name, at, found)
+        if name not in SMOOTH:
+            break
+        before = evaluate_test_functions(orbit)[name] * old.tests[name] > 0
+        low, high = (share, high) if before else (low, share)
+        share = (low + high) / 2
+    real = name == NEIMARK_SACKER and not (has_rotations(old.orbit) and has_rotations(new.orbit))
+    if real or name not in SMOOTH:
         return None
-    if name == NEIMARK_SACKER and not has_rotations(found.orbit):
+    again = [family.corrected(state.u, normal) for state in (old, new)]
+    signs = [np.sign(evaluate_test_functions(one.at.made)[name]) for one in again if one]
+    if signs not in ([-1, 1], [1, -1]):
         return None
-    return SmoothEvent(name, share, found)
+    both = zip(*(family.problem.values(state.orbit) for state in (old, new)), strict=True)
+    interval = tuple(abs(after - before) for before, after in both)
+    solution = EventSolution(old.orbit, (), abs(old.tests[name]), interval)
+    return SmoothEvent(name, 0.0, solution, solved=False)
 
 
 def _share(family: Family, old: State, new: State, found: EventSolution) -> float:
-    """How far on the way between two states an orbit of the family is."""
+    """The share of the way between two states at which an orbit of the family is."""
     step = new.u - old.u
     return float(step @ (family.unknowns(found.orbit) - old.u) / (step @ step))
-
-
-class _Lost(Exception):
-    """The path between two points cannot be followed."""
-
-
-def zero_of_test_function(name: str, between: Between) -> SmoothEvent | None:
-    """The orbit of a smooth bifurcation between two orbits where the test's signs differ.
-
-    `between` gives the path's orbit at a share in [0, 1] of the way; the uncertainty is one of that
-    share. Where the path or the root is lost on the way the event is not solved. None where the
-    signs do not differ, and where the multipliers are not those of the bifurcation: a real pair
-    mu, 1/mu for that of Neimark-Sacker.
-    """
-    tried = 0
-
-    def at(share: float) -> Orbit:
-        orbit = between(share)
-        if orbit is None:
-            raise _Lost
-        return orbit
-
-    def test(share: float) -> float:
-        nonlocal tried
-        tried += 1
-        return evaluate_test_functions(at(share))[name]
-
-    try:
-        sides = at(0.0), at(1.0)
-    except _Lost:
-        return None
-    known = {float(k): evaluate_test_functions(one)[name] for k, one in enumerate(sides)}
-    if not known[0.0] * known[1.0] < 0:
-        return None
-    share, orbit, residual, doubt, solved = 0.0, sides[0], abs(known[0.0]), 1.0, False
-    try:
-        share = brent(lambda t: known[t] if t in known else test(t), 0.0, 1.0, 5e-16, LEAST)
-        orbit, iterations = at(share), tried
-        residual = abs(evaluate_test_functions(orbit)[name])
-        low, high = max(share - _STEP, 0.0), min(share + _STEP, 1.0)
-        slope, error = abs(test(high) - test(low)) / (high - low), noise(orbit)
-        solved = residual <= error + slope * _EXACT and orbit.success
-        doubt = error / slope if solved else 1.0
-        rotating = has_rotations(orbit)
-    except _Lost:
-        share, orbit, iterations = 0.0, sides[0], tried
-        rotating = all(map(has_rotations, sides))
-    if name == NEIMARK_SACKER and not rotating:
-        return None
-    orbit, largest = replace(orbit, iterations=iterations), max(residual, float(orbit.residual))
-    return SmoothEvent(name, share, EventSolution(orbit, (), largest, (doubt,)), solved)
 
 
 def first_event(family: Family, old: State, new: State, failing: list[Inequality]) -> Event | None:

@@ -11,7 +11,7 @@ import numpy as np
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at, solve_event
+from capsule_sym._orbits.continuation.points.extended import EventSolution, ExtendedSystem, orbit_at
 from capsule_sym._orbits.continuation.points.normal_forms import NormalForm, normal_form
 from capsule_sym._orbits.shooting.admissibility import Inequality
 from capsule_sym._orbits.shooting.changes import remove_segment, swap_segment
@@ -195,7 +195,7 @@ def refined(one: Bifurcation) -> EventSolution:
         values = [numbers.number(value) for value in orbit.values]
         z = np.array([numbers.number(value) for value in orbit.z])
         free = (one.path or ParameterPath(one.parameter),)
-        found = solve_event(numbers, values, free, orbit.itinerary, z, (one.segment,))
+        found = ExtendedSystem(numbers, values, free, orbit.itinerary, z, (one.segment,)).solve()
     if found is None:
         raise ArithmeticError(f"no {one.type} in 50 digits near {one.parameter} = {one.value!r}")
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -57,47 +58,130 @@ def orbit_at(
     return Orbit(tuple(values), itinerary, z, system, numbers.name, iterations)
 
 
-def solve_event(
-    numbers: Backend,
-    values: Sequence[Number],
-    free: tuple[ParameterPath, ...],
-    itinerary: Itinerary,
-    z: Vector,
-    segments: tuple[int, ...],
-    conditions: Sequence[Condition] = (),
-) -> EventSolution | None:
-    """The orbit on which each of `segments` has the duration 0, by Newton's method; None if none.
+@dataclass
+class ExtendedSystem:
+    """The equations of an orbit on which some segments have the duration 0 and conditions hold.
 
     Unknowns are the other entries of z and as many parameters as there are such segments and
     `conditions`, those that vary on the paths `free`; `z` and `values` hold the guess. Conditions,
     which vanish too, are for double precision; there may be one too many if it follows from others.
-    In 50 digits the derivatives are computed at the guess alone: a step then leaves as much of the
-    error as the guess was off, which is far less than a half.
     """
-    system = _ExtendedSystem(numbers, values, free, itinerary, z, segments, conditions)
-    unknowns, many = system.begin, len(system.rest)
-    # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink by
-    # that.
-    small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
-    with np.errstate(all="ignore"):
-        for iterations in range(1, _MOST_STEPS + 1):
-            found = system.evaluate(unknowns)
-            if not all(abs(value) < float("inf") for value in found.residual):
-                return None
-            try:
-                step = _newton_step(numbers, found.matrix, found.residual)
-            except np.linalg.LinAlgError:
-                return None
-            unknowns = unknowns - step
-            system.step = -step
-            if max(abs(step)) <= small * (1 + max(abs(unknowns[:many]))):
-                system.rows = None
-                found = system.evaluate(unknowns)
-                solution = _solution(numbers, found, unknowns, segments, len(free), iterations)
-                # Derivatives that are kept let the error fall by a factor, not by its square.
-                if solution is not None or numbers.name != "mpmath":
-                    return solution
-    return None
+
+    numbers: Backend
+    values: Sequence[Number]
+    free: tuple[ParameterPath, ...]
+    itinerary: Itinerary
+    z: Vector
+    segments: tuple[int, ...] = ()
+    conditions: Sequence[Condition] = ()
+
+    def __post_init__(self) -> None:
+        gone = [4 + segment for segment in self.segments]
+        self.rest = [i for i in range(len(self.z)) if i not in gone]
+        self._kept: ShootingSystem | None = None
+        # Of conditions without an exact gradient: differences at first, then Broyden's updates. An
+        # error of them costs steps of Newton's method only.
+        self._rows: Matrix | None = None
+        self._last = self._step = np.zeros(0)
+
+    def solve(self) -> EventSolution | None:
+        """The solution by Newton's method; None if there is none.
+
+        In 50 digits the derivatives are computed at the guess alone: a step then leaves as much of
+        the error as the guess was off, which is far less than a half.
+        """
+        numbers, many = self.numbers, len(self.rest)
+        at = [path.value(self.values) for path in self.free]
+        unknowns = np.array([*np.array(list(self.z))[self.rest], *at])
+        # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink
+        # by that.
+        small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
+        with np.errstate(all="ignore"):
+            for iterations in range(1, _MOST_STEPS + 1):
+                found = self._evaluate(unknowns)
+                if not all(abs(value) < float("inf") for value in found.residual):
+                    return None
+                try:
+                    step = _newton_step(numbers, found.matrix, found.residual)
+                except np.linalg.LinAlgError:
+                    return None
+                unknowns, self._step = unknowns - step, -step
+                if max(abs(step)) <= small * (1 + max(abs(unknowns[:many]))):
+                    self._rows = None
+                    solution = self._solution(self._evaluate(unknowns), unknowns, iterations)
+                    # Derivatives that are kept let the error fall by a factor, not by its square.
+                    if solution is not None or numbers.name != "mpmath":
+                        return solution
+        return None
+
+    def _orbit(self, unknowns: Vector) -> Orbit:
+        z, values = np.full(len(self.z), self.numbers.number(0)), list(self.values)
+        z[self.rest] = unknowns[: len(self.rest)]
+        for path, value in zip(self.free, unknowns[len(self.rest) :], strict=True):
+            values = path.placed(values, value)
+        return orbit_at(self.numbers, values, self.itinerary, z, kept=self._kept)
+
+    def _evaluate(self, unknowns: Vector) -> _Evaluation:
+        orbit = self._orbit(unknowns)
+        system = orbit.system
+        if self._kept is None and self.numbers.name == "mpmath":
+            self._kept = system
+        by = [path.along(system.by_p, path.value(orbit.values)) for path in self.free]
+        matrix = np.column_stack([system.by_z[:, self.rest], *by])
+        if not self.conditions:
+            return _Evaluation(orbit, system.residual, [], matrix)
+        found = [condition(orbit) for condition in self.conditions]
+        rows = np.zeros((len(found), matrix.shape[1]))
+        unknown = [k for k, one in enumerate(found) if one.gradient is None]
+        for row, one in zip(rows, found, strict=True):
+            if one.gradient is not None:
+                row[:] = [*one.gradient[self.rest], *one.gradient[len(self.z) :]]
+        if unknown:
+            rows[unknown] = self._secants(unknowns, unknown, [found[k].value for k in unknown])
+        residual = np.append(system.residual, [one.value for one in found])
+        roundings = [one.rounding for one in found]
+        return _Evaluation(orbit, residual, roundings, np.vstack([matrix, rows]))
+
+    def _secants(self, unknowns: Vector, which: list[int], values: list[float]) -> Matrix:
+        """The gradients (many, size) of some conditions, which have these values."""
+        now, step = np.array(values), self._step
+        if self._rows is None:
+            conditions, columns = [self.conditions[k] for k in which], []
+            for change in _DIFFERENCE * np.eye(len(unknowns)):
+                ahead, behind = self._orbit(unknowns + change), self._orbit(unknowns - change)
+                columns.append([one(ahead).value - one(behind).value for one in conditions])
+            self._rows = np.array(columns).T / (2 * _DIFFERENCE)
+        else:
+            missed = now - self._last - self._rows @ step
+            self._rows = self._rows + np.outer(missed, step) / (step @ step)
+        self._last = now
+        return self._rows
+
+    def _solution(
+        self, found: _Evaluation, unknowns: Vector, iterations: int
+    ) -> EventSolution | None:
+        """The solution and its uncertainties; None where the residual is not that of rounding."""
+        numbers, free, (orbit, residual, roundings, matrix) = self.numbers, len(self.free), found
+        closed, off = np.split(residual, [len(orbit.system.residual)])
+        if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
+            return None
+        if not all(abs(value) <= limit for value, limit in zip(off, roundings, strict=True)):
+            return None
+        rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
+        if roundings:
+            rounding[len(closed) :] = roundings
+        if len(residual) > len(unknowns):
+            rows = np.linalg.pinv(matrix)[-free:]
+        else:
+            # The rows of the inverse that give the parameters.
+            unit = np.full((len(unknowns), free), numbers.number(0))
+            unit[-free:] = unit[-free:] + np.eye(free, dtype=int)
+            rows = solve(numbers, matrix.T, unit).T
+        uncertainties = tuple((abs(rows) @ (rounding + abs(residual))).tolist())
+        if self._kept is not None:  # the orbit has derivatives of its own
+            orbit = orbit_at(numbers, orbit.values, orbit.itinerary, orbit.z)
+        orbit = replace(orbit, iterations=iterations)
+        return EventSolution(orbit, self.segments, max(abs(residual)), uncertainties)
 
 
 class _Evaluation(NamedTuple):
@@ -109,79 +193,6 @@ class _Evaluation(NamedTuple):
     matrix: Matrix
 
 
-class _ExtendedSystem:
-    """The equations of `solve_event`, of unknowns x: entries `rest` of z, and what varies.
-
-    Conditions that have no exact gradient have differences first, `rows`, then Broyden's updates:
-    an error of them costs steps of Newton's method only.
-    """
-
-    def __init__(
-        self,
-        numbers: Backend,
-        values: Sequence[Number],
-        free: tuple[ParameterPath, ...],
-        itinerary: Itinerary,
-        z: Vector,
-        segments: tuple[int, ...],
-        conditions: Sequence[Condition],
-    ) -> None:
-        self.numbers, self.values, self.free = numbers, values, free
-        self.itinerary, self.conditions = itinerary, conditions
-        self.size, gone = len(z), [4 + segment for segment in segments]
-        self.rest = [i for i in range(self.size) if i not in gone]
-        self.begin = np.array([*np.array(list(z))[self.rest], *(p.value(values) for p in free)])
-        self.kept: ShootingSystem | None = None
-        self.step = self.begin
-        self.rows: Matrix | None = None
-        self.last = np.zeros(0)
-
-    def orbit(self, unknowns: Vector) -> Orbit:
-        z, values = np.full(self.size, self.numbers.number(0)), list(self.values)
-        z[self.rest] = unknowns[: len(self.rest)]
-        for path, value in zip(self.free, unknowns[len(self.rest) :], strict=True):
-            values = path.placed(values, value)
-        return orbit_at(self.numbers, values, self.itinerary, z, kept=self.kept)
-
-    def evaluate(self, unknowns: Vector) -> _Evaluation:
-        orbit = self.orbit(unknowns)
-        system = orbit.system
-        if self.kept is None and self.numbers.name == "mpmath":
-            self.kept = system
-        by = [path.along(system.by_p, path.value(orbit.values)) for path in self.free]
-        matrix = np.column_stack([system.by_z[:, self.rest], *by])
-        if not self.conditions:
-            return _Evaluation(orbit, system.residual, [], matrix)
-        found = [condition(orbit) for condition in self.conditions]
-        rows = np.zeros((len(found), matrix.shape[1]))
-        unknown = [k for k, one in enumerate(found) if one.gradient is None]
-        for row, one in zip(rows, found, strict=True):
-            if one.gradient is not None:
-                row[:] = [*one.gradient[self.rest], *one.gradient[self.size :]]
-        if unknown:
-            rows[unknown] = self._secants(unknowns, unknown, [found[k].value for k in unknown])
-        residual = np.append(system.residual, [one.value for one in found])
-        return _Evaluation(
-            orbit, residual, [one.rounding for one in found], np.vstack([matrix, rows])
-        )
-
-    def _secants(self, unknowns: Vector, which: list[int], values: list[float]) -> Matrix:
-        """The gradients (many, size) of some conditions, which have these values."""
-        now = np.array(values)
-        if self.rows is None:
-            columns = []
-            for step in _DIFFERENCE * np.eye(len(unknowns)):
-                ahead, behind = self.orbit(unknowns + step), self.orbit(unknowns - step)
-                conditions = [self.conditions[k] for k in which]
-                columns.append([one(ahead).value - one(behind).value for one in conditions])
-            self.rows = np.array(columns).T / (2 * _DIFFERENCE)
-        else:
-            missed = now - self.last - self.rows @ self.step
-            self.rows = self.rows + np.outer(missed, self.step) / (self.step @ self.step)
-        self.last = now
-        return self.rows
-
-
 def _newton_step(numbers: Backend, matrix: Matrix, residual: Vector) -> Vector:
     """The step of Newton's method; of more equations than unknowns some follow from the others."""
     if len(residual) == matrix.shape[1]:
@@ -190,35 +201,3 @@ def _newton_step(numbers: Backend, matrix: Matrix, residual: Vector) -> Vector:
     if rank < matrix.shape[1]:
         raise np.linalg.LinAlgError("dependent unknowns")
     return step
-
-
-def _solution(
-    numbers: Backend,
-    found: _Evaluation,
-    unknowns: Vector,
-    segments: tuple[int, ...],
-    free: int,
-    iterations: int,
-) -> EventSolution | None:
-    """The solution with its uncertainties; None where the equations are not solved to rounding."""
-    orbit, residual, roundings, matrix = found
-    closed, off = np.split(residual, [len(orbit.system.residual)])
-    if not max(abs(closed)) <= _LARGEST_RESIDUAL * numbers.unit * (1 + max(abs(unknowns))):
-        return None
-    if not all(abs(value) <= limit for value, limit in zip(off, roundings, strict=True)):
-        return None
-    rounding = ROUNDINGS * numbers.unit * (abs(matrix) @ abs(unknowns))
-    if roundings:
-        rounding[len(closed) :] = roundings
-    if len(residual) > len(unknowns):
-        rows = np.linalg.pinv(matrix)[-free:]
-    else:
-        # The rows of the inverse that give the parameters.
-        unit = np.full((len(unknowns), free), numbers.number(0))
-        unit[-free:] = unit[-free:] + np.eye(free, dtype=int)
-        rows = solve(numbers, matrix.T, unit).T
-    uncertainties = tuple((abs(rows) @ (rounding + abs(residual))).tolist())
-    if numbers.name == "mpmath":  # with derivatives of its own
-        orbit = orbit_at(numbers, orbit.values, orbit.itinerary, orbit.z)
-    orbit = Orbit(orbit.values, orbit.itinerary, orbit.z, orbit.system, numbers.name, iterations)
-    return EventSolution(orbit, segments, max(abs(residual)), uncertainties)
