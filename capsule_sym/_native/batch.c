@@ -162,6 +162,7 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
         double cosine, sine;
         sine_cosine(state.angle, state.angle_rest, &sine, &cosine);
         const double slips = state.v_c == 0.0 ? 1.0 + (at_bound == way) : 0.0;
+#define OF_RUN(name) [RUN_##name] = c->name,
         const double numbers[CAPSULE_RUN_NUMBERS] = {
             [X_R] = state.x_r, [FAR] = state.gap, [V_R] = state.v_r, [V_C] = state.v_c,
             [MARGIN] = state.bound ? friction_at(c, at_bound) - c->friction
@@ -170,7 +171,8 @@ static void start_run(batch_progress *w, int slot, capsule_state state, int help
             [ANGLE_REST] = state.angle_rest, [POSITION] = state.position, [WAY] = way,
             /* A touch, where v_r is 0 too, proves nothing: its first coefficient is 0. */
             [GAP_ZEROS] = state.gap == 0.0, [SECOND_ZEROS] = way != 0.0 ? slips : at_bound,
-            [ALPHA] = c->alpha, [DELTA] = c->delta, [BOUND] = c->f_b};
+            CAPSULE_RUN_PARAMETERS(OF_RUN)};
+#undef OF_RUN
         memcpy(workspace->run[slot].number, numbers, sizeof numbers);
         memcpy(workspace->run[slot].begun, numbers, sizeof numbers);
         workspace->run[slot].period = workspace->run[slot].begun_period = state.period;
@@ -302,12 +304,6 @@ int capsule_widest(void)
     return CAPSULE_ANY_WIDTH && capsule_lanes() > 1 ? 8 : capsule_lanes();
 }
 
-static int same_flows(const capsule_parameters *p, const capsule_parameters *q)
-{
-    return p->omega == q->omega && p->zeta == q->zeta && p->beta == q->beta &&
-           p->gamma == q->gamma;
-}
-
 capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t periods,
                               capsule_workspace *workspace)
 {
@@ -325,7 +321,7 @@ capsule_stop capsule_run_many(const capsule_batch *batch, size_t count, int64_t 
     while (w.next < count && !w.stopped) {
         const capsule_parameters *p = &batch->parameters[w.next];
         size_t end = w.next + batch->stride;
-        while (end < count && same_flows(p, &batch->parameters[end]))
+        while (end < count && capsule_same_flows(p, &batch->parameters[end]))
             end += batch->stride;
         capsule_map_remake(p, &workspace->map);
         workspace->idle_count = 0;

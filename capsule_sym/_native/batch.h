@@ -12,7 +12,8 @@ enum {
     SECOND_ZEROS, /* and of v_c; at rest 1 (-1) where P is f_b (-f_b) */
     ENERGY_ERROR, V_C_ERROR, ANGLE_ERROR, POSITION,
     LASTED,       /* what the last segment like this took, over its reach; after a step, this one */
-    ALPHA, DELTA, BOUND /* fixed; in all CAPSULE_RUN_NUMBERS, a multiple of four */
+#define OF_RUN_AT(name) RUN_##name,
+    CAPSULE_RUN_PARAMETERS(OF_RUN_AT) /* fixed; in all at most CAPSULE_RUN_NUMBERS */
 };
 
 /* What became of the lanes of a step: bits by lane. */

@@ -55,7 +55,7 @@ typedef CAPSULE_TABLE_OF(double, CAPSULE_TERMS, CAPSULE_DEGREE, CAPSULE_LEVELS) 
 /* Constants of all fields at one parameter set; read-only once made. */
 typedef struct {
     capsule_parameters parameters;
-    capsule_constants field[6];
+    capsule_constants field[CAPSULE_FIELD_COUNT];
     capsule_table table[4]; /* by contact and drift */
     int may_rest;           /* whether the forcing alone leaves a capsule without contact at rest */
 } capsule_map;
@@ -153,7 +153,7 @@ typedef struct {
 } capsule_batch;
 
 #define CAPSULE_BATCH_SIZE 128  /* runs in hand at a time */
-#define CAPSULE_RUN_NUMBERS 20
+#define CAPSULE_RUN_NUMBERS ((17 + CAPSULE_RUN_PARAMETER_COUNT + 3) / 4 * 4)
 
 /* Workspace of `capsule_run_many`, some 100 kB: zero before the first call; the tables of the last
    flows are kept for the next. */
@@ -161,7 +161,7 @@ typedef struct {
     capsule_map map;
     struct {
         double number[CAPSULE_RUN_NUMBERS], begun[CAPSULE_RUN_NUMBERS]; /* now; at its start */
-        double guess[6][5]; /* by field, and how many expansions came before */
+        double guess[CAPSULE_FIELD_COUNT][5]; /* by field, and how many expansions came before */
         size_t row;
         int64_t period, begun_period;
         int field, key, expansions; /* of the present segment; the key of its guess */

@@ -39,7 +39,7 @@ typedef struct {
     const capsule_request *request;
     int64_t periods;
     int position;
-    double guess[7][11]; /* where a segment of this field from this plane ended last */
+    double guess[CAPSULE_FIELD_COUNT + 1][CAPSULE_PLANE_COUNT + 1]; /* where a segment of this field from this plane ended last */
     capsule_exact exact;
     double angle, cosine, sine; /* of the last switch */
     capsule_wide_table *wide;   /* by contact and drift */
@@ -63,6 +63,13 @@ extern const capsule_code capsule_code_plain, capsule_code_fused, capsule_code_w
 
 /* Which of them is for this processor. */
 const capsule_code *capsule_code_here(int wide);
+
+/* Whether maps at two parameter sets have the same tables. */
+static inline int capsule_same_flows(const capsule_parameters *p, const capsule_parameters *q)
+{
+#define EQUAL(name) && p->name == q->name
+    return 1 CAPSULE_FLOW_PARAMETERS(EQUAL);
+}
 
 /* Whether these are parameters of a map. */
 int capsule_parameters_allowed(const capsule_parameters *parameters);

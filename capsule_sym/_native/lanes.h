@@ -57,9 +57,11 @@ inlined void lanes_step(const capsule_constants *k, const table *t, int level, i
     bound v[CAPSULE_RUN_NUMBERS];
     load(runs, v);
     const bound way = v[WAY];
-    segment c = {v[ALPHA], all(k->omega), v[DELTA], all(k->zeta), all(k->beta), all(k->gamma),
-                 v[BOUND], all(k->contact), way, all(k->m), all(k->kappa), all(0.0), all(0.0),
-                 all(k->sigma), all(k->K)};
+#define OF_FLOW(name) .name = all(k->name),
+#define OF_RUN(name) .name = v[RUN_##name],
+    segment c = {CAPSULE_FLOW_PARAMETERS(OF_FLOW) CAPSULE_RUN_PARAMETERS(OF_RUN)
+                 .contact = all(k->contact), .drift = way, .m = all(k->m), .kappa = all(k->kappa),
+                 .sigma = all(k->sigma), .K = all(k->K)};
     c.push = push_at(&c, way), c.friction = friction_at(&c, way);
     const point s = {v[X_R], v[FAR], v[V_R], v[V_C], v[MARGIN], v[ANGLE], v[COSINE], v[SINE],
                      v[POSITION], v[ANGLE_REST], v[GAP_ZEROS], v[SECOND_ZEROS], v[ENERGY_ERROR],

@@ -202,24 +202,26 @@ typedef capsule_table table;
 #endif
 
 /* A segment's constants as values, and as bounds. */
+#define SEGMENT_CONSTANTS(of)                                                                      \
+    CAPSULE_PARAMETERS(of)                                                                         \
+    of(contact) of(drift) of(m) of(kappa) of(push) of(friction) of(sigma) of(K)
+#define REAL_MEMBER(name) real name;
+#define BOUND_MEMBER(name) bound name;
+#define HIGH(name) .name = c->name.hi,
 #if WIDTH == 1 && !defined(WIDE)
 typedef capsule_constants segment;
 #else
 typedef struct {
-    real alpha, omega, delta, zeta, beta, gamma, f_b;
-    real contact, drift, m, kappa, push, friction, sigma, K;
+    SEGMENT_CONSTANTS(REAL_MEMBER)
 } segment;
 #endif
 #ifdef WIDE
 typedef struct {
-    bound alpha, omega, delta, zeta, beta, gamma, f_b;
-    bound contact, drift, m, kappa, push, friction, sigma, K;
+    SEGMENT_CONSTANTS(BOUND_MEMBER)
 } segment_sizes;
 inlined const segment_sizes *sizes_of(const segment *c, segment_sizes *room)
 {
-    *room = (segment_sizes){c->alpha.hi, c->omega.hi, c->delta.hi,    c->zeta.hi,  c->beta.hi,
-                            c->gamma.hi, c->f_b.hi,   c->contact.hi,  c->drift.hi, c->m.hi,
-                            c->kappa.hi, c->push.hi,  c->friction.hi, c->sigma.hi, c->K.hi};
+    *room = (segment_sizes){SEGMENT_CONSTANTS(HIGH)};
     return room;
 }
 #else

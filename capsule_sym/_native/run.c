@@ -32,7 +32,8 @@ int capsule_allowed(const capsule_map *map, const capsule_state *s)
            s->angle >= 0.0 && s->angle <= TWO_PI + 8.0 * UNIT * TWO_PI &&
            fabs(s->angle_rest) <= 1.0 && s->period >= 0 && s->period <= CAPSULE_PERIODS &&
            s->bound >= -1 && s->bound <= 1 && (s->bound == 0 || s->v_c == 0.0) &&
-           s->plane >= 0 && s->plane <= 10 && s->field >= 0 && s->field <= 6;
+           s->plane >= 0 && s->plane <= CAPSULE_PLANE_COUNT && s->field >= 0 &&
+           s->field <= CAPSULE_FIELD_COUNT;
 }
 
 void capsule_write_strobe(const capsule_request *request, int64_t period, double x_r, double v_r, double v_c)

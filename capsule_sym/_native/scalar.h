@@ -21,9 +21,8 @@ typedef struct {
 static const segment *segment_of(const capsule_map *map, int field, segment *room)
 {
     const capsule_parameters *p = &map->parameters;
-    *room = (segment){.alpha = num(p->alpha), .omega = num(p->omega), .delta = num(p->delta),
-                 .zeta = num(p->zeta), .beta = num(p->beta), .gamma = num(p->gamma),
-                 .f_b = num(p->f_b)};
+#define GIVEN(name) .name = num(p->name),
+    *room = (segment){CAPSULE_PARAMETERS(GIVEN)};
     field_constants(field, room);
     return room;
 }
@@ -147,7 +146,7 @@ static int successor_of(const capsule_map *map, const known *p)
             return FIELD_OF[contact][(int)way + 1];
     }
     int found = 0;
-    for (int field = 1; field <= 6; field++) {
+    for (int field = 1; field <= CAPSULE_FIELD_COUNT; field++) {
         if ((gap != 0.0 && CONTACT_OF[field - 1] != (gap > 0.0)) ||
             (v_c != 0.0 && DRIFT_OF[field - 1] != (v_c > 0.0 ? 1 : -1)))
             continue;

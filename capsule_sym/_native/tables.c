@@ -45,10 +45,8 @@ capsule_stop capsule_map_remake(const capsule_parameters *parameters, capsule_ma
 {
     if (!parameters || !map)
         return CAPSULE_REFUSED;
-    const capsule_parameters *p = parameters, *old = &map->parameters;
-    if (p->omega == old->omega && p->zeta == old->zeta && p->beta == old->beta &&
-        p->gamma == old->gamma)
-        return capsule_map_constants(parameters, map); /* alpha, delta and f_b are in no table */
+    if (capsule_same_flows(parameters, &map->parameters))
+        return capsule_map_constants(parameters, map); /* the others are in no table */
     return capsule_map_make(parameters, map);
 }
 

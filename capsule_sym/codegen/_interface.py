@@ -24,6 +24,7 @@ def read(config: Entry) -> Entry:
     """The interface with the model's counts and parameters in it."""
     config["count"] = {
         "parameter": str(len(PARAMETERS)),
+        "run_parameter": str(len([p for p in PARAMETERS if p not in flow_parameters()])),
         "state": str(len(STATE)),
         "field": str(len(SEGMENTS)),
         "plane": str(max(impact_planes().values())),
