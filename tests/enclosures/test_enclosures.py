@@ -43,7 +43,7 @@ from capsule_sym._enclosures.orbits.branches import glue, march
 from capsule_sym._enclosures.orbits.events import Event
 from capsule_sym._enclosures.orbits.intervals import approximate, regimes, threshold
 from capsule_sym._enclosures.orbits.krawczyk import enclose
-from capsule_sym._enclosures.orbits.proof import guess_of, prove, prove_admissible, shooting_of
+from capsule_sym._enclosures.orbits.proof import guess_of, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
 from capsule_sym._enclosures.orbits.unfolding import growth
 from capsule_sym._enclosures.passage import guards, switches
@@ -350,9 +350,7 @@ def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
 
     orbit = found[0][3].orbit
     with pytest.raises(Unproved):
-        prove_event(
-            orbit.itinerary, orbit.system.flows, orbit.z, orbit.values, (1,), ("alpha",), EXACT
-        )
+        prove_event(orbit, (1,), ("alpha",), EXACT)
 
 
 def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]) -> None:
@@ -450,11 +448,15 @@ def test_checker_runs_alone_and_is_short(tmp_path: Path) -> None:
     assert "accepted" in run.stdout
 
 
-def test_unstable_orbit_is_certified_as_far_as_it_goes() -> None:
-    orbit = orbit_at(0.3)
-    shooting = shooting_of(orbit.itinerary, orbit.values, (), EXACT)
-    proved = prove(shooting, guess_of(shooting, orbit), {}, stable=False)
-    assert proved.characteristic is None
+def test_an_orbit_that_is_not_proved_stable_is_certified_as_far_as_it_goes() -> None:
+    orbit = solve_orbit(Parameters(alpha=0.0428, zeta=0.005))
+    assert orbit.success, orbit.message
+    values = [0.045, *orbit.values[1:]]  # between two period doublings
+    unstable = solve_itinerary(values, orbit.itinerary, list(orbit.z))
+    certificate = certify_orbit(unstable)
+    assert not certificate["stable"]
+    assert not rejected(certificate)
+    assert rejected({**certificate, "stable": True})
 
 
 def test_a_tail_is_bounded_however_small_it_is() -> None:

@@ -31,6 +31,7 @@ from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage import segments as passage
 from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import Interval, Passage, Step
+from capsule_sym._enclosures.passage.switches import guard_row
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._enclosures.regions.attraction import attempt, tendency
 from capsule_sym._enclosures.regions.parts import AlphaPart
@@ -113,7 +114,7 @@ def one_switch(place: Sequence[float]) -> tuple[passage.Bundle, float, np.ndarra
         fields = fields_at(Interval(1.2, 2e-2))
         columns = np.array([[-1.0, 0.01, 0.0], [1.0, 0.02, 0.03], [0.5, 0.0, 0.01]])
         start, field = fields.section(thin(columns), arb(0.5)), fields._fields[1]
-        row = floats(field.guards)[passage.GUARD_ROWS[Guard.GAP]]
+        row = floats(guard_row(field, Guard.GAP))[0]
         at = np.array([1.0, *place] + [0.0] * (start.shape[1] - 3))
         h = brentq(lambda h: row @ flowed(field, start, at, h), 0.0, 2.0, xtol=1e-15)
         _, found = passage._switch(field, thin(start), Step(1, h, Guard.GAP), 53.0, "F1")

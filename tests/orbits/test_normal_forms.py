@@ -51,10 +51,7 @@ def test_the_parameter_grows_as_ball_arithmetic_proves(name: str) -> None:
     form = one.normal_form
     assert form is not None
     with precision(256):
-        flows, z = one.orbit.system.flows, one.orbit.z
-        event = prove_event(
-            one.orbit.itinerary, flows, z, one.orbit.values, (one.segment,), (one.parameter,)
-        )
+        event = prove_event(one.orbit, (one.segment,), (one.parameter,))
         expected = float(event.coefficient)
     assert form.order == event.order
     # The ball is right up to the order of a duration of 1e-12 only.

@@ -65,7 +65,7 @@ def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[
     with precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         guess = guess_of(shooting, orbit)
-        tube = prove(shooting, guess, {}, stable=False).tube
+        tube = prove(shooting, guess, {}, stable=False)
         try:
             stable = bool(prove_stable(tube.wide))
         except Unproved:
@@ -89,10 +89,7 @@ def certify_bifurcation(
     orbit = found.orbit
     parameters = _decimals(orbit.values, exact)
     with precision(_BITS):
-        flows, z = orbit.system.flows, orbit.z
-        event = prove_event(
-            orbit.itinerary, flows, z, orbit.values, (found.segment,), (free,), parameters
-        )
+        event = prove_event(orbit, (found.segment,), (free,), parameters)
         values = {name: decimal(value) for name, value in event.values.items()}
         return {
             "kind": "bifurcation",

@@ -23,6 +23,7 @@ from capsule_sym._enclosures.numbers.balls import (
     upper,
 )
 from capsule_sym.generated import fields as _generated
+from capsule_sym.generated.facts import FIELDS
 
 SIZE = 6
 X, V, C, U, W, ONE = range(SIZE)
@@ -32,8 +33,13 @@ _NARROW = 1e-9  # radius of a parameter below which nothing is gained by its der
 _SHORT = 1.0  # norm times duration below which the series is used
 
 
+def at_rest(field: int) -> bool:
+    """Whether the capsule is at rest along a field."""
+    return FIELDS[field][1] == 0
+
+
 class Field:
-    """One of the six fields at parameters that are balls (alpha is no part of it)."""
+    """One of the fields at parameters that are balls (alpha is no part of it)."""
 
     def __init__(self, index: int, values: Mapping[str, Ball]) -> None:
         self.index = index
@@ -51,7 +57,7 @@ class Field:
     @property
     def stick(self) -> bool:
         """Whether the capsule is at rest along this field."""
-        return self.index in (2, 5)
+        return at_rest(self.index)
 
     def slope(self, name: str) -> Matrix:
         """Derivative of A by a parameter."""

@@ -83,8 +83,7 @@ def _box(
     radius = max(abs(end - middle), abs(middle - begin)) * (1 + 2.0**-50)
     there = list(guess)
     there[column] = ball(middle)
-    proved = prove(shooting, there, {column: radius}, watch=watch)
-    return Box(column, begin, end, proved.tube)
+    return Box(column, begin, end, prove(shooting, there, {column: radius}, watch=watch))
 
 
 def glue(before: Box, after: Box) -> None:

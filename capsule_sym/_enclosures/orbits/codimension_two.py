@@ -41,9 +41,7 @@ def prove_codimension_two(found: CodimensionTwoPoint, exact: Mapping[str, Any]) 
         raise Unproved("type", f"{len(segments)} segments have the duration 0")
     orbit = found.orbit
     with precision(_BITS):
-        event = prove_event(
-            orbit.itinerary, orbit.system.flows, orbit.z, orbit.values, segments, FREE, exact
-        )
+        event = prove_event(orbit, segments, FREE, exact)
         first, second = segments
         slopes = _slope(event.tube, first, second), _slope(event.tube, second, first)
         if slopes[0].overlaps(slopes[1]):

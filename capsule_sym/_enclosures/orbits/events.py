@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb
-from capsule_sym._enclosures.numbers.fields import V, X
+from capsule_sym._enclosures.numbers.balls import Ball, Matrix, Unproved, arb
+from capsule_sym._enclosures.numbers.fields import Field, U, V
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.proof import (
-    guess_at,
+    guess_of,
     held,
     prove_admissible,
     restarted,
@@ -21,7 +21,7 @@ from capsule_sym._enclosures.orbits.proof import (
 from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
 from capsule_sym._enclosures.orbits.unfolding import growth
-from capsule_sym._enclosures.passage.switches import known
+from capsule_sym._enclosures.passage.switches import guard_row, known
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
@@ -34,6 +34,8 @@ from capsule_sym._orbits.continuation.points.kinds import (
 from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym.generated.facts import FIELD_OF
 
 NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
 
@@ -63,23 +65,25 @@ class Event:
 
 def place(tube: Tube, segment: int) -> tuple[str, str, int]:
     """Type, line and order of contact of the event at a segment of duration 0, proved."""
-    itinerary = tube.shooting.itinerary
+    itinerary, given = tube.shooting.itinerary, tube.shooting.parameters(tube.hull())
     before, during, after = around(itinerary, segment)
-    there = known(itinerary, segment, (segment,))
     state = tube.wide.nodes[segment].state
+    stick = Field(FIELD_OF[contact(during), 0], given)
     if contact(before) != contact(after):
-        return CORNER, _corner(tube, segment), 1
+        guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+        return CORNER, _corner(guards, stick, state), 1
     if contact(during) != contact(before):
         return GRAZING, "L9", 2
     kind, order = _sliding(drift(before), drift(during), drift(after))
-    line = f"L{(1 if there.side > 0 else 2) + 2 * contact(during)}"
-    given = tube.shooting.parameters(tube.hull())
-    turn = 2 * given["zeta"] * given["f_b"] * there.side
-    reach = 2 * given["zeta"] * given["alpha"]
-    stiff = 1 + (given["beta"] if contact(during) else 0)
-    speed = stiff * state[V, 0]
-    part = 1 if speed < turn - reach else 3 if speed > turn + reach else 2
-    if part == 2 and not (turn - reach < speed and speed < turn + reach):
+    side = known(itinerary, segment, (segment,)).side
+    line = f"L{(1 if side > 0 else 2) + 2 * contact(during)}"
+    # The rate of the force in stick, and how far the forcing can change it: L1 to L4 have three
+    # parts, where it falls, where its sign is the forcing's, and where it rises.
+    rates = guard_row(stick, Guard.LOWER) * stick.A
+    free = (rates * state)[0, 0] - rates[0, U] * state[U, 0]
+    reach = abs(rates[0, U] * given["alpha"])
+    part = 1 if free < -reach else 3 if free > reach else 2
+    if part == 2 and not abs(free) < reach:
         raise Unproved("line", f"the part of {line} is open")
     return kind, f"{line}^({part})", order
 
@@ -94,22 +98,21 @@ def _sliding(before: int, during: int, after: int) -> tuple[str, int]:
     raise Unproved("type", f"drifts {before}, {during}, {after} have no name")
 
 
-def _corner(tube: Tube, segment: int) -> str:
-    itinerary, state = tube.shooting.itinerary, tube.wide.nodes[segment].state
-    guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
+def _corner(guards: set[Guard | None], stick: Field, state: Matrix) -> str:
+    """The line of a corner, by the margins that the force at rest has there."""
     if Guard.UPPER in guards:
         return "O1"
     if Guard.LOWER in guards:
         return "O2"
-    given = tube.shooting.parameters(tube.hull())
-    v, force = state[V, 0], state[X, 0] + 2 * given["zeta"] * state[V, 0]
-    bound = given["f_b"]
+    v, sides = state[V, 0], (Guard.UPPER, Guard.LOWER)
+    upper, lower = ((guard_row(stick, guard) * state)[0, 0] for guard in sides)
+    rests = upper > 0 and lower > 0
     found = {
-        "L6": v > 0 and abs(force) < bound,
-        "L5": v > 0 and force > bound,
-        "L7": v < 0 and abs(force) < bound,
-        "L8": v < 0 and force < -bound,
-        "L10": v < 0 and force > bound,
+        "L6": v > 0 and rests,
+        "L5": v > 0 and upper < 0,
+        "L7": v < 0 and rests,
+        "L8": v < 0 and lower < 0,
+        "L10": v < 0 and upper < 0,
     }
     names = [name for name, holds in found.items() if holds]
     if not names:
@@ -118,10 +121,7 @@ def _corner(tube: Tube, segment: int) -> str:
 
 
 def prove_event(
-    itinerary: Itinerary,
-    flows: Sequence[Any],
-    z: Iterable[Any],
-    values: Sequence[Any],
+    orbit: Orbit,
     segments: Sequence[int],
     free: Sequence[str],
     exact: Mapping[str, Any] | None = None,
@@ -133,8 +133,8 @@ def prove_event(
     out, and the equations of the itinerary without the segment regular. Raises Unproved with the
     step that failed.
     """
-    shooting = shooting_of(itinerary, values, free, exact)
-    guess = guess_at(shooting, flows, z, values)
+    shooting = shooting_of(orbit.itinerary, orbit.values, free, exact)
+    guess = guess_of(shooting, orbit)
     given = {shooting.durations[segment]: 0.0 for segment in segments}
     for at in given:
         guess[at] = arb(0)

@@ -57,17 +57,8 @@ def threshold(found: Bifurcation, exact: Mapping[str, Any]) -> Event:
     """A bifurcation with a segment of duration 0, proved; raises Unproved."""
     if found.segment is None:
         raise Unproved("type", f"a {found.type} has no segment of duration 0")
-    orbit = found.orbit
     with precision(THRESHOLD_BITS):
-        return prove_event(
-            orbit.itinerary,
-            orbit.system.flows,
-            orbit.z,
-            orbit.values,
-            (found.segment,),
-            (found.parameter,),
-            exact,
-        )
+        return prove_event(found.orbit, (found.segment,), (found.parameter,), exact)
 
 
 @dataclass(frozen=True)

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from flint import arb_mat
+
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, ball, matrix, symmetric
-from capsule_sym._enclosures.numbers.fields import SIZE
 from capsule_sym._enclosures.orbits.krawczyk import Tube, enclose
 from capsule_sym._enclosures.orbits.shooting import Node, Shooting
-from capsule_sym._enclosures.orbits.stability import Characteristic, prove_stable
+from capsule_sym._enclosures.orbits.stability import prove_stable
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._enclosures.passage.switches import zeros
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit
-
-
-@dataclass(frozen=True)
-class Proved:
-    """A tube of orbits with what is proved of all of them; `characteristic` only if stable."""
-
-    tube: Tube
-    characteristic: Characteristic | None
 
 
 def columns_of(shooting: Shooting, states: Sequence[Sequence[Any]], z: Sequence[Any]) -> list[Ball]:
@@ -51,15 +43,8 @@ def shooting_of(
 
 def guess_of(shooting: Shooting, orbit: Orbit) -> list[Ball]:
     """The columns of a found orbit."""
-    return guess_at(shooting, orbit.system.flows, orbit.z, orbit.values)
-
-
-def guess_at(
-    shooting: Shooting, flows: Sequence[Any], z: Iterable[Any], values: Sequence[Any]
-) -> list[Ball]:
-    """The columns of a solution of the shooting equations at parameter values."""
-    found = columns_of(shooting, [flow.start for flow in flows], list(z)[3:])
-    named = dict(zip(PARAMETERS, values, strict=True))
+    found = columns_of(shooting, [[*flow.start] for flow in orbit.system.flows], list(orbit.z)[3:])
+    named = dict(zip(PARAMETERS, orbit.values, strict=True))
     return found + [ball(named[name]) for name in shooting.varied]
 
 
@@ -101,21 +86,13 @@ def held(shooting: Shooting) -> dict[int, float]:
 
 def affine_states(tube: Tube) -> list[Matrix]:
     """Where the segments begin, over a tube: columns middle, directions, rest (6, k + 2)."""
-    return list(_affine(tube))
-
-
-def _affine(tube: Tube) -> Iterator[Matrix]:
     rest = matrix(len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r))
-    count = tube.slopes.ncols()
+    found = []
     for near, far in zip(tube.narrow.nodes, tube.wide.nodes, strict=True):
-        along, around = far.by * tube.slopes, far.by * rest
-        found = matrix(SIZE, count + 2)
-        for i in range(SIZE):
-            found[i, 0] = near.state[i, 0]
-            for k in range(count):
-                found[i, 1 + k] = along[i, k]
-            found[i, count + 1] = around[i, 0]
-        yield found
+        blocks = near.state, far.by * tube.slopes, far.by * rest
+        rows = zip(*(block.tolist() for block in blocks), strict=True)
+        found.append(arb_mat([[x for part in row for x in part] for row in rows]))
+    return found
 
 
 def prove_admissible(tube: Tube, watch: Watch | None = None, still: Sequence[int] = ()) -> None:
@@ -138,11 +115,13 @@ def prove(
     *,
     stable: bool = True,
     watch: Watch | None = None,
-) -> Proved:
-    """The orbits near a guess over a box of given columns, with itinerary and stability.
+) -> Tube:
+    """The orbits near a guess over a box of given columns, with itinerary and if told stability.
 
     Raises Unproved with the step that failed.
     """
     tube = enclose(shooting, guess, {**held(shooting), **given})
     prove_admissible(tube, watch)
-    return Proved(tube, prove_stable(tube.wide) if stable else None)
+    if stable:
+        prove_stable(tube.wide)
+    return tube

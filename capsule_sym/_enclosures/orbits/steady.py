@@ -51,7 +51,7 @@ def steady_orbit(values: Mapping[str, str]) -> SteadyOrbit:
     itinerary = Itinerary.of_motion(motion)
     with precision(_BITS):
         shooting = shooting_of(itinerary, [values[name] for name in PARAMETERS])
-        tube = prove(shooting, guess_of_run(shooting, run, motion), {}).tube
+        tube = prove(shooting, guess_of_run(shooting, run, motion), {})
         speeds = tuple(_bounds(node.state[V, 0]) for node in tube.wide.nodes)
         return SteadyOrbit(itinerary.fields, speeds, _at_crest(tube))
 

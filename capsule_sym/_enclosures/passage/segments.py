@@ -37,15 +37,16 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, Field, U, V, W, X, generated
 from capsule_sym._enclosures.passage.margins import QuickWatch
 from capsule_sym._enclosures.passage.switches import (
-    GUARD_ROWS,
     Known,
     after,
+    guard_row,
     pin,
     saltation,
     three,
 )
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
+from capsule_sym.generated.facts import FIELDS
 
 TIME, ROWS = SIZE, SIZE + 1
 Bundle = NDArray[np.float64]
@@ -188,7 +189,7 @@ def _fields(values: Mapping[str, Ball]) -> tuple[Mapping[int, Field], QuickWatch
     )
     if key not in _kept:
         _kept.clear()
-        _kept[key] = {index: Field(index, values) for index in range(1, 7)}, QuickWatch()
+        _kept[key] = {index: Field(index, values) for index in FIELDS}, QuickWatch()
     return _kept[key]
 
 
@@ -209,7 +210,7 @@ def _switch(
 ) -> tuple[Ball, Matrix]:
     """Duration and states of a segment up to where its guard vanishes."""
     assert step.guard is not None
-    row = matrix(1, SIZE, ((0, k, field.guards[GUARD_ROWS[step.guard], k]) for k in range(SIZE)))
+    row = guard_row(field, step.guard)
     rate = row * field.A
     h, start = arb(step.duration), _states(bundle) * _chosen(bundle.ncols())
     near = max(2.0 ** (-digits / 2), 1e-300)

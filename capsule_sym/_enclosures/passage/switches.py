@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from capsule_sym._enclosures.numbers.balls import Ball, arb, unit
+from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, matrix, unit
 from capsule_sym._enclosures.numbers.fields import ONE, SIZE, C, V, X
 from capsule_sym._enclosures.numbers.forms import assembled
 from capsule_sym._map.expansion import Guard
@@ -88,10 +88,16 @@ def zeros(itinerary: Itinerary, i: int, still: Sequence[int] = ()) -> Orders:
     return ends[0].orders(field), ends[1].orders(field)
 
 
+def guard_row(field: Any, guard: Guard) -> Matrix:
+    """A guard of a field as a functional (1, 6) of the extended state."""
+    row = GUARD_ROWS[guard]
+    return matrix(1, SIZE, ((0, k, field.guards[row, k]) for k in range(SIZE)))
+
+
 def pin(field: Any, guard: Guard) -> tuple[Ball, Ball]:
     """Slope and constant of x_r = slope v_r + constant, where a guard of a field vanishes."""
-    g_x, g_v, g_1 = (field.guards[GUARD_ROWS[guard], k] for k in (X, V, ONE))
-    return -g_v / g_x, -g_1 / g_x
+    row = guard_row(field, guard)
+    return -row[0, V] / row[0, X], -row[0, ONE] / row[0, X]
 
 
 def three(flow: Any) -> Any:

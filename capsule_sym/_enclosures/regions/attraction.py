@@ -21,7 +21,7 @@ from capsule_sym._enclosures.numbers.balls import (
     precision,
     thin,
 )
-from capsule_sym._enclosures.numbers.fields import C
+from capsule_sym._enclosures.numbers.fields import C, at_rest
 from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
 from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage, Step
 from capsule_sym._enclosures.regions.parts import AlphaPart, Outcome
@@ -117,7 +117,7 @@ class _Motions:
         steps = self.steps(section)
         if steps[0].field != steps[-1].field:
             raise Unproved("attraction", "the turn begins at a switch")
-        size = 2 if steps[0].field in (2, 5) else 3
+        size = 2 if at_rest(steps[0].field) else 3
         if size == 2 and np.any(bundle[C]):
             raise Unproved("attraction", "the turn does not begin at rest")
         line = bundle[:3, :2]
