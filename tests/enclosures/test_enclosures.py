@@ -41,6 +41,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import Field, _tail
 from capsule_sym._enclosures.orbits.branches import glue, march
 from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.orbits.events import _corner as place_of_corner
 from capsule_sym._enclosures.orbits.intervals import approximate, regimes, threshold
 from capsule_sym._enclosures.orbits.krawczyk import enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, prove_admissible, shooting_of
@@ -328,6 +329,21 @@ def test_a_short_segment_of_another_orbit_gives_no_coefficient(
             growth(replace(tube, centre=far), still, 1, "alpha")
         with pytest.raises(Unproved, match="unfolding"):
             growth(replace(tube, radii=(1.0,) * len(tube.radii)), still, 1, "alpha")
+
+
+@pytest.mark.parametrize(
+    ("v", "line"), [(15.0, "L5"), (0.5, "L6"), (-0.5, "L7"), (-15.0, "L8"), (-0.5, "L10")]
+)
+def test_the_line_of_a_corner_is_that_of_its_force(v: float, line: str) -> None:
+    """Where the gap closes the force is delta + 2 zeta v_r, against a friction of 1."""
+    delta = "0.02" if line != "L10" else "2.0"
+    stick = Field(2, VALUES | {"delta": ball(delta)})
+    state = matrix(6, 1, ((k, 0, ball(x)) for k, x in enumerate((delta, v, 0, 0.1, 0.2, 1))))
+    assert place_of_corner({Guard.GAP, Guard.DRIFT}, stick, state) == line
+    assert place_of_corner({Guard.GAP, Guard.UPPER}, stick, state) == "O1"
+    assert place_of_corner({Guard.GAP, Guard.LOWER}, stick, state) == "O2"
+    with pytest.raises(Unproved, match="is open"):
+        place_of_corner({Guard.GAP}, stick, state + matrix(6, 1, [(1, 0, ball(0, 20))]))
 
 
 def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> None:
