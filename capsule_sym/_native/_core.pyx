@@ -18,6 +18,10 @@ from capsule_sym.generated import interface
 
 include "capsule_interface.pxi"
 
+cdef extern from "capsule.h":
+    int CAPSULE_UNKNOWNS(int count)
+    int CAPSULE_COLUMNS(int count)
+
 cdef extern from *:
     """
     #include <time.h>
@@ -111,52 +115,40 @@ cdef void _closed_form(const capsule_constants *c, const capsule_start *start, d
     capsule_jacobian(c, start, h, rows)
 
 
-cdef class Map:
-    """The map at one parameter set, seven numbers in the order of `Parameters`."""
+cdef object _arrays(object block, const capsule_system *system, int count):
+    """The arrays of a system, which are laid out in a block."""
+    cdef double[::1] begin = block
+    cdef Py_ssize_t unknowns = CAPSULE_UNKNOWNS(count), columns = CAPSULE_COLUMNS(count)
+
+    def part(Py_ssize_t at, *shape):
+        return block[at : at + int(np.prod(shape))].reshape(shape)
+
+    return (
+        block[: system.states_by - &begin[0]].view(SEGMENT_FLOW),
+        part(system.states_by - &begin[0], count + 1, CAPSULE_STATE_COUNT, columns),
+        part(system.residual - &begin[0], unknowns),
+        part(system.by - &begin[0], unknowns, columns),
+        part(system.advance_by - &begin[0], columns),
+        system.advance,
+        part(system.monodromy - &begin[0], CAPSULE_STATE_COUNT, CAPSULE_STATE_COUNT),
+    )
+
+
+cdef class Fields:
+    """The fields' closed forms at one parameter set, seven numbers in the order of `Parameters`."""
 
     cdef capsule_map *map
 
     def __cinit__(self, const double[::1] parameters):
-        if parameters.shape[0] != 7:
-            raise ValueError("seven parameters are needed")
+        if parameters.shape[0] != CAPSULE_PARAMETER_COUNT:
+            raise ValueError(f"{CAPSULE_PARAMETER_COUNT} parameters are needed")
         self.map = <capsule_map *> malloc(sizeof(capsule_map))
         if self.map is NULL:
             raise MemoryError()
-        capsule_map_make(<const capsule_parameters *> &parameters[0], self.map)
+        capsule_map_constants(<const capsule_parameters *> &parameters[0], self.map)
 
     def __dealloc__(self):
         free(self.map)
-
-    def remake(self, double alpha, double omega, double delta, double zeta, double beta,
-               double gamma, double f_b):
-        """Makes this the map at other parameters; quick where omega, zeta, beta, gamma stay."""
-        cdef capsule_parameters parameters = [alpha, omega, delta, zeta, beta, gamma, f_b]
-        capsule_map_remake(&parameters, self.map)
-
-    def state_at(self, double x_r, double v_r, double v_c, double phase):
-        """The state record to start from, at a time in the excitation period."""
-        out = np.empty((), STATE)
-        cdef signed char[::1] view = out.reshape(1).view("i1")
-        (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, phase)
-        return out
-
-    def final(self, double x_r, double v_r, double v_c, double phase, int64_t periods):
-        """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
-        cdef attention a
-        cdef capsule_state state
-        cdef capsule_request request
-        cdef size_t written
-        cdef capsule_outcome open_
-        cdef capsule_stop stop
-        memset(&request, 0, sizeof(request))
-        request.watch = _attend(&a, None, None)
-        with nogil:
-            state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
-            stop = capsule_run(self.map, &state, periods, &request, &written, &open_)
-        _raised(&a)
-        if stop == REFUSED:
-            raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
-        return (state.x_r, state.v_r, state.v_c) if stop == DONE else None
 
     def closed_form(self, int field, const double[::1] start, double h):
         """Values (4,) and Jacobian (4, 12) of one segment's closed form a duration h after start.
@@ -204,69 +196,106 @@ cdef class Map:
                 int(c.drift), c.m, c.kappa, c.push, c.friction, c.sigma, c.K, c.q, c.nu, c.slow, c.Z2,
                 bool(c.resonant), c.fast, c.rate)
 
-    def chain(self, const int32_t[::1] fields, const double[::1] z, double least):
-        """Segments one after another, n of them, by the closed form and without any search.
-
-        `z` has (x_r, v_r, v_c), the forcing angle and n durations, for which `least` stands where
-        they are smaller. Every segment starts where the last one ends, its gap and margin computed
-        from the state. Returns starts (n, 7) and Jacobians (n, 4, 12) as of `closed_form`, angles
-        (n + 1,), durations (n,), states (n + 1, 3), what x_r, v_c and x_c move by (n, 3), and total
-        derivatives by z and the parameters: of states (n + 1, 3, n + 11), of angles (n + 1, n + 11)
-        and of x_c's advance over all (n + 11,).
-        """
-        cdef Py_ssize_t i, j, k, row, n = fields.shape[0], size = n + 11
-        if z.shape[0] != n + 4:
+    cdef capsule_itinerary _itinerary(self, const int32_t[::1] fields, int periods, bint mirrored,
+                                      Py_ssize_t unknowns) except *:
+        cdef capsule_itinerary itinerary
+        if fields.shape[0] < 1 or unknowns != CAPSULE_UNKNOWNS(fields.shape[0]):
             raise ValueError("a state, an angle, and one duration a field are needed")
-        for i in range(n):
-            if not 1 <= fields[i] <= 6:
-                raise ValueError("fields must be 1 to 6")
-        closed, jacobians, angles = np.empty((n, 7)), np.zeros((n, 4, 12)), np.empty(n + 1)
-        durations, states, moves = np.empty(n), np.empty((n + 1, 3)), np.empty((n, 3))
-        states_by, angles_by = np.zeros((n + 1, 3, size)), np.zeros((n + 1, size))
-        advance_by = np.zeros(size)
-        cdef double[:, ::1] start = closed, at = states, moved = moves, angle_by = angles_by
-        cdef double[:, :, ::1] rows = jacobians, by = states_by
-        cdef double[::1] angle = angles, lasting = durations, advanced = advance_by
-        cdef double values[4]
-        cdef double total, elapsed = 0.0
-        cdef const capsule_constants *c
-        for i in range(3):
-            at[0, i], by[0, i, i] = z[i], 1.0
-        angle[0], angle_by[0, 3] = z[3], 1.0
+        itinerary.fields, itinerary.count = &fields[0], <int> fields.shape[0]
+        itinerary.periods, itinerary.mirrored = periods, mirrored
+        return itinerary
+
+    def evaluate_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored,
+                           const double[::1] z):
+        """The equations of an itinerary at unknowns z: a state, the forcing angle, n durations.
+
+        The segments as records (n,) of SEGMENT_FLOW, derivatives (n + 1, 3, columns) of the states
+        where they begin and of the last one's end, the residual (n + 4,) with its derivatives (n + 4,
+        columns), those of x_c's advance (columns,), that advance, and the monodromy matrix (3, 3).
+        Columns are the unknowns and the parameters.
+        """
+        cdef capsule_itinerary itinerary = self._itinerary(fields, periods, mirrored, z.shape[0])
+        block = np.empty(capsule_system_room(itinerary.count))
+        cdef double[::1] numbers = block
+        cdef capsule_system system = capsule_system_in(&numbers[0], itinerary.count)
+        if capsule_evaluate_itinerary(&self.map.parameters, &itinerary, &z[0], &system) != DONE:
+            raise ValueError("no itinerary of fields 1 to 6, each led to by one guard")
+        return _arrays(block, &system, itinerary.count)
+
+    def solve_itinerary(self, const int32_t[::1] fields, int periods, bint mirrored, z,
+                        const double[::1] direction=None, int held=0, watch=None):
+        """Solves the equations of an itinerary near unknowns z, as `capsule_solve_itinerary` does.
+
+        Returns z, the system as of `evaluate_itinerary`, the status, the steps and the residual of the
+        search, and the parameters, which move along `direction` in place of unknown `held`. The
+        status is None where the watch stopped it.
+        """
+        cdef double[::1] at
+        z = np.array(z, dtype=float)
+        at = z
+        cdef capsule_itinerary itinerary = self._itinerary(fields, periods, mirrored, len(z))
+        block = np.empty(capsule_system_room(itinerary.count))
+        room = np.empty(capsule_itinerary_room(itinerary.count))
+        cdef double[::1] numbers = block, workspace = room
+        cdef capsule_system system = capsule_system_in(&numbers[0], itinerary.count)
+        cdef capsule_itinerary_request request
+        cdef capsule_parameters parameters = self.map.parameters
+        cdef capsule_solution solution
+        cdef capsule_stop stop
+        cdef attention a
+        if direction is not None:
+            _need(direction.shape[0] == CAPSULE_PARAMETER_COUNT, "direction", (CAPSULE_PARAMETER_COUNT,))
+        request.workspace, request.held = &workspace[0], held
+        request.direction = NULL if direction is None else &direction[0]
+        request.watch = _attend(&a, watch, None if watch is None else watch.flag)
         with nogil:
-            for i in range(n):
-                c = &self.map.field[fields[i] - 1]
-                start[i, 0], start[i, 2], start[i, 3] = at[i, 0], at[i, 1], at[i, 2]
-                start[i, 1] = at[i, 0] - c.delta
-                start[i, 4] = capsule_margin_at(c, at[i, 0], start[i, 1], at[i, 1])
-                start[i, 5], start[i, 6] = cos(angle[i]), sin(angle[i])
-                lasting[i] = z[4 + i] if fabs(z[4 + i]) > least else least
-                _closed_form(c, <const capsule_start *> &start[i, 0], lasting[i], values,
-                             &rows[i, 0, 0])
-                moved[i, 0], moved[i, 2] = values[0], values[3]
-                moved[i, 1] = values[2] if c.drift != 0.0 else -at[i, 2]
-                at[i + 1, 0], at[i + 1, 1] = at[i, 0] + values[0], values[1]
-                at[i + 1, 2] = at[i, 2] + moved[i, 1]
-                for row in range(4):
-                    for j in range(size):
-                        total = rows[i, row, 3] * angle_by[i, j]
-                        for k in range(3):
-                            total = total + rows[i, row, k] * by[i, k, j]
-                        if j == 4 + i:
-                            total = total + rows[i, row, 4]
-                        elif j >= n + 4:
-                            total = total + rows[i, row, 5 + j - n - 4]
-                        if row < 3:
-                            by[i + 1, row, j] = total
-                        else:
-                            advanced[j] = advanced[j] + total
-                angle[i + 1], elapsed = angle[i] + c.omega * z[4 + i], elapsed + z[4 + i]
-                for j in range(size):
-                    angle_by[i + 1, j] = angle_by[i, j]
-                angle_by[i + 1, 4 + i] = c.omega
-                angle_by[i + 1, n + 5] = elapsed
-        return (closed, jacobians, angles, durations, states, moves, states_by, angles_by,
-                advance_by)
+            stop = capsule_solve_itinerary(&itinerary, &request, &parameters, &at[0], &system,
+                                           &solution)
+        _raised(&a)
+        if stop == REFUSED:
+            raise ValueError("no itinerary of fields 1 to 6, or no parameters")
+        values = tuple((<double *> &parameters)[i] for i in range(CAPSULE_PARAMETER_COUNT))
+        arrays = _arrays(block, &system, itinerary.count)
+        status = solution.status if stop == DONE else None
+        return z, arrays, status, solution.steps, solution.residual, values
+
+
+cdef class Map(Fields):
+    """The map at one parameter set, seven numbers in the order of `Parameters`."""
+
+    def __cinit__(self, const double[::1] parameters):
+        capsule_map_make(<const capsule_parameters *> &parameters[0], self.map)
+
+    def remake(self, double alpha, double omega, double delta, double zeta, double beta,
+               double gamma, double f_b):
+        """Makes this the map at other parameters; quick where omega, zeta, beta, gamma stay."""
+        cdef capsule_parameters parameters = [alpha, omega, delta, zeta, beta, gamma, f_b]
+        capsule_map_remake(&parameters, self.map)
+
+    def state_at(self, double x_r, double v_r, double v_c, double phase):
+        """The state record to start from, at a time in the excitation period."""
+        out = np.empty((), STATE)
+        cdef signed char[::1] view = out.reshape(1).view("i1")
+        (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, phase)
+        return out
+
+    def final(self, double x_r, double v_r, double v_c, double phase, int64_t periods):
+        """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
+        cdef attention a
+        cdef capsule_state state
+        cdef capsule_request request
+        cdef size_t written
+        cdef capsule_outcome open_
+        cdef capsule_stop stop
+        memset(&request, 0, sizeof(request))
+        request.watch = _attend(&a, None, None)
+        with nogil:
+            state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
+            stop = capsule_run(self.map, &state, periods, &request, &written, &open_)
+        _raised(&a)
+        if stop == REFUSED:
+            raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
+        return (state.x_r, state.v_r, state.v_c) if stop == DONE else None
 
     def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
             watch=None, int precision=0):

@@ -235,6 +235,66 @@ typedef struct {
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);
 
+/* The itinerary of a periodic motion: the fields, 1 to 6, of its segments in cyclic order, over so many
+   excitation periods. One guard alone takes each field over to the next; a single field is a sticking one.
+   If `mirrored`, it is that of the first half of a motion that is its own mirror image, over an odd number
+   of periods and without contact: the images of the segments follow. */
+typedef struct {
+    const int32_t *fields;
+    int count, periods, mirrored;
+} capsule_itinerary;
+
+#define CAPSULE_LONGEST 4096 /* segments of an itinerary that is solved */
+
+/* Unknowns of an itinerary of so many segments: state and forcing angle where the first begins, and the
+   segments' durations; columns of derivatives by these and by the parameters. */
+#define CAPSULE_UNKNOWNS(count) (CAPSULE_STATE_COUNT + 1 + (count))
+#define CAPSULE_COLUMNS(count) (CAPSULE_UNKNOWNS(count) + CAPSULE_PARAMETER_COUNT)
+
+/* The equations of an itinerary at some unknowns, in arrays of the caller. They are each segment's guard
+   at its end, divided by the duration as often as the guard vanishes at the start already; the state at
+   the end less that at the start; and the durations less the excitation periods, as angles. */
+typedef struct {
+    capsule_segment_flow *flows; /* of the segments */
+    double *states_by;    /* where each begins, and the end: 3 rows of columns each */
+    double *residual;     /* of each equation */
+    double *by;           /* a row of columns for each */
+    double *advance_by;   /* a row */
+    double *monodromy;    /* matrix over the itinerary, row by row */
+    double *workspace;    /* 3 rows */
+    double advance;       /* of x_c */
+} capsule_system;
+
+/* How many doubles these arrays take together, and the arrays laid out one after another in a block. */
+size_t capsule_system_room(int count);
+capsule_system capsule_system_in(double *block, int count);
+
+/* Evaluates the equations of an itinerary at unknowns z. */
+capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
+                                        const capsule_itinerary *itinerary, const double *z,
+                                        capsule_system *system);
+
+/* The monodromy matrix over the segments from `first` on, all round. */
+capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsule_itinerary *itinerary,
+                               const capsule_segment_flow *flows, int first, double *monodromy);
+
+/* How an itinerary is to be solved. */
+typedef struct {
+    double *workspace;       /* of capsule_itinerary_room(count) */
+    const double *direction; /* or null: how the parameters move, in place of the unknown that is held */
+    int held;                /* that unknown, from 0 */
+    capsule_watch *watch;    /* or null */
+} capsule_itinerary_request;
+size_t capsule_itinerary_room(int count);
+
+/* Solves the equations of an itinerary near z by damped steps of Newton's method, for parameters that
+   stay, or that move along a direction while an unknown keeps its value: a segment of duration 0 is
+   a bifurcation. `z`, `parameters` and `system` receive where the search ended. */
+capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
+                                     const capsule_itinerary_request *request,
+                                     capsule_parameters *parameters, double *z,
+                                     capsule_system *system, capsule_solution *solution);
+
 /* An interior extremum: 1 for a minimum, -1 for a maximum; how long after the start; its value. */
 typedef struct {
     int kind;

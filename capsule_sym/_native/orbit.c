@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "linear.h"
 #include "number.h"
 #include "orbit.h"
 
@@ -27,39 +28,15 @@ static uint64_t passage(const capsule_segment *segments, size_t count)
     return hash;
 }
 
-/* Solves a x = b for some columns by elimination; whether the solution is finite. */
+/* Solves a x = b for some columns; whether the solution is finite. */
 static int solved(double a[3][3], double *b, int columns)
 {
-    for (int k = 0; k < 3; k++) {
-        int best = k;
-        for (int i = k + 1; i < 3; i++)
-            if (fabs(a[i][k]) > fabs(a[best][k]))
-                best = i;
-        for (int j = 0; j < 3; j++) {
-            const double kept = a[k][j];
-            a[k][j] = a[best][j], a[best][j] = kept;
-        }
-        for (int j = 0; j < columns; j++) {
-            const double kept = b[k * columns + j];
-            b[k * columns + j] = b[best * columns + j], b[best * columns + j] = kept;
-        }
-        for (int i = k + 1; i < 3; i++) {
-            const double factor = a[i][k] / a[k][k];
-            for (int j = k; j < 3; j++)
-                a[i][j] -= factor * a[k][j];
-            for (int j = 0; j < columns; j++)
-                b[i * columns + j] -= factor * b[k * columns + j];
-        }
-    }
-    for (int j = 0; j < columns; j++)
-        for (int i = 2; i >= 0; i--) {
-            for (int k = i + 1; k < 3; k++)
-                b[i * columns + j] -= a[i][k] * b[k * columns + j];
-            b[i * columns + j] /= a[i][i];
-            if (!isfinite(b[i * columns + j]))
-                return 0;
-        }
-    return 1;
+    double order[3];
+    int finite = capsule_factor(&a[0][0], 3, order);
+    capsule_substitute(&a[0][0], 3, order, b, (size_t)columns);
+    for (int i = 0; i < 3 * columns; i++)
+        finite &= isfinite(b[i]) != 0;
+    return finite;
 }
 
 /* I less the monodromy matrix. */

@@ -371,6 +371,63 @@ static int orbits(void)
     return closed < TRIED / 4 ? failed("hardly an orbit", &map.parameters) : 0;
 }
 
+/* Itineraries from anywhere, some with a segment that is held at no duration: what is solved closes. */
+static int itineraries(void)
+{
+    enum { TRIED = 200, MOST = 6, SYSTEM = 1200, WORKSPACE = 3000 };
+    static const int32_t FIELDS[][MOST] = {{5, 2}, {5, 4, 5, 2}, {5, 4, 1, 2}, {4, 1, 3, 6}, {5},
+                                           {5, 4, 1, 2, 3, 6}, {1, 2}, {5, 1}, {7}};
+    static const int COUNT[] = {2, 4, 4, 4, 1, 6, 2, 2, 1};
+    static double block[SYSTEM], workspace[WORKSPACE];
+    double direction[CAPSULE_PARAMETER_COUNT] = {1.0};
+    int solved = 0;
+    if (capsule_system_room(MOST) > SYSTEM || capsule_itinerary_room(MOST) > WORKSPACE)
+        return failed("rooms of itineraries", &(capsule_parameters){0});
+    for (int i = 0; i < TRIED; i++) {
+        const int which = i % 9, n = COUNT[which], mirrored = which == 6;
+        const capsule_itinerary itinerary = {FIELDS[which], n, 1, mirrored};
+        capsule_parameters p = any_parameters(i), given = p;
+        capsule_system system = capsule_system_in(block, n);
+        capsule_solution solution;
+        capsule_itinerary_request request = {.workspace = workspace};
+        double z[CAPSULE_UNKNOWNS(MOST)] = {0.1, 0.2, 0.0, 1.0}, matrix[9];
+        for (int k = 0; k < n; k++)
+            z[4 + k] = (0.5 + k) * 12.0 / (n * n * p.omega) / (1 + mirrored);
+        if (i % 2)
+            request.direction = direction, request.held = 3 + n, z[3 + n] = 0.0;
+        const capsule_stop stop =
+            capsule_solve_itinerary(&itinerary, &request, &p, z, &system, &solution);
+        if ((stop == CAPSULE_REFUSED) != (which > 6))
+            return failed("itineraries refused", &given);
+        if (stop != CAPSULE_DONE)
+            continue;
+        if (i % 2 ? z[3 + n] != 0.0 : p.alpha != given.alpha)
+            return failed("what is held has moved", &given);
+        if (capsule_monodromy(&p, &itinerary, system.flows, n - 1, matrix) != CAPSULE_DONE ||
+            capsule_monodromy(&p, &itinerary, system.flows, n, matrix) != CAPSULE_REFUSED)
+            return failed("a monodromy matrix from no segment", &given);
+        if (solution.status != CAPSULE_SOLVED)
+            continue;
+        solved++;
+        for (int k = 0; k < n + 4; k++)
+            if (!(fabs(system.residual[k]) <= solution.residual && solution.residual < 1e-9))
+                return failed("an itinerary does not close", &given);
+    }
+    const capsule_itinerary good = {FIELDS[0], 2, 1, 0}, bad[] = {{NULL, 2, 1, 0}, {FIELDS[0], 0, 1, 0}};
+    const capsule_itinerary_request room = {.workspace = workspace}, none = {0};
+    for (int i = 0; i < 5; i++) {
+        capsule_parameters p = any_parameters(0);
+        capsule_system system = capsule_system_in(block, 2);
+        capsule_solution solution;
+        double z[6] = {0};
+        if (capsule_solve_itinerary(i == 0 ? NULL : i < 3 ? &bad[i - 1] : &good,
+                                    i == 3 ? NULL : i == 4 ? &none : &room, &p, z, &system,
+                                    &solution) != CAPSULE_REFUSED)
+            return failed("an itinerary from null", &p);
+    }
+    return solved < TRIED / 8 ? failed("hardly an itinerary", &(capsule_parameters){0}) : 0;
+}
+
 int main(int argc, char **argv)
 {
     (void)argv;
@@ -439,7 +496,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < 4; i++)
         if (stopped_and_resumed(i))
             return 1;
-    if (orbits())
+    if (orbits() || itineraries())
         return 1;
     printf("%d lanes: %d runs, %ld segments, %ld left open\n", CHECK_LANES ? CHECK_LANES : capsule_lanes(),
            RUNS, segments, open_runs);

@@ -287,7 +287,7 @@ def test_bad_input_is_named(call: object, field: str) -> None:
     assert caught.value.field == field
 
 
-def test_the_closed_form_and_its_chain_are_those_of_the_generated_kernels() -> None:
+def test_the_closed_form_is_that_of_the_generated_kernels() -> None:
     parameters = Parameters(alpha=1.5)
     run = simulate(parameters, periods=12, backend="numpy")
     segments = [s for s in run.segments if s.target][3:]
@@ -304,28 +304,47 @@ def test_the_closed_form_and_its_chain_are_those_of_the_generated_kernels() -> N
         np.testing.assert_allclose(rows[:count], slopes, rtol=1e-11, atol=1e-12)
         assert not values[count:].any()
         assert not rows[count:].any()
+
+
+def test_an_itinerary_of_a_run_ends_where_the_run_does() -> None:
+    parameters = Parameters(alpha=1.5)
+    segments = [s for s in simulate(parameters, periods=12, backend="c").segments if s.target][3:]
+    while segments[-1].field != segments[0].field:
+        segments.pop()
+    segments.pop()
     first = segments[0]
     z = [*first.start_state, first.start.phase * parameters.omega, *(s.duration for s in segments)]
     fields = np.array([s.field for s in segments], np.int32)
-    _, slopes, _, durations, states, moved, *_ = native_map.chain(fields, np.array(z), 2.0**-53)
-    np.testing.assert_allclose(states[1:], [s.end_state for s in segments], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(moved[:, 2], [s.advance for s in segments], rtol=0, atol=1e-12)
-    assert durations.tolist() == z[4:]
-    _, rows = native_map.closed_form(first.field, np.array(first.closed), first.duration)
-    np.testing.assert_allclose(slopes[0], rows, rtol=1e-12, atol=1e-13)
+    found = core.Fields(parameter_rows(parameters)[0]).evaluate_itinerary(
+        fields, 9, False, np.array(z)
+    )
+    flows = found[0]
+    np.testing.assert_allclose(flows["end"], [s.end_state for s in segments], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(flows["moved"][:, 2], [s.advance for s in segments], atol=1e-12)
+    assert flows["duration"].tolist() == z[4:]
+    assert found[5] == pytest.approx(sum(s.advance for s in segments), abs=1e-12)
 
 
-def test_a_chain_of_unknown_fields_or_too_few_durations_is_refused() -> None:
-    native_map = core.Map(parameter_rows(Parameters())[0])
+def test_what_is_no_itinerary_is_refused() -> None:
+    fields = core.Fields(parameter_rows(Parameters())[0])
+    for numbers in ((0,), (7,), (1,), (1, 5), (1, 1), (2, 1, 2, 3, 3)):
+        z = np.ones(4 + len(numbers))
+        for solve in (fields.evaluate_itinerary, fields.solve_itinerary):
+            with pytest.raises(ValueError, match="fields 1 to 6"):
+                solve(np.array(numbers, np.int32), 1, False, z)
+    for periods, numbers, size in ((0, (5, 2), 6), (1, (5, 2), 5), (1, (), 4)):
+        with pytest.raises(ValueError, match=r"fields 1 to 6|one duration a field"):
+            fields.solve_itinerary(np.array(numbers, np.int32), periods, False, np.ones(size))
+    for held, direction in ((6, np.ones(7)), (-1, np.ones(7))):
+        with pytest.raises(ValueError, match="fields 1 to 6"):
+            fields.solve_itinerary(
+                np.array([5, 2], np.int32), 1, False, np.ones(6), direction, held
+            )
     for field in (0, 7):
         with pytest.raises(ValueError, match="1 to 6"):
-            native_map.chain(np.array([field], np.int32), np.zeros(5), 2.0**-53)
+            fields.constants(field)
         with pytest.raises(ValueError, match="1 to 6"):
-            native_map.constants(field)
-        with pytest.raises(ValueError, match="1 to 6"):
-            native_map.extrema(field, (0.0,) * 7, 0, 0, 1.0)
-    with pytest.raises(ValueError, match="one duration a field"):
-        native_map.chain(np.array([1, 2], np.int32), np.zeros(5), 2.0**-53)
+            fields.extrema(field, (0.0,) * 7, 0, 0, 1.0)
 
 
 @pytest.mark.parametrize("field", range(1, 7))

@@ -120,7 +120,7 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """All that a mutant is linked with, in double precision alone."""
     place = tmp_path_factory.mktemp("objects")
     (place / "stub.c").write_text(STUB)
-    sources = [LIBRARY / name for name in ("tables.c", "scalar.c", "run.c", *CHANGED)]
+    sources = [LIBRARY / name for name in ("tables.c", "scalar.c", "run.c", "linear.c", *CHANGED)]
     sources += [KERNELS / "capsule_kernels.c", place / "stub.c"]
     subprocess.run(command("-c", *sources), cwd=place, check=True)
     return place

@@ -341,20 +341,20 @@ def test_an_orbit_that_was_not_found_is_refused() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("gamma", [3.3, 3.0])
-def test_two_hundred_points_take_few_closed_forms(
+def test_two_hundred_points_take_few_evaluations(
     gamma: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    start, count, run = settled(alpha=LOW, gamma=gamma), 0, ClosedForms.run
+    start, count, evaluated = settled(alpha=LOW, gamma=gamma), 0, ClosedForms.evaluated
 
     def counted(*arguments: object) -> object:
         nonlocal count
         count += 1
-        return run(*arguments)
+        return evaluated(*arguments)
 
-    monkeypatch.setattr(ClosedForms, "run", counted)
+    monkeypatch.setattr(ClosedForms, "evaluated", counted)
     branch = continue_orbit(start, "alpha", HIGH, points=160)
-    # Five segments, and four evaluations a point: Newton's method needs no more from a good guess.
-    assert 0 < count < 5 * 4 * 250
+    # Four evaluations a point: Newton's method needs no more from a good guess.
+    assert 0 < count < 4 * 250
     assert len(branch.points) >= 200
     assert len(branch.bifurcations) == 8
 

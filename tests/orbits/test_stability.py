@@ -204,7 +204,7 @@ def test_sum_of_exponents_without_stick_is_the_contraction() -> None:
 
 
 def test_without_saltation_the_monodromy_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
-    orbit = settled(alpha=1.9)
+    orbit = settled(alpha=1.9).refined()
     right = monodromy_matrix(orbit)
     monkeypatch.setattr(stability, "saltation_matrix", lambda *_: np.eye(3))
     assert np.max(abs(monodromy_matrix(orbit) - right)) > 0.01

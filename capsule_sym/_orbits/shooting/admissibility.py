@@ -18,6 +18,7 @@ from capsule_sym.generated import formulas
 from capsule_sym.generated.interface import Quantity
 
 DURATION, MINIMUM, LANDING = "duration", "minimum", "landing"
+_ROUNDINGS = 32  # in a duration, of the longest one
 _NEAR = 1e-5  # share of a segment within which a minimum is that at its end
 
 
@@ -56,11 +57,14 @@ def inequalities(
     """
     found = []
     n, flows = len(itinerary), system.flows
+    hidden = _ROUNDINGS * numbers.unit * max(flow.h for flow in flows)
     for i, flow in enumerate(flows):
         if i == zero_segment:
             continue
         before, after = (i - 1) % n, (i + 1) % n
-        found.append(Inequality(DURATION, i, None, flow.h, flow.h))
+        # Where rounding hides a duration it is not known to be below 0.
+        duration = abs(flow.h) if abs(flow.h) <= hidden else flow.h
+        found.append(Inequality(DURATION, i, None, duration, flow.h))
         # A segment of negative duration takes the inequalities of its neighbours with it.
         if any(flows[k].h <= 0 for k in (before, i, after) if k != zero_segment):
             continue

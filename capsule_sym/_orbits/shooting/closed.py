@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._map.backend import Backend, Number
-from capsule_sym._native import core
+from capsule_sym._native import check_time, core, present
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym.generated import facts
 
 
 class ClosedForms:
@@ -18,7 +20,7 @@ class ClosedForms:
 
     def __init__(self, numbers: Backend, values: Sequence[Number]) -> None:
         self.numbers, self.values = numbers, tuple(values)
-        self._map = None if numbers.name == "mpmath" else native_map(self.values)
+        self._fields = None if numbers.name == "mpmath" else native_fields(self.values)
 
     def constants(self, field: int) -> Any:
         """Constants of the segment of field F`field`."""
@@ -26,12 +28,23 @@ class ClosedForms:
             return self.numbers.kernels.constants(field, *self.values)
         return _constants(self.numbers.kernels, field, self.values)
 
-    def chain(self, fields: Sequence[int], z: NDArray[Any]) -> tuple[Any, ...] | None:
-        """Segments one after another from unknowns z, as the C core gives them; None without it."""
-        if self._map is None:
+    def value(self, name: str) -> Number:
+        """A parameter by its name."""
+        return self.values[facts.PARAMETERS.index(name)]
+
+    def evaluated(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
+        """An itinerary's equations as the C core evaluates them; None without it."""
+        if self._fields is None:
             return None
-        own = np.ascontiguousarray(z, dtype=float)
-        return self._map.chain(np.array(fields, np.int32), own, self.numbers.unit)  # type: ignore[no-any-return]
+        return self._fields.evaluate_itinerary(*_spelt(itinerary), np.array(z, dtype=float))  # type: ignore[no-any-return]
+
+    def solved(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
+        """Unknowns, system, status, steps and residual where the C core ends; None without it."""
+        if self._fields is None:
+            return None
+        found = self._fields.solve_itinerary(*_spelt(itinerary), z, watch=present())
+        check_time()
+        return found[:-1]  # type: ignore[no-any-return]
 
     def run(
         self, field: int, c: Any, closed: Any, h: Number, kept: NDArray[Any] | None = None
@@ -41,8 +54,8 @@ class ClosedForms:
         The columns are JACOBIAN_COLUMNS of the kernels; in stick the last two rows are zero. In 50
         digits a Jacobian that is `kept` is not computed, which takes three times what values take.
         """
-        if self._map is not None:
-            values, matrix = self._map.closed_form(field, np.array(closed), h)
+        if self._fields is not None:
+            values, matrix = self._fields.closed_form(field, np.array(closed), h)
             return values.tolist(), matrix
         kernels, number = self.numbers.kernels, self.numbers.number
         values = [number(value) for value in kernels.flow(c, closed, h, bool(c.drift))]
@@ -56,22 +69,27 @@ class ClosedForms:
         return values, matrix
 
 
-def native_map(values: tuple[float, ...]) -> Any:
-    """The C core's map at seven parameter values; None without the core."""
+def _spelt(itinerary: Itinerary) -> tuple[NDArray[np.int32], int, bool]:
+    """An itinerary as the C core takes it."""
+    return np.array(itinerary.fields, np.int32), itinerary.period_number, itinerary.mirrored
+
+
+def native_fields(values: tuple[float, ...]) -> Any:
+    """The C core's fields at parameter values; None without the core."""
     return None if core is None else _made(values)
 
 
 @lru_cache(maxsize=8)
 def _made(values: tuple[float, ...]) -> Any:
-    return core.Map(np.array(values))  # type: ignore[union-attr]
+    return core.Fields(np.array(values, dtype=float))  # type: ignore[union-attr]
 
 
 # The steps of Newton's method at one parameter set use the same constants again.
 @lru_cache(maxsize=64)
 def _constants(kernels: Any, field: int, values: tuple[float, ...]) -> Any:
-    core_map = native_map(values)
-    if core_map is not None:
-        return kernels.Constants(*core_map.constants(field))
+    fields = native_fields(values)
+    if fields is not None:
+        return kernels.Constants(*fields.constants(field))
     c = kernels.constants(field, *values)
     # Plain Python numbers make the scalar path several times faster than NumPy's.
     return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})

@@ -14,14 +14,15 @@ whose segment has the duration 0 is the bifurcation at which that segment is ins
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._map.backend import Backend, Number
+from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
@@ -32,9 +33,10 @@ _GUARD_BITS = 10  # in solving linear equations in 50 digits
 _NODES = (-2, -1, 1, 2)
 ROUNDINGS = 8  # of the terms of each equation, measured against 50 digits
 PARAMETERS = facts.PARAMETERS
-_OMEGA, _DELTA, _ZETA, _BETA, _GAMMA, _F_B = (
-    PARAMETERS.index(name) for name in ("omega", "delta", "zeta", "beta", "gamma", "f_b")
-)
+STATES = 3  # x_r, v_r, v_c
+BY_ANGLE, BY_TIME = STATES, STATES + 1  # columns of a row, after those by the start
+BY = {name: k - len(PARAMETERS) for k, name in enumerate(PARAMETERS)}
+"""Columns of the parameters in rows and gradients, counted from the end."""
 Vector = NDArray[Any]  # of floats, or of mpmath numbers
 Matrix = NDArray[Any]
 
@@ -44,9 +46,10 @@ class SegmentFlow:
     """A segment's flow: closed form, ends, and derivatives with respect to (z, parameters).
 
     States are (x_r, v_r, v_c); `angle` is the forcing angle at the start, not reduced; `moved` has
-    the increments of x_r, v_c and x_c. `matrix` is the segment's own Jacobian, rows x_r, v_r, v_c
-    and the advance of x_c, columns JACOBIAN_COLUMNS of the kernels; `start_by`, `end_by` (3, n +
-    11) and `angle_by` (n + 11,) are total derivatives, in which the segment's duration is `column`.
+    the increments of x_r, v_c and x_c. `matrix` has a row for x_r, v_r, v_c and the advance of x_c:
+    derivatives within the segment, in the columns JACOBIAN_COLUMNS of the kernels; `start_by`,
+    `end_by` (3, many) and `angle_by` (many,) are total derivatives by z and the parameters, where
+    the segment's duration is `column`.
     """
 
     segment: ItinerarySegment
@@ -67,10 +70,7 @@ class SegmentFlow:
         return f"<SegmentFlow in F{self.segment.field} for {float(self.h):.6g}>"
 
     def total(self, rows: Matrix) -> Matrix:
-        """Total derivatives (many, n + 11) of what has these derivatives within the segment.
-
-        `rows` (many, 12) has the columns of the kernels' Jacobian: by start, duration, parameters.
-        """
+        """Total derivatives (..., many) of what has these rows (..., 12) within the segment."""
         return _total(rows, self.start_by, self.angle_by, self.column)
 
 
@@ -78,20 +78,29 @@ class SegmentFlow:
 class ShootingSystem:
     """The equations of an orbit at some unknowns: residual, derivatives, and the segments.
 
-    `residual` (n + 4,), `by_z` (n + 4, n + 4) and `by_p` (n + 4, 7); `advance` is the change of x_c
-    over the orbit and `advance_by` (n + 11,) its gradient with respect to (z, parameters).
+    `residual` (n + 4,), `by_z` (n + 4, n + 4) and `by_p`, a column for each parameter; `advance` is
+    the change of x_c over the orbit and `advance_by` its gradient with respect to (z, parameters).
     """
 
     residual: Vector
     by_z: Matrix
     by_p: Matrix
-    flows: tuple[SegmentFlow, ...]
     advance: Number
     advance_by: Vector
+    made: Callable[[], tuple[SegmentFlow, ...]]
+    """Makes `flows`, which few of the steps to a solution are asked for."""
+    monodromy: Matrix | None = None
+    """The monodromy matrix, where the C core evaluated the equations."""
+
+    @cached_property
+    def flows(self) -> tuple[SegmentFlow, ...]:
+        """The flow of each segment."""
+        return self.made()
 
     def __repr__(self) -> str:
         largest = float(max(abs(self.residual)))
-        return f"<ShootingSystem of {len(self.flows)} segments: largest residual {largest:.1e}>"
+        count = len(self.residual) - STATES - 1
+        return f"<ShootingSystem of {count} segments: largest residual {largest:.1e}>"
 
 
 def shooting(
@@ -103,101 +112,101 @@ def shooting(
 ) -> ShootingSystem:
     """The equations of an itinerary at unknowns z, for values in the order of PARAMETERS.
 
-    In 50 digits the segments' derivatives may be those `kept` from unknowns nearby.
+    In double precision they are those of the C core, where it is. In 50 digits the segments'
+    derivatives may be those `kept` from unknowns nearby.
     """
     check_time()
-    n, zero = len(itinerary), numbers.number(0)
-    forms, omega = ClosedForms(numbers, values), values[_OMEGA]
-    chain = _chained(forms, itinerary, z) or _run_all(forms, itinerary, z, kept)
-    residual, by = _zeros(numbers, n + 4), _zeros(numbers, n + 4, n + 11)
-    for i, flow in enumerate(chain.flows):
-        guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
-        residual[i], by[i] = _guard(forms, flow, itinerary.zeros(i), 4 + i, guard_by)
-    sign, turn = (-1, numbers.full_turn / 2) if itinerary.mirrored else (1, numbers.full_turn)
-    for row in range(3):
-        residual[n + row] = chain.end[row] - sign * z[row]
-        by[n + row] = chain.end_by[row]
-        by[n + row, row] = by[n + row, row] - sign
-    _pin(itinerary, values, z, residual, by)
-    elapsed = sum(z[4:].tolist(), zero)
-    residual[n + 3] = omega * elapsed - itinerary.period_number * turn
-    by[n + 3] = chain.angle_by
-    by[n + 3, 3] = zero
-    advance = sum((flow.moved[2] for flow in chain.flows), zero)
-    by_z, by_p = by[:, : n + 4], by[:, n + 4 :]
-    return ShootingSystem(residual, by_z, by_p, tuple(chain.flows), advance, chain.advance_by)
+    forms = ClosedForms(numbers, values)
+    found = forms.evaluated(itinerary, z)
+    if found is None:
+        return _by_kernels(forms, itinerary, z, kept)
+    return of_core(forms.values, itinerary, z, found)
 
 
-class _Chain(NamedTuple):
-    """Segments one after another; the state at the end, and total derivatives there."""
+def of_core(
+    values: tuple[float, ...], itinerary: Itinerary, z: Vector, found: tuple[Any, ...]
+) -> ShootingSystem:
+    """The equations at z as the C core evaluated them."""
+    records, states_by, residual, by, advance_by, advance, monodromy = found
+    count = len(residual)
+    made = partial(_flows_of_core, values, itinerary, z, records, states_by)
+    return ShootingSystem(
+        residual, by[:, :count], by[:, count:], advance, advance_by, made, monodromy
+    )
 
-    flows: list[SegmentFlow]
-    end: Vector
-    end_by: Matrix
-    angle_by: Vector
-    advance_by: Vector
 
-
-def _chained(forms: ClosedForms, itinerary: Itinerary, z: Vector) -> _Chain | None:
-    """The segments by the C core; None without it."""
-    chain = forms.chain(itinerary.fields, z)
-    if chain is None:
-        return None
-    closed, matrices, angles, durations, states, moved, by, angles_by, advance_by = chain
-    flows = [
-        SegmentFlow(
-            segment=segment,
-            c=forms.constants(segment.field),
-            closed=forms.numbers.kernels.Start(*start),
-            angle=angle,
-            h=h,
-            start=states[i],
-            end=states[i + 1],
-            moved=moved[i],
-            matrix=matrices[i],
-            start_by=by[i],
-            end_by=by[i + 1],
-            angle_by=angles_by[i],
-            column=4 + i,
-        )
-        for i, (segment, start, angle, h) in enumerate(
-            zip(
-                itinerary.segments,
-                closed.tolist(),
-                angles.tolist()[:-1],
-                durations.tolist(),
-                strict=True,
+def _flows_of_core(
+    values: tuple[float, ...], itinerary: Itinerary, z: Vector, records: Any, states_by: Matrix
+) -> tuple[SegmentFlow, ...]:
+    flows = []
+    with backend("numpy") as numbers:
+        forms = ClosedForms(numbers, values)
+    for i, (segment, record) in enumerate(zip(itinerary.segments, records, strict=True)):
+        closed = forms.numbers.kernels.Start(*record["start"].tolist())
+        flows.append(
+            SegmentFlow(
+                segment=segment,
+                c=forms.constants(segment.field),
+                closed=closed,
+                angle=float(record["angle"]),
+                h=float(record["duration"]),
+                start=np.array([closed.x_r, closed.v_r, closed.v_c]),
+                end=record["end"],
+                moved=record["moved"],
+                matrix=record["jacobian"].reshape(STATES + 1, -1),
+                start_by=states_by[i],
+                end_by=states_by[i + 1],
+                angle_by=_angle_by(forms, z, i),
+                column=STATES + 1 + i,
             )
         )
-    ]
-    return _Chain(flows, states[-1], by[-1], angles_by[-1], advance_by)
+    return tuple(flows)
 
 
-def _run_all(
+def _angle_by(forms: ClosedForms, z: Vector, segment: int) -> Vector:
+    """Gradient of the forcing angle where a segment begins, by z and the parameters."""
+    zero, first = forms.numbers.number(0), STATES + 1
+    gradient = np.full(len(z) + len(PARAMETERS), zero)
+    gradient[BY_ANGLE] = zero + 1
+    gradient[first : first + segment] = forms.value("omega")
+    gradient[BY["omega"]] = sum(z[first : first + segment].tolist(), zero)
+    return gradient
+
+
+def _by_kernels(
     forms: ClosedForms, itinerary: Itinerary, z: Vector, kept: ShootingSystem | None
-) -> _Chain:
-    """The segments one by one, by the kernels of any number system."""
-    numbers, n, size = forms.numbers, len(itinerary), len(itinerary) + 11
-    zero, omega = numbers.number(0), forms.values[_OMEGA]
+) -> ShootingSystem:
+    """The equations by the kernels of any number system, segment by segment."""
+    numbers, n, size = forms.numbers, len(itinerary), len(z) + len(PARAMETERS)
+    zero, omega = numbers.number(0), forms.value("omega")
     # Plain numbers: NumPy's own make the scalar path several times slower.
-    angle, *durations = z[3:].tolist()
-    state, state_by, angle_by = z[:3], _zeros(numbers, 3, size), _zeros(numbers, size)
-    for row in range(3):
+    angle, *durations = z[STATES:].tolist()
+    state, state_by = z[:STATES], np.full((STATES, size), zero)
+    for row in range(STATES):
         state_by[row, row] = zero + 1
-    angle_by[3] = zero + 1
-    advance_by, elapsed, flows = _zeros(numbers, size), zero, []
+    flows, advance_by = list[SegmentFlow](), np.full(size, zero)
+    residual, by = np.full(len(z), zero), np.full((len(z), size), zero)
     for i, (segment, h) in enumerate(zip(itinerary.segments, durations, strict=True)):
         check_time()
         matrix = None if kept is None else kept.flows[i].matrix
-        flow = _run(forms, segment, state, state_by, angle, angle_by, h, 4 + i, matrix)
-        advance_by = advance_by + flow.total(flow.matrix[3:])[0]
+        start_by = state_by, _angle_by(forms, z, i)
+        flow = _flow(forms, segment, (state, angle), start_by, h, STATES + 1 + i, matrix)
+        guard_by = None if kept is None else np.concatenate([kept.by_z[i], kept.by_p[i]])
+        residual[i], by[i] = _guard(forms, flow, itinerary.zeros(i), guard_by)
         flows.append(flow)
         state, state_by, angle = flow.end, flow.end_by, angle + omega * h
-        elapsed = elapsed + h
-        angle_by = angle_by.copy()
-        angle_by[4 + i] = angle_by[4 + i] + omega
-        angle_by[n + 4 + _OMEGA] = elapsed
-    return _Chain(flows, state, state_by, angle_by, advance_by)
+        advance_by = advance_by + flow.total(flow.matrix[STATES])
+    sign, turn = (-1, numbers.full_turn / 2) if itinerary.mirrored else (1, numbers.full_turn)
+    residual[n:-1], by[n:-1] = state - sign * z[:STATES], state_by
+    for row in range(STATES):
+        by[n + row, row] = by[n + row, row] - sign
+    _pin(itinerary, forms.value("delta"), z, residual, by)
+    residual[-1] = omega * sum(durations, zero) - itinerary.period_number * turn
+    by[-1] = _angle_by(forms, z, n)
+    by[-1, BY_ANGLE] = zero
+    advance = sum((flow.moved[2] for flow in flows), zero)
+    by_z, by_p, made = by[:, : len(z)], by[:, len(z) :], partial(tuple, flows)
+    return ShootingSystem(residual, by_z, by_p, advance, advance_by, made)
 
 
 def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
@@ -221,23 +230,17 @@ def solve(numbers: Backend, matrix: Matrix, right: Matrix) -> Matrix:
     return np.array(rows, dtype=object).T.reshape(right.shape)
 
 
-def _zeros(numbers: Backend, *shape: int) -> NDArray[Any]:
-    return np.full(shape, numbers.number(0))
-
-
-def _run(
+def _flow(
     forms: ClosedForms,
     segment: ItinerarySegment,
-    state: Vector,
-    state_by: Matrix,
-    angle: Number,
-    angle_by: Vector,
+    begin: tuple[Vector, Number],
+    begin_by: tuple[Matrix, Vector],
     h: Number,
     column: int,
     kept: Matrix | None = None,
 ) -> SegmentFlow:
-    """A segment of duration h from a start that is known with its derivatives."""
-    numbers, c = forms.numbers, forms.constants(segment.field)
+    """A segment of duration h from a state and a forcing angle that are known with derivatives."""
+    numbers, c, (state, angle) = forms.numbers, forms.constants(segment.field), begin
     x_r, v_r, v_c = state.tolist()
     gap = x_r - c.delta
     margin = formulas.margin_at(c, x_r, gap, v_r)
@@ -248,9 +251,6 @@ def _run(
         segment.field, c, closed, duration, kept
     )
     change = change if c.drift else -v_c
-    end = np.array([x_r + position, velocity, v_c + change])
-    moved = np.array([position, change, advance])
-    end_by = _total(matrix[:3], state_by, angle_by, column)
     return SegmentFlow(
         segment=segment,
         c=c,
@@ -258,120 +258,120 @@ def _run(
         angle=angle,
         h=duration,
         start=state,
-        end=end,
-        moved=moved,
+        end=np.array([x_r + position, velocity, v_c + change]),
+        moved=np.array([position, change, advance]),
         matrix=matrix,
-        start_by=state_by,
-        end_by=end_by,
-        angle_by=angle_by,
+        start_by=begin_by[0],
+        end_by=_total(matrix[:STATES], *begin_by, column),
+        angle_by=begin_by[1],
         column=column,
     )
 
 
 def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Matrix:
     """Total derivatives of what depends on a segment's start, duration and the parameters."""
-    result = rows[:, :3] @ state_by + rows[:, 3:4] * angle_by
-    result[:, column] = result[:, column] + rows[:, 4]
-    result[:, -7:] = result[:, -7:] + rows[:, 5:]
+    result = rows[..., :STATES] @ state_by + rows[..., BY_ANGLE, None] * angle_by
+    result[..., column] = result[..., column] + rows[..., BY_TIME]
+    first = -len(PARAMETERS)
+    result[..., first:] = result[..., first:] + rows[..., first:]
     return result  # type: ignore[no-any-return]
 
 
 def _guard(
-    forms: ClosedForms, flow: SegmentFlow, zeros: int, column: int, kept: Vector | None
+    forms: ClosedForms, flow: SegmentFlow, zeros: int, kept: Vector | None
 ) -> tuple[Number, Vector]:
     """A segment's guard at its end over its duration's power `zeros`, and the gradient."""
     if flow.segment.guard is None:
         return flow.angle, flow.angle_by
     if zeros == 0:
-        return _value(flow)
-    value = _increment(flow, zeros) / flow.h**zeros
+        value, row = _value(flow)
+        return value, flow.total(row)
+    value, row = _divided(flow, zeros)
     one = forms.numbers.number(1)
     least = min(forms.numbers.unit ** (one / (zeros + 4)), one / (10 * flow.c.rate))
     if abs(flow.h) >= least:
-        return value, _divided_by(flow, zeros, column)
+        return value, flow.total(row)
     if kept is not None:
         return value, kept
-    # So near to the limit the differences in the gradient would cancel: it is interpolated, to an
+    # So near to the limit the differences in the row would cancel: it is interpolated, to an
     # error of `least` times the rate to the fourth, from durations to both sides where they do not.
-    start = flow.start, flow.start_by, flow.angle, flow.angle_by
-    gradient = 0 * flow.angle_by
+    begin = (flow.start, flow.angle), (flow.start_by, flow.angle_by)
+    row = 0 * row
     for node in _NODES:
-        at = _run(forms, flow.segment, *start, node * least, column)
+        at = _flow(forms, flow.segment, *begin, node * least, flow.column)
         weight = math.prod((flow.h / least - k) / (node - k) for k in _NODES if k != node)
-        gradient = gradient + weight * _divided_by(at, zeros, column)
-    return value, gradient
+        row = row + weight * _divided(at, zeros)[1]
+    return value, flow.total(row)
 
 
-def _divided_by(flow: SegmentFlow, zeros: int, column: int) -> Vector:
-    """Gradient of a guard's increment over the duration's power `zeros`."""
-    power = flow.h**zeros
-    by: Vector = _increment_by(flow, zeros, column) / power
-    by[column] = by[column] - zeros * _increment(flow, zeros) / (power * flow.h)
-    return by
+def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
+    """What a guard gains, over the duration's power `zeros`, and its row.
+
+    At the segment's start the guard and `zeros` - 1 of its derivatives vanish.
+    """
+    gap, h, c = flow.segment.guard is Guard.GAP, flow.h, flow.c
+    which, gained = (0, flow.moved[0]) if gap else (2, flow.moved[1])
+    row = flow.matrix[which].copy()
+    row[which] = row[which] - 1
+    if zeros == 2:
+        # The rate at the start, which the guard before makes 0 where all equations hold.
+        rate, rate_row = formulas.v_c_rate(c, flow.closed.margin), _slip_row(flow)
+        gained, row = gained - rate * h, row - h * rate_row
+        row[BY_TIME] = row[BY_TIME] - rate
+    power = h**zeros
+    row = row / power
+    row[BY_TIME] = row[BY_TIME] - zeros * gained / (power * h)
+    return gained / power, row
 
 
-def _increment(flow: SegmentFlow, zeros: int) -> Number:
-    """What a guard gains over a segment at whose start it and `zeros` - 1 derivatives vanish."""
-    if flow.segment.guard is Guard.GAP:
-        return flow.moved[0]
-    if zeros == 1:
-        return flow.moved[1]
-    return flow.moved[1] - flow.closed.margin * flow.h / flow.c.gamma
-
-
-def _increment_by(flow: SegmentFlow, zeros: int, column: int) -> Vector:
-    """Gradient of the increment."""
-    row = 0 if flow.segment.guard is Guard.GAP else 2
-    gradient = flow.end_by[row] - flow.start_by[row]
-    if zeros == 1:
-        return gradient  # type: ignore[no-any-return]
-    c, h, margin = flow.c, flow.h, flow.closed.margin
-    margin_by = force_by(c, flow.start[0], flow.start[1], flow.start_by)
-    margin_by[-7 + _F_B] = margin_by[-7 + _F_B] - c.drift
-    gradient = gradient - margin_by * (h / c.gamma)
-    gradient[column] = gradient[column] - margin / c.gamma
-    gradient[-7 + _GAMMA] = gradient[-7 + _GAMMA] + margin * h / (c.gamma * c.gamma)
-    return gradient  # type: ignore[no-any-return]
+def _slip_row(flow: SegmentFlow) -> Vector:
+    """The row of the rate of v_c at a segment's start."""
+    c, closed, unit = flow.c, flow.closed, 0 * flow.matrix[:2]
+    for k in range(2):
+        unit[k, k] = unit[k, k] + 1
+    row = force_by(c, closed.x_r, closed.v_r, unit)
+    row[BY["f_b"]] = row[BY["f_b"]] - c.drift
+    row = formulas.v_c_rate(c, row)
+    row[BY["gamma"]] = row[BY["gamma"]] - formulas.v_c_rate(c, closed.margin) / c.gamma
+    return row  # type: ignore[no-any-return]
 
 
 def _value(flow: SegmentFlow) -> tuple[Number, Vector]:
-    """A guard at the end of a segment, and its gradient."""
-    c, (x_r, v_r, v_c), by = flow.c, flow.end, flow.end_by
+    """A guard at the end of a segment, and its row."""
+    c, (x_r, v_r, v_c), rows = flow.c, flow.end, flow.matrix
     if flow.segment.guard is Guard.GAP:
-        gradient = by[0].copy()
-        gradient[-7 + _DELTA] = gradient[-7 + _DELTA] - 1
-        return x_r - c.delta, gradient
+        row = rows[0].copy()
+        row[BY["delta"]] = row[BY["delta"]] - 1
+        return x_r - c.delta, row
     if flow.segment.guard is Guard.DRIFT:
-        return v_c, by[2]
+        return v_c, rows[2]
     side = 1 if flow.segment.guard is Guard.UPPER else -1
-    gradient = force_by(c, x_r, v_r, by)
-    gradient[-7 + _F_B] = gradient[-7 + _F_B] - side
-    return formulas.force(c, x_r, x_r - c.delta, v_r) - formulas.friction_at(c, side), gradient
+    row = force_by(c, x_r, v_r, rows)
+    row[BY["f_b"]] = row[BY["f_b"]] - side
+    return formulas.force(c, x_r, x_r - c.delta, v_r) - formulas.friction_at(c, side), row
 
 
 def force_by(c: Any, x_r: Number, v_r: Number, by: Matrix) -> Vector:
-    """Gradient (n + 11,) of the interaction force P where x_r and v_r have the derivatives `by`."""
+    """The row or gradient of the interaction force P where x_r and v_r have those of `by`."""
     gradient = formulas.force_change(c, by[0], by[1])
     slopes = formulas.force_slopes(c, x_r - c.delta, v_r)
-    for parameter, slope in zip((_DELTA, _ZETA, _BETA), slopes, strict=True):
-        gradient[-7 + parameter] = gradient[-7 + parameter] + slope
+    for parameter, slope in zip(("delta", "zeta", "beta"), slopes, strict=True):
+        gradient[BY[parameter]] = gradient[BY[parameter]] + slope
     return gradient  # type: ignore[no-any-return]
 
 
-def _pin(
-    itinerary: Itinerary, values: Sequence[Number], z: Vector, residual: Vector, by: Matrix
-) -> None:
+def _pin(itinerary: Itinerary, delta: Number, z: Vector, residual: Vector, by: Matrix) -> None:
     """Hold the start to the last guard's surface, in place of that component's closure.
 
     The last segment's guard has its end there. Were the start not held, segments whose guards begin
     at 0 one after the other all round would fix their differences only.
     """
     n, guard = len(itinerary), itinerary.segments[-1].guard
+    row = {Guard.GAP: 0, Guard.DRIFT: 2}.get(guard or Guard.UPPER)
+    if row is None:
+        return
+    residual[n + row] = z[row] - (delta if guard is Guard.GAP else 0)
+    by[n + row] = by[n + row] * 0
+    by[n + row, row] = by[n + row, row] + 1
     if guard is Guard.GAP:
-        residual[n] = z[0] - values[_DELTA]
-        by[n] = by[n] * 0
-        by[n, 0], by[n, n + 4 + _DELTA] = by[n, 0] + 1, by[n, n + 4 + _DELTA] - 1
-    elif guard is Guard.DRIFT:
-        residual[n + 2] = z[2]
-        by[n + 2] = by[n + 2] * 0
-        by[n + 2, 2] = by[n + 2, 2] + 1
+        by[n, BY["delta"]] = by[n, BY["delta"]] - 1

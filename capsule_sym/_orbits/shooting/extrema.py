@@ -14,7 +14,7 @@ from capsule_sym._map.expansion import Expansion, Guard, Point, expand
 from capsule_sym._map.isolation import polish, positive_at, search
 from capsule_sym._map.location import Flow, SegmentStart, Start
 from capsule_sym._native import check_time
-from capsule_sym._orbits.shooting.closed import native_map
+from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
@@ -85,7 +85,7 @@ def extrema(
 def _by_core(flow: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
     """The extrema by the C core; None without it, and where they stay open."""
     c = flow.c
-    core = native_map((c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b))
+    core = native_fields((c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b))
     if core is None:
         return None
     start = tuple(map(float, flow.closed))

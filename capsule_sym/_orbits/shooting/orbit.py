@@ -19,23 +19,20 @@ from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._native import Watch
+from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import (
     PARAMETERS,
-    ROUNDINGS,
     Matrix,
     ShootingSystem,
     Vector,
-    shooting,
+    of_core,
     solve,
 )
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym._orbits.shooting.newton import newton, solved_to_rounding
 from capsule_sym._parameters import Parameters
+from capsule_sym.generated.interface import Solving
 
-_MOST_STEPS = 25
-_LEAST_SCALE = 2.0**-12
-_FINE = 2**13  # units of rounding in a step that is not looked at more closely
-_LOST = 0.01  # condition of the equations, over what double precision resolves
-_BACK = 0.5  # how far a segment may go below duration 0, over its fastest rate
 _backend = backend  # the parameter of `solve_itinerary` has the same name
 
 
@@ -56,6 +53,17 @@ class OrbitStatus(StrEnum):
     NOT_PERIODIC = "not-periodic"
     #: The time is over.
     TIME_LIMIT = "time-limit"
+
+
+_UNSOLVED = {
+    Solving.UNSOLVED: (
+        OrbitStatus.NOT_CONVERGED,
+        "Newton's method came to rest where the residual is not small",
+    ),
+    Solving.SINGULAR: (OrbitStatus.SINGULAR, "the Jacobian of the equations is singular"),
+    Solving.IMPRECISE: (OrbitStatus.SINGULAR, "rounding leaves no digit of the solution"),
+    Solving.NOT_FINITE: (OrbitStatus.NOT_FINITE, "the residual of the guess is not finite"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,8 +280,10 @@ def solve_itinerary(
                 "guess", guess, f"{len(itinerary) + 4} numbers for the itinerary {itinerary}"
             )
         z = np.array([numbers.number(value) for value in guess])
-        with np.errstate(all="ignore"):
-            return _newton(numbers, values, itinerary, z, Watch(checked_seconds(max_seconds)))
+        with np.errstate(all="ignore"), Watch(checked_seconds(max_seconds)):
+            return _found(numbers, values, itinerary, z)
+        message = "the time was over before Newton's method came to rest"
+        return NoOrbit(OrbitStatus.TIME_LIMIT, message, itinerary, values, math.inf)
 
 
 def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerary) -> list[Number]:
@@ -284,117 +294,17 @@ def _stick_guess(numbers: Backend, values: Sequence[Number], itinerary: Itinerar
     return [numbers.number(0)] * 4 + [period]
 
 
-def _newton(
-    numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector, watch: Watch
-) -> Orbit:
-    steps, norm = 0, float("inf")
-
-    def none(status: OrbitStatus, message: str) -> NoOrbit:
-        return NoOrbit(status, message, itinerary, values, norm, steps)
-
-    with watch:
-        system = shooting(numbers, values, itinerary, z)
-        norm = _norm(system)
-        if not norm < float("inf"):
-            return none(OrbitStatus.NOT_FINITE, "the residual of the guess is not finite")
-        for steps in range(1, _MOST_STEPS + 1):
-            try:
-                step = solve(numbers, system.by_z, system.residual)
-            except np.linalg.LinAlgError:
-                return none(OrbitStatus.SINGULAR, "the Jacobian of the equations is singular")
-            solved = norm <= _tolerance(numbers, z)
-            least = 1.0 if solved else _LEAST_SCALE
-            # A solution is polished until a step's square is rounding, as far as rounding lets it.
-            better = _step(numbers, values, itinerary, z, step, system, least)
-            if better is not None:
-                z, system = better
-                norm = _norm(system)
-            elif solved_to_rounding(numbers, system, z):
-                solved = True
-            small = max(abs(step)) <= numbers.sqrt(numbers.unit) * max(1, *abs(z))
-            if solved and (better is None or small or steps == _MOST_STEPS):
-                if numbers.name != "mpmath" and _condition(system, z) * numbers.unit > _LOST:
-                    return none(OrbitStatus.SINGULAR, "rounding leaves no digit of the solution")
-                return Orbit(values, itinerary, z, system, numbers.name, steps)
-            if better is None:
-                break
-        detail = "Newton's method came to rest where the residual is not small"
-        return none(OrbitStatus.NOT_CONVERGED, detail)
-    return none(OrbitStatus.TIME_LIMIT, "the time was over before Newton's method came to rest")
-
-
-def _condition(system: ShootingSystem, z: Vector) -> float:
-    """Condition of the equations in units of the motion's size, each over its largest term."""
-    sizes = np.ones(len(z))
-    sizes[:3] = abs(z[:3]).max() or 1.0
-    matrix = system.by_z * sizes
-    return float(np.linalg.cond(matrix / abs(matrix).max(axis=1, keepdims=True)))
-
-
-def _tolerance(numbers: Backend, z: Vector) -> Number:
-    """Largest entry of the residual that is taken for zero."""
-    tolerance = 1e-13 if numbers.name != "mpmath" else numbers.number(10) ** -50
-    return tolerance * max(1, *abs(z))
-
-
-def solved_to_rounding(numbers: Backend, system: ShootingSystem, z: Vector) -> bool:
-    """Whether each equation is solved as far as the roundings of its own terms let it.
-
-    In a long itinerary every rounding is carried on by all that follows: the terms are large.
-    """
-    terms = numbers.unit * (abs(system.by_z) @ abs(z))
-    return all(abs(system.residual) <= np.maximum(_tolerance(numbers, z), ROUNDINGS * terms))
-
-
-def _step(
-    numbers: Backend,
-    values: tuple[Number, ...],
-    itinerary: Itinerary,
-    z: Vector,
-    step: Vector,
-    system: ShootingSystem,
-    least_scale: float,
-) -> tuple[Vector, ShootingSystem] | None:
-    """The longest fraction of a Newton step that comes nearer to a solution; None if none does.
-
-    One that makes the residual smaller does, and one after which the next step is shorter.
-    """
-    scale, norm = 1.0, _norm(system)
-    least = [-_BACK / flow.c.rate for flow in system.flows]
-    while scale >= least_scale:
-        trial = z - scale * step
-        if all(h > low for h, low in zip(trial[4:], least, strict=True)):
-            ahead = shooting(numbers, values, itinerary, trial)
-            if _norm(ahead) < norm or _nearer(numbers, z, system, ahead, step, scale):
-                return trial, ahead
-        scale /= 2
-    return None
-
-
-def _nearer(
-    numbers: Backend,
-    z: Vector,
-    system: ShootingSystem,
-    ahead: ShootingSystem,
-    step: Vector,
-    scale: float,
-) -> bool:
-    """Whether the next step of Newton's method, by the same Jacobian, is shorter for certain.
-
-    Where an equation is weak, as the balance of a small friction over a period, a step that solves
-    it disturbs the others by more. The flow is affine in the states, so that the times alone are
-    measured. See Deuflhard, Newton Methods for Nonlinear Problems, 2011, Section 3.3: the natural
-    monotonicity test.
-    """
-    size = max(abs(step[3:]))
-    if not _norm(ahead) < float("inf") or size <= _FINE * numbers.unit * max(1, *abs(z[3:])):
-        return False
-    following = solve(numbers, system.by_z, ahead.residual)
-    return bool(max(abs(following[3:])) <= (1 - scale / 2) * size)
-
-
-def _norm(system: ShootingSystem) -> Number:
-    return max(abs(system.residual))
+def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z: Vector) -> Orbit:
+    """What Newton's method leads to: the C core's, or that of any number system."""
+    by_core = ClosedForms(numbers, values).solved(itinerary, z)
+    if by_core is None:
+        z, system, solving, steps, norm = newton(numbers, values, itinerary, z)
+    else:
+        z, arrays, solving, steps, norm = by_core
+        system = of_core(values, itinerary, z, arrays)
+    if solving == Solving.SOLVED:
+        return Orbit(values, itinerary, z, system, numbers.name, steps)
+    return NoOrbit(*_UNSOLVED[solving], itinerary, values, norm, steps)
 
 
 def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:

@@ -62,6 +62,8 @@ def monodromy_matrix(orbit: Orbit) -> Matrix:
     Of the first half of a motion that is its own mirror image it is the matrix of half the period
     and the reflection: its square is that of the motion.
     """
+    if orbit.system.monodromy is not None:
+        return orbit.system.monodromy
     with backend(orbit.backend) as numbers:
         return _product(numbers, orbit, 0)
 
