@@ -1,14 +1,11 @@
-"""Parameters, start and phase of a device from measured time series, by least squares.
-
-The residuals' Jacobian is exact: it is that of the closed forms, carried through every switch.
-"""
+"""Parameters, start and phase of a device from measured time series, by least squares."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -16,22 +13,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
-from capsule_sym._design.measured import OF_STATE, Measured, measured
-from capsule_sym._design.quantities import System, dimensionless, real, values_of
-from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
-from capsule_sym._design.units import DEVICE, slopes_of
+from capsule_sym._design.least_squares import LOSSES, Least, Profile, least
+from capsule_sym._design.measured import measured
+from capsule_sym._design.quantities import System, values_of
+from capsule_sym._design.residuals import OF_START, Problem
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map import Trajectory, simulate
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import package
-from capsule_sym._native import Watch
-from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym._parameters import POSITIVE, Parameters, PhysicalParameters, names_of
+from capsule_sym._native import TimeUp, Watch, check_time
+from capsule_sym._parameters import POSITIVE, Parameters
 
-LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-_OF_START = (*START, "x_c")
-_BLOCK = 2**15  # times whose derivatives, all 48 of each, are in memory at once
 _LOST = 1e-8  # a combination whose scaled singular value is below this share of the largest
+_PART = 0.1  # of a combination, from which an unknown is open with it
+_POSITIVE = 1e-12  # least value of what is above 0
 Matrix = NDArray[np.float64]
 Vector = NDArray[np.float64]
 
@@ -70,8 +64,6 @@ class Fit:
     """Their standard errors; infinite where `open_combinations` tells of it."""
     covariance: Matrix
     """Their covariance, shape (k, k)."""
-    success: bool
-    """Whether the fit converged and the measurements determine every unknown."""
     status: FitStatus
     """How it ended."""
     message: str
@@ -80,8 +72,6 @@ class Fit:
     """Runs with derivatives that it took."""
     noise: float
     """Standard deviation of the residuals, in units of each column's `scales`."""
-    residuals: Vector
-    """Model less measurement over `scales`, shape (n,), in the order of time."""
     singular_values: Vector
     """Of the Jacobian by the relative changes of what was unknown, largest first."""
     open_combinations: tuple[dict[str, float], ...]
@@ -92,12 +82,33 @@ class Fit:
     """Residuals and Jacobian at other values of what was unknown."""
     limits: tuple[Vector, Vector]
     """Lowest and highest values allowed for what was unknown, each of shape (k,)."""
-    loss: str
-    """How residuals counted."""
-    loss_scale: float
-    """The residual from which a robust loss lets them count less, in units of `residuals`."""
-    least: float
-    """Sum of the residuals' squares, as the loss counts them."""
+    found: Least
+    """End of the least squares."""
+
+    @property
+    def success(self) -> bool:
+        """Whether the fit converged and the measurements determine every unknown."""
+        return self.status is FitStatus.CONVERGED
+
+    @property
+    def residuals(self) -> Vector:
+        """Model less measurement over `scales`, shape (n,), in the order of time."""
+        return self.found.residuals
+
+    @property
+    def loss(self) -> str:
+        """How residuals counted."""
+        return self.found.loss.name
+
+    @property
+    def loss_scale(self) -> float:
+        """The residual from which a robust loss lets them count less, in their units."""
+        return self.found.loss.scale
+
+    @property
+    def least(self) -> float:
+        """Sum of the residuals' squares, as the loss counts them."""
+        return 2.0 * self.found.cost
 
     def __repr__(self) -> str:
         told = ", ".join(
@@ -150,10 +161,12 @@ class Fit:
         if name not in self.values:
             raise InvalidInput("name", name, f"one of {', '.join(self.values)}")
         ends = [math.nan, math.nan]
-        self.problem.watch = Watch(checked_seconds(max_seconds))
-        with suppress(_Over):
+        k = list(self.values).index(name)
+        with Watch(checked_seconds(max_seconds)):
             for i, sign in enumerate((-1, 1)):
-                ends[i] = _edge(self, name, sign * deviations)
+                profile = Profile(self.problem, self.found, self.limits, k, self.noise)
+                far = sign * deviations
+                ends[i] = profile.end(far, far * self.standard_errors[name])
         return ends[0], ends[1]
 
 
@@ -195,233 +208,32 @@ def fit(
     check_count("follow", follow, *FOLLOW)
     check_count("seed", seed, *SEED)
     check_count("steps", steps, *STEPS)
-    watch = Watch(checked_seconds(max_seconds))
-    problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase, watch, progress)
-    low, high = _limits(problem, bounds or {})
-    guesses = [problem.guess, *_drawn(problem, low, high, starts, seed)]
-    if starts:
-        guesses = _best(problem, guesses)[:follow]
-    found = list[_Least]()
-    for k, guess in enumerate(guesses, 1):
-        if k == 1 or not watch.over:
+    problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase, progress)
+    limits = _limits(problem, bounds or {})
+    guesses = [problem.guess, *_drawn(problem, *limits, starts, seed)]
+    found, border, done = list[Least](), "", False
+    with Watch(checked_seconds(max_seconds)):
+        if starts:
+            guesses = _best(problem, guesses)[:follow]
+        for k, guess in enumerate(guesses, 1):
             problem.doing = f"start {k} of {len(guesses)}"
-            found.append(_least(problem, guess, low, high, loss, steps))
-    best = min(found, key=lambda one: one.cost)
-    return _result(problem, best, low, high, loss)
+            found.append(least(problem, guess, limits, loss, steps))
+            check_time()
+        best = min(found, key=lambda one: one.cost)
+        border = _border(problem, best.x, _errors(problem, best).standard, *limits)
+        done = True
+    return _result(problem, min(found, key=lambda one: one.cost), limits, border, done)
 
 
 def _best(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
     """The guesses by their cost, as far as there is time to look at them, the best first."""
     costs = list[float]()
-    with suppress(_Over):
+    with suppress(TimeUp):
         for k, guess in enumerate(guesses, 1):
             problem.doing = f"guess {k} of {len(guesses)}"
             costs.append(problem.cost(guess))
     order = np.argsort(costs, kind="stable").tolist() or [0]
     return [guesses[i] for i in order]
-
-
-class _Over(Exception):
-    """The time is over."""
-
-
-class _Run(NamedTuple):
-    """A motion at values of the unknown, its times (n,), and its start in units of the model."""
-
-    trajectory: Trajectory | None
-    """None where it does not reach the last of the times."""
-    times: Vector
-    start: Vector
-    phase: float
-    whole: float
-    """Derivative by omega of the whole periods that the phase is reduced by."""
-    units: Vector
-    """Of length and of speed, twice."""
-
-    @property
-    def itinerary(self) -> str:
-        """The fields that were passed."""
-        if self.trajectory is None:
-            return "open"
-        return " ".join(f"F{field}" for field in self.trajectory.records["field"].tolist())
-
-
-@dataclass
-class Problem:
-    """Residuals and their Jacobian at values of the unknown."""
-
-    data: Measured
-    system: System
-    unknown: tuple[str, ...]
-    state: tuple[float, ...]
-    phase: float
-    watch: Watch = field(default_factory=Watch)
-    progress: Callable[[str], object] | None = None
-    doing: str = ""
-    """What is done, in words."""
-
-    def __post_init__(self) -> None:
-        own = names_of(self.system)
-        for name in self.unknown:
-            if name not in own and name not in _OF_START:
-                raise InvalidInput("unknown", name, f"one of {', '.join((*own, *_OF_START))}")
-        if not self.unknown or len(set(self.unknown)) < len(self.unknown):
-            raise InvalidInput("unknown", ", ".join(self.unknown), "one or more different names")
-        if len(self.state) != 3 or not all(map(real, self.state)):
-            raise InvalidInput("state", self.state, "three finite numbers")
-        if not real(self.phase):
-            raise InvalidInput("phase", self.phase, "a finite number")
-        if len(self.unknown) >= len(self.data.values):
-            raise InvalidInput("data", f"{len(self.data.values)} values", "more than are unknown")
-        known = dict(zip(_OF_START, (*self.state, self.phase, 0.0), strict=True))
-        self.base = {name: getattr(self.system, name) for name in own} | known
-        self.guess = np.array([float(self.base[name]) for name in self.unknown])
-        self.scales = np.array(
-            [self.data.values[self.data.column == k].std() for k in range(len(self.data.names))]
-        )[self.data.column]
-        self.rows = np.array([OF_STATE[name] for name in self.data.names])[self.data.column]
-        self.speeds = np.array([name.startswith("v") for name in self.data.names])[self.data.column]
-        self.elapsed = self.data.times - self.data.begin
-        self.different, self.which = np.unique(self.elapsed, return_inverse=True)
-        self.evaluations = 0
-        self._last: tuple[bytes, Vector, Matrix, str] | None = None
-
-    def residuals(self, values: Vector) -> Vector:
-        """Residuals (n,)."""
-        return self.at(values)[0]
-
-    def jacobian(self, values: Vector) -> Matrix:
-        """Their Jacobian (n, k)."""
-        return self.at(values)[1]
-
-    def cost(self, values: Vector) -> float:
-        """Half the sum of the residuals' squares."""
-        return float(np.sum(self._at(values, slopes=False)[0] ** 2) / 2)
-
-    def itinerary(self, values: Vector) -> str:
-        """The run's itinerary."""
-        return self._run(values).itinerary
-
-    def at(self, values: Vector) -> tuple[Vector, Matrix, str]:
-        """Residuals (n,), their Jacobian (n, k), and the run's itinerary."""
-        key = values.tobytes()
-        if self._last is None or self._last[0] != key:
-            self._last = (key, *self._at(values))
-        return self._last[1:]
-
-    def now(self, values: Vector) -> dict[str, float]:
-        """All values by name, with these of the unknown."""
-        return self.base | dict(zip(self.unknown, values.tolist(), strict=True))
-
-    def system_at(self, values: Vector) -> System:
-        """The system with these values of the unknown."""
-        now = self.now(values)
-        return type(self.system)(**{name: now[name] for name in names_of(self.system)})
-
-    def _run(self, values: Vector) -> _Run:
-        """The motion at these values; raises _Over where there is no time for it."""
-        self.evaluations += 1
-        if self.progress is not None:
-            self.progress(f"{self.doing}, {self.evaluations} runs")
-        now, system = self.now(values), self.system_at(values)
-        device = system if isinstance(system, PhysicalParameters) else None
-        p = dimensionless(system)
-        length, rate = (
-            (1.0, 1.0) if device is None else (device.length_scale, device.natural_frequency)
-        )
-        units = np.array([length, length * rate, length * rate])
-        start = np.array([now["x_r"], now["v_r"], now["v_c"]]) / units
-        phase = now["phase"] * rate
-        reduced = phase % p.period
-        reduced = 0.0 if reduced >= p.period else reduced
-        times = reduced + self.different * rate
-        periods = max(1, math.ceil(times[-1] / p.period + 1e-9))
-        run = simulate(p, tuple(start.tolist()), reduced, periods, max_seconds=self.watch.left)
-        if self.watch.over:
-            raise _Over
-        lost = not run.success or times[-1] > run.span[1]
-        return _Run(None if lost else run, times, start, phase, (phase - reduced) / p.omega, units)
-
-    def _at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
-        at = self._run(values)
-        count = len(self.elapsed)
-        residuals, jacobian = np.full(count, 1e3), np.zeros((slopes * count, len(values)))
-        if at.trajectory is not None:
-            for first in range(0, len(self.different), _BLOCK):
-                if self.watch.over:
-                    raise _Over
-                block = slice(first, first + _BLOCK)
-                rows = slice(*np.searchsorted(self.which, (first, first + _BLOCK)))
-                states, moved = self._states(values, at, block, slopes)
-                which, unit = (
-                    self.which[rows] - first,
-                    np.where(self.speeds[rows], *at.units[1::-1]),
-                )
-                model = np.sum(self.rows[rows] * states[which], axis=1)
-                residuals[rows] = (unit * model - self.data.values[rows]) / self.scales[rows]
-                if moved is not None:
-                    by = np.einsum("nk,nkj->nj", self.rows[rows], moved[0][which])
-                    by += model[:, None] * (moved[1] + self.speeds[rows, None] * moved[2])
-                    jacobian[rows] = by * (unit / self.scales[rows])[:, None]
-        return residuals, jacobian, at.itinerary
-
-    def _states(
-        self, values: Vector, at: _Run, block: slice, differentiated: bool
-    ) -> tuple[Matrix, tuple[NDArray[np.float64], Vector, Vector] | None]:
-        """States (n, 4) at some of the times, and their derivatives (n, 4, k) by the unknown.
-
-        With these come the derivatives (k,) of the logarithms of the units of length and rate.
-        """
-        assert at.trajectory is not None
-        here = self.now(values)["x_c"] / at.units[0]
-        if not differentiated:
-            states = at.trajectory(at.times[block], position=True)
-            states[:, 3] += here
-            return states, None
-        system = self.system_at(values)
-        device = system if isinstance(system, PhysicalParameters) else None
-        found = sensitivities(at.trajectory, at.times[block])
-        # After a tangential switch there are none.
-        slopes = np.where(np.isfinite(found.slopes), found.slopes, 0.0)
-        # The phase was taken less whole periods, which depend on omega.
-        slopes[..., SLOPES.index("omega")] += slopes[..., 3] * at.whole
-        chain, by_length, by_rate = self._chain(device, at.units, at.start, at.phase)
-        states = found.states
-        states[:, 3] += here
-        moved = slopes @ chain
-        elapsed = self.different[block] * (at.units[1] / at.units[0])
-        moved += found.rates[..., None] * (elapsed[:, None, None] * by_rate)
-        if "x_c" in self.unknown:
-            moved[:, 3, self.unknown.index("x_c")] += 1.0 / at.units[0]
-        moved[:, 3] -= here * by_length
-        return states, (moved, by_length, by_rate)
-
-    def _chain(
-        self, device: PhysicalParameters | None, units: Vector, start: Vector, phase: float
-    ) -> tuple[Matrix, Vector, Vector]:
-        """Derivatives of SLOPES by the unknown (11, k), and of the logarithms of the units (k,)."""
-        chain, by_length, by_rate = (
-            np.zeros((11, len(self.unknown))),
-            *np.zeros((2, len(self.unknown))),
-        )
-        by_device = None if device is None else slopes_of(device)
-        rate = 1.0 if device is None else device.natural_frequency
-        for k, name in enumerate(self.unknown):
-            if by_device is not None and name in DEVICE:
-                column = DEVICE.index(name)
-                chain[4:, k] = by_device.parameters[:, column]
-                by_length[k], by_rate[k] = by_device.length[column], by_device.rate[column]
-            elif name in PARAMETERS:
-                chain[SLOPES.index(name), k] = 1.0
-            elif name in START:
-                chain[START.index(name), k] = (
-                    rate if name == "phase" else 1.0 / units[START.index(name)]
-                )
-        # The start is held in SI units: in those of the device it moves as they do.
-        chain[0] -= start[0] * by_length
-        chain[1:3] -= start[1:, None] * (by_length + by_rate)
-        chain[3] += phase * by_rate
-        return chain, by_length, by_rate
 
 
 def _limits(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tuple[Vector, Vector]:
@@ -431,8 +243,8 @@ def _limits(problem: Problem, bounds: Mapping[str, tuple[float, float]]) -> tupl
             raise InvalidInput("bounds", name, f"one of {', '.join(problem.unknown)}")
     low, high = np.full((2, len(problem.unknown)), np.inf) * [[-1], [1]]
     for k, name in enumerate(problem.unknown):
-        if name not in _OF_START:
-            low[k] = 1e-12 if name in POSITIVE else 0.0
+        if name not in OF_START:
+            low[k] = _POSITIVE if name in POSITIVE else 0.0
         if name in bounds:
             first, last = bounds[name]
             if not low[k] <= first < last:
@@ -464,135 +276,66 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     return list(first + draws * (last - first))
 
 
-class _Least(NamedTuple):
-    """End of the least squares, with the loss's weights in the Jacobian where it is a minimum."""
+class _Errors(NamedTuple):
+    """What a fit leaves uncertain: noise, covariance (k, k), standard errors (k,)."""
 
-    x: Vector
-    cost: float
-    residuals: Vector
-    jac: Matrix
-    success: bool
-    message: str
-    scale: float
-    """Of a robust loss: from the residuals that are left at last."""
-
-
-def _least(
-    problem: Problem, guess: Vector, low: Vector, high: Vector, loss: str, steps: int
-) -> _Least:
-    """The least squares from a guess, as far as there is time."""
-    least_squares = package("scipy.optimize", "design").least_squares
-
-    def solve(start: Vector, loss: str, scale: float) -> _Least:
-        best = _Least(
-            start,
-            math.inf,
-            np.full(len(problem.elapsed), np.nan),
-            np.zeros((len(problem.elapsed), len(start))),
-            False,
-            "",
-            scale,
-        )
-
-        def residuals(values: Vector) -> Vector:
-            nonlocal best
-            found, jacobian, _ = problem.at(values)
-            cost = _counted(found, loss, scale) / 2
-            if cost < best.cost:
-                best = _Least(values.copy(), cost, found, jacobian, False, "", scale)
-            return found
-
-        try:
-            found = least_squares(
-                residuals,
-                start,
-                problem.jacobian,
-                bounds=(low, high),
-                x_scale="jac",
-                loss=loss,
-                f_scale=scale,
-                ftol=1e-14,
-                xtol=1e-12,
-                gtol=1e-14,
-                max_nfev=steps,
-            )
-        except _Over:
-            return best
-        success = bool(found.success) and problem.at(found.x)[2] != "open"
-        rest = found.fun, found.jac, success, str(found.message), scale
-        return _Least(found.x, float(found.cost), *rest)
-
-    if loss == "linear":
-        return solve(np.clip(guess, low, high), loss, 1.0)
-    found = solve(np.clip(guess, low, high), "soft_l1", 0.1)
-    for _ in range(2):
-        if problem.watch.over:
-            break
-        again = solve(found.x, loss, 2.0 * _spread(found.residuals, loss) + 1e-300)
-        found = again if math.isfinite(again.cost) else found
-    return found
+    noise: float
+    covariance: Matrix
+    standard: Vector
+    singular: Vector
+    """Singular values of the Jacobian by relative changes, (k,)."""
+    lost: tuple[dict[str, float], ...]
+    """Relative changes that the measurements cannot tell from none."""
 
 
-def _spread(residuals: Vector, loss: str, unknown: int = 0) -> float:
-    """Standard deviation of the residuals; by their median where some may be far off."""
-    if loss != "linear":
-        return float(1.4826 * np.median(np.abs(residuals)))
-    return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
-
-
-def _result(problem: Problem, found: _Least, low: Vector, high: Vector, loss: str) -> Fit:
-    """Result of the least squares that fit best."""
-    values, k = found.x, len(found.x)
-    noise = _spread(found.residuals, loss, k)
-    size = np.where(values == 0.0, 1.0, np.abs(values))
+def _errors(problem: Problem, found: Least) -> _Errors:
+    """Errors of the values that fit best, to first order."""
+    noise = found.loss.spread(found.residuals, len(found.x))
+    size = np.where(found.x == 0.0, 1.0, np.abs(found.x))
     _, singular, directions = np.linalg.svd(found.jac * size, full_matrices=False)
     kept = singular > _LOST * singular[0]
     inverse = directions[kept].T / singular[kept]
     covariance = noise**2 * (inverse @ inverse.T) * np.outer(size, size)
-    errors = np.sqrt(np.diag(covariance))
+    standard = np.sqrt(np.diag(covariance))
+    standard[np.any(np.abs(directions[~kept]) > _PART, axis=0)] = math.inf
     lost = [dict(zip(problem.unknown, row.tolist(), strict=True)) for row in directions[~kept]]
-    for row in lost:
-        for i, name in enumerate(problem.unknown):
-            if abs(row[name]) > 0.1:
-                errors[i] = math.inf
-    border = ""
-    with suppress(_Over):
-        border = _border(problem, values, errors, low, high)
+    return _Errors(noise, covariance, standard, singular, tuple(lost))
+
+
+def _result(
+    problem: Problem, found: Least, limits: tuple[Vector, Vector], border: str, done: bool
+) -> Fit:
+    """Result of the least squares that fit best."""
+    errors, values = _errors(problem, found), found.x
     status = FitStatus.CONVERGED if found.success else FitStatus.NOT_CONVERGED
     message = "the least squares came to rest" if found.success else found.message
-    at_bound = [
-        n for n, v, a, b in zip(problem.unknown, values, low, high, strict=True) if v <= a or v >= b
-    ]
-    if problem.watch.over:
+    bound = (values <= limits[0]) | (values >= limits[1])
+    if not done:
         status, message = FitStatus.TIME_LIMIT, "the time is over: these are the best values so far"
-    elif lost:
+    elif errors.lost:
         status, message = FitStatus.NOT_IDENTIFIABLE, "the measurements leave a combination open"
-    elif at_bound:
-        message += f", with {', '.join(at_bound)} at a bound"
-    problem.watch, problem.progress = Watch(), None
-    system = problem.system_at(values)
-    named, now = dict(zip(problem.unknown, values.tolist(), strict=True)), problem.now(values)
+    elif bound.any():
+        names = [name for name, at in zip(problem.unknown, bound, strict=True) if at]
+        message += f", with {', '.join(names)} at a bound"
+    problem.progress = None
+    now = problem.now(values)
     return Fit(
-        system=system,
+        system=problem.system_at(values),
         state=(now["x_r"], now["v_r"], now["v_c"]),
         phase=now["phase"],
-        values=named,
-        standard_errors=dict(zip(problem.unknown, errors.tolist(), strict=True)),
-        covariance=covariance,
-        success=status is FitStatus.CONVERGED,
+        values=dict(zip(problem.unknown, values.tolist(), strict=True)),
+        standard_errors=dict(zip(problem.unknown, errors.standard.tolist(), strict=True)),
+        covariance=errors.covariance,
         status=status,
         message=message,
         evaluations=problem.evaluations,
-        noise=noise,
-        residuals=found.residuals,
-        singular_values=singular,
-        open_combinations=tuple(lost),
+        noise=errors.noise,
+        singular_values=errors.singular,
+        open_combinations=errors.lost,
         border=border,
         problem=problem,
-        limits=(low, high),
-        loss=loss,
-        loss_scale=found.scale,
-        least=2.0 * found.cost,
+        limits=limits,
+        found=found,
     )
 
 
@@ -607,97 +350,3 @@ def _border(problem: Problem, values: Vector, errors: Vector, low: Vector, high:
             if low[i] <= moved[i] <= high[i] and problem.itinerary(moved) != itinerary:
                 return name
     return ""
-
-
-def _shape(loss: str, z: Vector) -> tuple[Vector, Vector, Vector]:
-    """SciPy's loss of squared residuals z over its scale, and its first two derivatives."""
-    one = np.ones_like(z)
-    if loss == "soft_l1":
-        root = np.sqrt(1 + z)
-        return 2 * (root - 1), 1 / root, -0.5 / root**3
-    if loss == "huber":
-        root = np.sqrt(np.maximum(z, 1.0))
-        return np.where(z <= 1, z, 2 * root - 1), 1 / root, np.where(z <= 1, 0.0, -0.5 / root**3)
-    if loss == "cauchy":
-        return np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2
-    if loss == "arctan":
-        return np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2
-    return z, one, 0 * z
-
-
-def _counted(residuals: Vector, loss: str, scale: float) -> float:
-    """The sum of residuals' squares as the loss counts them."""
-    return float(scale**2 * _shape(loss, (residuals / scale) ** 2)[0].sum())
-
-
-def _variance(fitted: Fit) -> float:
-    """By how much the sum grows where a value is a standard error off.
-
-    That of an M-estimator: the mean square of the influence over its mean slope (Huber, Robust
-    Statistics, 1981, section 6.3).
-    """
-    if fitted.loss == "linear":
-        return fitted.noise**2
-    z = (fitted.residuals / fitted.loss_scale) ** 2
-    _, first, second = _shape(fitted.loss, z)
-    influence, slope = fitted.residuals * first, first + 2 * z * second
-    return float(np.mean(influence**2) / np.mean(slope))
-
-
-def _edge(fitted: Fit, name: str, deviations: float) -> float:
-    """Where the sum of squares has grown so far on one side of an unknown."""
-    optimize = package("scipy.optimize", "design")
-    problem, k = fitted.problem, list(fitted.values).index(name)
-    values = np.array(list(fitted.values.values()))
-    others = [i for i in range(len(values)) if i != k]
-    low, high = fitted.limits
-    robust: Any = {"loss": fitted.loss, "f_scale": fitted.loss_scale}
-    variance = _variance(fitted)
-    guess = values[others]
-
-    def grown(at: float) -> float:
-        nonlocal guess
-        if not others:
-            total = _counted(problem.residuals(np.array([at])), fitted.loss, fitted.loss_scale)
-        else:
-
-            def whole(part: Vector) -> Vector:
-                full = np.empty(len(values))
-                full[k], full[others] = at, part
-                return full
-
-            def residuals(part: Vector) -> Vector:
-                found: Vector = problem.residuals(whole(part))
-                return found
-
-            def jacobian(part: Vector) -> Matrix:
-                found: Matrix = problem.jacobian(whole(part))[:, others]
-                return found
-
-            found = optimize.least_squares(
-                residuals,
-                guess,
-                jacobian,
-                bounds=(low[others], high[others]),
-                x_scale="jac",
-                **robust,
-            )
-            guess, total = found.x, 2 * found.cost
-        return float((total - fitted.least) / variance - deviations**2)
-
-    step = deviations * fitted.standard_errors[name]
-    if math.isinf(step):  # the measurements leave it open
-        return float(high[k] if step > 0 else low[k])
-    far = values[k] + step
-    for _ in range(20):
-        far = float(np.clip(far, low[k], high[k]))
-        if far == values[k]:
-            return far
-        if grown(far) >= 0:
-            edge: float = optimize.brentq(grown, values[k], far, xtol=1e-6 * abs(step))
-            return edge
-        if far in (low[k], high[k]):
-            return far
-        step *= 1.5
-        far = values[k] + step
-    return math.copysign(math.inf, deviations)

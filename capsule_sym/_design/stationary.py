@@ -259,13 +259,16 @@ class _Conditions:
         return np.array(columns).reshape(len(free), len(free)).T
 
     def curved(self, state: _State) -> bool:
-        """Whether the Lagrangian's curvature along the active constraints is not negative."""
-        by = state.point.by[self.active][:, self.rows]
+        """Whether the Lagrangian's curvature along the active constraints is not negative.
+
+        Raises LinAlgError where an orbit beside this one is lost.
+        """
+        by, second = state.point.by[self.active][:, self.rows], self.curvature(state)
         along = package("scipy.linalg", "design").null_space(by)[:-1]
         if not along.size:
             return True
-        second = -along.T @ self.curvature(state) @ along
-        return bool(np.linalg.eigvalsh((second + second.T) / 2).min() > -_FLAT)
+        projected = -along.T @ (second + second.T) @ along / 2
+        return bool(np.linalg.eigvalsh(projected).min() > -_FLAT)
 
     def told(self, state: _State, pull: Vector, minimal: bool) -> Stationary:
         """What was found, with the residual that is left."""

@@ -20,8 +20,8 @@ from capsule_sym import (
     sensitivities,
     simulate,
 )
-from capsule_sym._design.fit import Problem
 from capsule_sym._design.measured import measured
+from capsule_sym._design.residuals import Problem
 from capsule_sym._design.units import DEVICE, slopes_of
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
@@ -450,8 +450,8 @@ def test_a_fit_of_many_rows_takes_few_derivatives_and_blocks_of_memory(monkeypat
         rows.append(len(times))
         return sensitivities(run, times)
 
-    monkeypatch.setattr("capsule_sym._design.fit.sensitivities", counted)
-    monkeypatch.setattr("capsule_sym._design.fit._BLOCK", 100)
+    monkeypatch.setattr("capsule_sym._design.residuals.sensitivities", counted)
+    monkeypatch.setattr("capsule_sym._design.residuals._BLOCK", 100)
     told = []
     how = {"state": START, "phase": PHASE, "starts": 8, "progress": told.append}
     data = series(count=250, noise=1e-3)
@@ -470,7 +470,7 @@ def test_derivatives_that_do_not_exist_are_not_given_to_lapack(capfd, monkeypatc
         found.slopes[times > 40.0] = np.inf
         return found
 
-    monkeypatch.setattr("capsule_sym._design.fit.sensitivities", after_grazing)
+    monkeypatch.setattr("capsule_sym._design.residuals.sensitivities", after_grazing)
     how = {"state": START, "phase": PHASE}
     found = fit(series(count=60), TRUE.replace(alpha=0.85), ("alpha",), **how)
     assert found.values["alpha"] == pytest.approx(0.83, abs=1e-6)

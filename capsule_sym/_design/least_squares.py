@@ -1,0 +1,205 @@
+"""Least squares with robust losses by SciPy, and the intervals in which they hardly grow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from capsule_sym._design.residuals import Problem
+from capsule_sym._map.labelled import package
+from capsule_sym._native import TimeUp
+
+Matrix = NDArray[np.float64]
+Vector = NDArray[np.float64]
+_FIRST = "soft_l1", 0.1  # loss and scale of the first fit of a robust one
+_STRETCHES = 20  # of the search for an end, each longer than the one before
+_LONGER = 1.5
+_ENDED = 1e-6  # of a step, by which the end of an interval may be off
+
+
+class _Shape(NamedTuple):
+    """SciPy's loss of squared residuals z over its scale squared, and its first two derivatives."""
+
+    loss: Vector
+    first: Vector
+    second: Vector
+
+
+def _soft_l1(z: Vector) -> _Shape:
+    root = np.sqrt(1 + z)
+    return _Shape(2 * (root - 1), 1 / root, -0.5 / root**3)
+
+
+def _huber(z: Vector) -> _Shape:
+    root = np.sqrt(np.maximum(z, 1.0))
+    near = z <= 1
+    return _Shape(np.where(near, z, 2 * root - 1), 1 / root, np.where(near, 0.0, -0.5 / root**3))
+
+
+LOSSES: dict[str, Callable[[Vector], _Shape]] = {
+    "linear": lambda z: _Shape(z, np.ones_like(z), np.zeros_like(z)),
+    "soft_l1": _soft_l1,
+    "huber": _huber,
+    "cauchy": lambda z: _Shape(np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2),
+    "arctan": lambda z: _Shape(np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
+}
+
+
+@dataclass(frozen=True)
+class Loss:
+    """How residuals count: by a name of SciPy, and the residual from which they count less."""
+
+    name: str
+    scale: float = 1.0
+
+    def sum(self, residuals: Vector) -> float:
+        """The sum of the residuals' squares as the loss counts them."""
+        return float(self.scale**2 * LOSSES[self.name]((residuals / self.scale) ** 2).loss.sum())
+
+    def spread(self, residuals: Vector, unknown: int = 0) -> float:
+        """Standard deviation of the residuals; by their median where some may be far off."""
+        if self.name != "linear":
+            return float(1.4826 * np.median(np.abs(residuals)))
+        return math.sqrt(float(residuals @ residuals) / max(1, len(residuals) - unknown))
+
+    def variance(self, residuals: Vector, noise: float) -> float:
+        """By how much the sum grows where a value is a standard error off.
+
+        That of an M-estimator: the mean square of the influence over its mean slope (Huber, Robust
+        Statistics, 1981, section 6.3).
+        """
+        if self.name == "linear":
+            return noise**2
+        z = (residuals / self.scale) ** 2
+        _, first, second = LOSSES[self.name](z)
+        return float(np.mean((residuals * first) ** 2) / np.mean(first + 2 * z * second))
+
+
+class Least(NamedTuple):
+    """End of the least squares, with the loss's weights in the Jacobian where it is a minimum."""
+
+    x: Vector
+    cost: float
+    residuals: Vector
+    jac: Matrix
+    success: bool
+    message: str
+    loss: Loss
+    """Of a robust one the scale is from the residuals that are left at last."""
+
+
+def least(
+    problem: Problem, guess: Vector, limits: tuple[Vector, Vector], loss: str, steps: int
+) -> Least:
+    """The least squares from a guess, as far as there is time."""
+    guess = np.clip(guess, *limits)
+    if loss == "linear":
+        return _solved(problem, guess, limits, Loss(loss), steps)
+    found = _solved(problem, guess, limits, Loss(*_FIRST), steps)
+    for _ in range(2):
+        own = Loss(loss, 2.0 * found.loss.spread(found.residuals) + 1e-300)
+        again = _solved(problem, found.x, limits, own, steps)
+        found = again if math.isfinite(again.cost) else found
+    return found
+
+
+def _solved(
+    problem: Problem, start: Vector, limits: tuple[Vector, Vector], loss: Loss, steps: int
+) -> Least:
+    """The least squares of one loss; where the time is over the best of the values tried."""
+    count = len(problem.data.values)
+    nothing = np.full(count, np.nan), np.zeros((count, len(start)))
+    best = Least(start, math.inf, *nothing, False, "", loss)
+
+    def residuals(values: Vector) -> Vector:
+        nonlocal best
+        found, jacobian, _ = problem.at(values)
+        cost = loss.sum(found) / 2
+        if cost < best.cost:
+            best = Least(values.copy(), cost, found, jacobian, False, "", loss)
+        return found
+
+    try:
+        found = package("scipy.optimize", "design").least_squares(
+            residuals,
+            start,
+            problem.jacobian,
+            bounds=limits,
+            x_scale="jac",
+            loss=loss.name,
+            f_scale=loss.scale,
+            ftol=1e-14,
+            xtol=1e-12,
+            gtol=1e-14,
+            max_nfev=steps,
+        )
+    except TimeUp:
+        return best
+    success = bool(found.success) and problem.at(found.x)[2] != "open"
+    message = str(found.message)
+    return Least(found.x, float(found.cost), found.fun, found.jac, success, message, loss)
+
+
+class Profile:
+    """The least squares with one unknown held, from the fit on: its growth, and where it ends."""
+
+    def __init__(
+        self, problem: Problem, found: Least, limits: tuple[Vector, Vector], k: int, noise: float
+    ) -> None:
+        self.problem, self.found, self.limits, self.k = problem, found, limits, k
+        self.variance = found.loss.variance(found.residuals, noise)
+        self.others = np.arange(len(found.x)) != k
+        self.guess = found.x[self.others]
+
+    def end(self, deviations: float, step: float) -> float:
+        """Where the sum has grown so far, searched in steps; a bound where it has not before it."""
+        value, low, high = self.found.x[self.k], self.limits[0][self.k], self.limits[1][self.k]
+        if math.isinf(step):  # the measurements leave it open
+            return float(high if step > 0 else low)
+        goal = deviations**2
+        far = value + step
+        for _ in range(_STRETCHES):
+            far = float(np.clip(far, low, high))
+            if far == value:
+                return far
+            if self.growth(far) >= goal:
+                brentq: Any = package("scipy.optimize", "design").brentq
+                at: float = brentq(
+                    lambda at: self.growth(at) - goal, value, far, xtol=_ENDED * abs(step)
+                )
+                return at
+            if far in (low, high):
+                return far
+            step *= _LONGER
+            far = value + step
+        return math.copysign(math.inf, deviations)
+
+    def growth(self, at: float) -> float:
+        """How far the sum has grown, in variances, where the unknown is held at a value."""
+        loss, others = self.found.loss, self.others
+        full = self.found.x.copy()
+        full[self.k] = at
+
+        def whole(part: Vector) -> Vector:
+            full[others] = part
+            return full
+
+        if not others.any():
+            total = loss.sum(self.problem.residuals(full))
+        else:
+            found = package("scipy.optimize", "design").least_squares(
+                lambda part: self.problem.residuals(whole(part)),
+                self.guess,
+                lambda part: self.problem.jacobian(whole(part))[:, others],
+                bounds=(self.limits[0][others], self.limits[1][others]),
+                x_scale="jac",
+                loss=loss.name,
+                f_scale=loss.scale,
+            )
+            self.guess, total = found.x, 2 * found.cost
+        return float((total - 2 * self.found.cost) / self.variance)
