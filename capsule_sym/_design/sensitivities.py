@@ -17,18 +17,18 @@ from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import Trajectory, evaluation
 from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import checked_seconds
+from capsule_sym._map.expansion import Guard
 from capsule_sym._map.segments import Records
 from capsule_sym._native import Watch, check_time, core, present
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS
-from capsule_sym.generated import formulas
+from capsule_sym._orbits.shooting.equations import BY_TIME, PARAMETERS, total
+from capsule_sym._orbits.shooting.guards import guard_by
+from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
 
 START = ("x_r", "v_r", "v_c", "phase")
 SLOPES = (*START, *PARAMETERS)
 STATE = ("x_r", "v_r", "v_c", "x_c")
-_PHASE, _OMEGA, _DELTA, _ZETA, _BETA, _F_B = (
-    SLOPES.index(name) for name in ("phase", "omega", "delta", "zeta", "beta", "f_b")
-)
+_PHASE, _OMEGA, _X_C = SLOPES.index("phase"), SLOPES.index("omega"), STATE.index("x_c")
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +100,11 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     states = run(times, position=True)
     order = evaluation.in_order(times)
     ascending = times if order is None else times[order]
-    switches = np.full((max(len(records) - 1, 0), 11), np.nan)
-    found = np.full((len(times), 4, 12), np.nan)
+    switches = np.full((max(len(records) - 1, 0), len(SLOPES)), np.nan)
+    found = np.full((len(times), len(STATE), len(SLOPES) + 1), np.nan)
     with limit:
         if not len(records):
-            found[:] = np.eye(4, 12) * [1, 1, 1, *(9 * [0])]
+            found[:] = np.diag([1, 1, 1, 0]) @ np.eye(len(STATE), len(SLOPES) + 1)
         elif core is not None:
             native = evaluation.borrowed(run.parameters.to_dict().values())
             passed = native.differentiate(records, ascending, switches, found, present())
@@ -121,8 +121,8 @@ def sensitivities(run: Trajectory, t: ArrayLike, *, max_seconds: float = math.in
     ends = (
         records["end_period"] * run.parameters.period + records["end_angle"] / run.parameters.omega
     )
-    rates = slopes[..., 11]
-    return Sensitivities(times, states, slopes[..., :11], rates, ends[:-1], switches, status)
+    by, rates = slopes[..., :-1], slopes[..., -1]
+    return Sensitivities(times, states, by, rates, ends[:-1], switches, status)
 
 
 def differentiated(
@@ -133,85 +133,67 @@ def differentiated(
     slopes: NDArray[np.float64],
 ) -> None:
     """The same in Python, as a reference to read and where there is no core; times ascend."""
-    omega = run.parameters.omega
+    p = run.parameters
     with backend("numpy") as numbers:
-        forms = ClosedForms(numbers, tuple(run.parameters.to_dict().values()))
-        state, time = np.eye(4, 11), np.zeros(11)
-        state[3, 3] = 0.0
-        begins = records["start_period"] * run.parameters.period + records["start_angle"] / omega
+        forms = ClosedForms(numbers, tuple(p.to_dict().values()))
+        state, time = np.eye(len(STATE), len(SLOPES)), np.zeros(len(SLOPES))
+        state[_X_C, _PHASE] = 0.0
+        begins = records["start_period"] * p.period + records["start_angle"] / p.omega
         of = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
         for i, record in enumerate(records):
             check_time()
-            c = forms.constants(int(record["field"]))
-            closed = numbers.kernels.Start(
-                record["start"][0],
-                record["gap"],
-                *record["start"][1:],
-                *(record[name] for name in ("margin", "cosine", "sine")),
-            )
-            angle = omega * time
-            angle[_PHASE] += omega
+            angle = p.omega * time
+            angle[_PHASE] += p.omega
             angle[_OMEGA] += begins[i]
-
-            def rows(
-                h: float, closed: Any = closed, c: Any = c, field: Any = record["field"]
-            ) -> Any:
-                matrix = forms.run(int(field), c, closed, h)[1].copy()
-                if not c.drift:
-                    matrix[2, 2] = 1.0
-                return matrix
-
-            def total(
-                matrix: NDArray[np.float64],
-                moved: NDArray[np.float64],
-                state: NDArray[np.float64] = state,
-                angle: NDArray[np.float64] = angle,
-            ) -> NDArray[np.float64]:
-                found = matrix[:, :3] @ state[:3] + np.outer(matrix[:, 3], angle)
-                found += np.outer(matrix[:, 4], moved)
-                found[:, 4:] += matrix[:, 5:]
-                return found
-
+            carried = np.insert(np.vstack([state[:_X_C], angle]), BY_TIME, 0.0, axis=1)
             for k in np.flatnonzero(of == i):
-                matrix = rows(times[k] - begins[i])
-                slopes[k, :, :11] = total(matrix, -time)
-                slopes[k, 3, :11] += state[3]
-                slopes[k, :, 11] = matrix[:, 4]
+                by = _by(forms, record, carried, times[k] - begins[i])
+                slopes[k, :, :-1], slopes[k, :, -1] = _at_time(by, -time), by[:, BY_TIME]
+                slopes[k, _X_C, :-1] += state[_X_C]
             if i + 1 == len(records):
                 break
-            following = forms.constants(int(records[i + 1]["field"]))
-            matrix = rows(record["duration"])
-            guard = guard_row(c, following, record["end"], matrix)
-            later = (
-                np.zeros(11) if guard is None else total(guard[None], np.zeros(11))[0] / -guard[4]
-            )
-            passed = total(matrix, later)
-            passed[3] += state[3]
-            if not following.drift:
-                passed[2] = 0.0
+            by = _by(forms, record, carried, record["duration"])
+            later, following = np.zeros(len(SLOPES)), int(records[i + 1]["field"])
+            guard = _guard(int(record["field"]), following)
+            if guard is not None:
+                c, (x_r, v_r, _) = forms.constants(int(record["field"])), record["end"]
+                row = guard_by(c, guard, x_r - p.delta, v_r, by[:_X_C])
+                later = np.delete(row, BY_TIME) / -row[BY_TIME]
+            passed = _at_time(by, later)
+            passed[_X_C] += state[_X_C]
+            if not drift(following):
+                passed[STATE.index("v_c")] = 0.0
             state, time = passed, time + later
             switches[i] = time
 
 
-def guard_row(
-    c: Any, following: Any, end: NDArray[np.float64], matrix: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
-    """Derivatives of the guard that ends a segment, as a row like those of the state (12,).
+def _by(
+    forms: ClosedForms, record: Any, carried: NDArray[np.float64], h: float
+) -> NDArray[np.float64]:
+    """Derivatives (4, 12) of the state after a part h of a segment, by SLOPES with h among them.
 
-    That is x_r - delta where contact changes, v_c where a slip ends, else P less the bound that it
-    passes; None where the field stays.
+    `carried` has those of state and forcing angle where the segment begins.
     """
-    if following.contact != c.contact:
-        row = np.array(matrix[0])
-        row[_DELTA + 1] -= 1.0
-        return row
-    if c.drift:
-        return None if following.drift == c.drift else np.array(matrix[2])
-    if not following.drift:
+    field, start = int(record["field"]), record["start"]
+    known = (record[name] for name in ("margin", "cosine", "sine"))
+    closed = forms.numbers.kernels.Start(start[0], record["gap"], *start[1:], *known)
+    rows = forms.run(field, forms.constants(field), closed, h)[1].copy()
+    if not drift(field):
+        rows[STATE.index("v_c"), STATE.index("v_c")] = 1.0
+    found: NDArray[np.float64] = total(rows, carried[:_X_C], carried[_X_C], BY_TIME)
+    return found
+
+
+def _at_time(by: NDArray[np.float64], h_by: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Derivatives (4, 11), where the part h of the segment has these, (11,)."""
+    found: NDArray[np.float64] = np.delete(by, BY_TIME, axis=1) + np.outer(by[:, BY_TIME], h_by)
+    return found
+
+
+def _guard(field: int, following: int) -> Guard | None:
+    """The guard that ends a segment: that of the contact first; None where the field stays."""
+    if contact(field) != contact(following):
+        return Guard.GAP
+    if drift(field) == drift(following):
         return None
-    row = formulas.force_change(c, matrix[0], matrix[1])
-    slopes = formulas.force_slopes(c, end[0] - c.delta, end[1])
-    for column, slope in zip((_DELTA, _ZETA, _BETA), slopes, strict=True):
-        row[column + 1] += slope
-    row[_F_B + 1] -= following.drift
-    return row  # type: ignore[no-any-return]
+    return guard_between(field, following)

@@ -71,7 +71,7 @@ class SegmentFlow:
 
     def total(self, rows: Matrix) -> Matrix:
         """Total derivatives (..., many) of what has these rows (..., 12) within the segment."""
-        return _total(rows, self.start_by, self.angle_by, self.column)
+        return total(rows, self.start_by, self.angle_by, self.column)
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,13 +262,13 @@ def _flow(
         moved=np.array([position, change, advance]),
         matrix=matrix,
         start_by=begin_by[0],
-        end_by=_total(matrix[:STATES], *begin_by, column),
+        end_by=total(matrix[:STATES], *begin_by, column),
         angle_by=begin_by[1],
         column=column,
     )
 
 
-def _total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Matrix:
+def total(rows: Matrix, state_by: Matrix, angle_by: Vector, column: int) -> Matrix:
     """Total derivatives of what depends on a segment's start, duration and the parameters."""
     result = rows[..., :STATES] @ state_by + rows[..., BY_ANGLE, None] * angle_by
     result[..., column] = result[..., column] + rows[..., BY_TIME]
