@@ -133,6 +133,19 @@ def test_divided_functional_is_one_on_both_sides_of_the_series(
         assert floats(one) == pytest.approx(floats(other), abs=1e-20)
 
 
+@pytest.mark.parametrize("h", [0.15, 1.7])
+@pytest.mark.parametrize("zeros", [1, 2])
+def test_derivatives_of_a_divided_functional_against_differences(zeros: int, h: float) -> None:
+    step, row = arb("1e-15"), matrix(1, 6, ((0, 2, 1),))
+    field, other = (Field(4, VALUES | {"gamma": VALUES["gamma"] + s}) for s in (0, step))
+    value, slope = field.divided(row, zeros, ball(h))
+    later, _ = field.divided(row, zeros, ball(h) + step)
+    moved, _ = other.divided(row, zeros, ball(h))
+    assert floats((later - value) / step) == pytest.approx(floats(slope), abs=1e-13)
+    by = row * field.flow_by(ball(h), "gamma", zeros)
+    assert floats((moved - value) / step) == pytest.approx(floats(by), abs=1e-13)
+
+
 def test_the_tail_of_a_short_series_is_what_makes_it_an_enclosure(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -169,7 +169,7 @@ class Shooting:
         functional, slope = field.divided(unit, zeros, h)
         slopes = functional * node.by + self._at(self.durations[segment], slope * node.state)
         for name in self._moving(field):
-            moved = field.divided_by(unit, zeros, h, name)
+            moved = unit * field.flow_by(h, name, zeros)
             slopes += self._at(self.parameter(name), moved * node.state)
         return functional * node.state, slopes
 
