@@ -317,3 +317,22 @@ def test_a_resonance_is_where_a_second_multiplier_is_the_same(value: float, name
         tests.append(of_matrix(matrix)[name])
     assert tests[1] == pytest.approx(0, abs=1e-12)
     assert tests[0] * tests[2] < 0
+
+
+def test_a_crossing_that_fails_lets_the_curve_end_where_it_was() -> None:
+    """The itinerary beyond is longer: its segments are not those of the last point."""
+    start = settled(
+        alpha=1.3172520527091784,
+        omega=0.34,
+        delta=0.6286309135351807,
+        zeta=0.11369938310363782,
+        beta=17.903008679127566,
+        gamma=2.218772879668801,
+        f_b=1.5157150606580156,
+    )
+    (corner, *_) = continue_orbit(start, "f_b", 1.55).bifurcations
+    curve = continue_bifurcation(corner, "zeta", ((1.2, 1.9), (0.05, 0.17)), points=10)
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.CODIMENSION_TWO]
+    last = curve.codimension_two[-1]
+    assert last.types == ("boundary-intersection crossing", GRAZING)
+    assert last.values == pytest.approx(curve.points[-1].values, abs=5e-3)

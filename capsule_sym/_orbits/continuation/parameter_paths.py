@@ -86,8 +86,8 @@ class ParameterPath:
 
     The name is a parameter, or another one that a tied parameter is an affine function of. The
     functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
-    as text, and None for those of Python. Parameters are dimensionless, shape (7,), derivatives by
-    them (many, 7); a name of one's own has the units that its ties give it.
+    as text, and None for those of Python. Parameters are dimensionless, derivatives by them (many,
+    parameters); a name of one's own has the units that its ties give it.
     """
 
     name: str
@@ -95,7 +95,7 @@ class ParameterPath:
     texts: tuple[tuple[str, str | None], ...] = ()
 
     def value(self, values: Sequence[Number]) -> Number:
-        """The value of what varies, at seven parameters on the path."""
+        """The value of what varies, at parameters on the path."""
         if self.name in PARAMETERS:
             return values[PARAMETERS.index(self.name)]
         name, function = self._affine()
@@ -103,7 +103,7 @@ class ParameterPath:
         return (values[PARAMETERS.index(name)] - at.value) / at.slope
 
     def placed(self, values: Sequence[Number], value: Number) -> list[Number]:
-        """The seven parameters where what varies has this value; the others as given."""
+        """All parameters where what varies has this value; the others as given."""
         placed = list(values)
         if self.name in PARAMETERS:
             placed[PARAMETERS.index(self.name)] = value
@@ -112,7 +112,7 @@ class ParameterPath:
         return placed
 
     def along(self, by_p: Matrix, value: Number) -> Vector:
-        """The derivative by what varies, from those by the parameters, (many, 7)."""
+        """The derivative by what varies, from those by the parameters, (many, parameters)."""
         result = 0 * by_p[:, 0]
         if self.name in PARAMETERS:
             result = result + by_p[:, PARAMETERS.index(self.name)]
@@ -144,7 +144,7 @@ class ParameterPath:
         values = tuple(base.to_dict().values())
         for at in np.linspace(first, last, _SAMPLES).tolist():
             try:
-                self.along(np.ones((1, 7)), at)
+                self.along(np.ones((1, len(PARAMETERS))), at)
                 placed = [float(value) for value in self.placed(values, at)]
             except (NoNumber, TypeError, ValueError) as error:
                 where = f"arithmetic of {self.name} with a value at {at:g} ({error})"
@@ -152,7 +152,7 @@ class ParameterPath:
             base.replace(**dict(zip(PARAMETERS, placed, strict=True)))
 
     def holds(self, values: Sequence[float]) -> bool:
-        """Whether seven parameters are on the path."""
+        """Whether parameters are on the path."""
         placed = self.placed(values, self.value(values))
         return all(
             abs(a - b) <= _ON_PATH * (abs(a) + abs(b)) for a, b in zip(values, placed, strict=True)

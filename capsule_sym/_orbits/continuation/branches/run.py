@@ -30,7 +30,13 @@ from capsule_sym._orbits.continuation.points.bifurcation import (
     sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at
-from capsule_sym._orbits.continuation.points.kinds import HIGHER, INITIALS, PERIOD_DOUBLING, place
+from capsule_sym._orbits.continuation.points.kinds import (
+    DURATIONS,
+    HIGHER,
+    INITIALS,
+    PERIOD_DOUBLING,
+    place,
+)
 from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -196,13 +202,12 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
     # The doubled orbit's equations are singular there; those of half the period are not.
     share = before @ before / (before @ before - before @ after)
     middle = old.z + share * (new.z - old.z)
-    z = np.array([*middle[:4], *(middle[4 : 4 + n] + middle[4 + n :]) / 2])
+    start, first, second = np.split(middle, [DURATIONS, DURATIONS + n])
+    z = np.array([*start, *(first + second) / 2])
     (axis,) = family.axes
-    first, last = (axis.share(one.values) for one in (old, new))
+    q, end = (axis.share(one.values) for one in (old, new))
     once = Itinerary(itinerary.segments[:n], itinerary.period_number // 2)
-    guess = orbit_at(
-        family.numbers, axis.placed(old.values, first + float(share) * (last - first)), once, z
-    )
+    guess = orbit_at(family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z)
     found = Family(family.problem, guess).solved(guess, (PERIOD_DOUBLING,))
     near = found is not None and abs(found.orbit.z - z).max() <= abs(new.z - old.z).max()
     return found if near else None

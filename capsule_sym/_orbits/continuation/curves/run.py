@@ -32,6 +32,7 @@ from capsule_sym._orbits.continuation.points.conditions import (
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import (
     DEGENERATE,
+    DURATIONS,
     HIGHER,
     NEIMARK_SACKER,
     RESONANCES,
@@ -197,7 +198,7 @@ class CurveRun(Run):
         Where a neighbour vanishes with it, one of all the conditions follows from the others.
         """
         z = orbit.z.copy()
-        z[[4 + segment for segment in segments]] = 0.0
+        z[[DURATIONS + segment for segment in segments]] = 0.0
         continuation = Continuation(self.problem, orbit, segments[0])
         found = continuation.solved(replace(orbit, z=z), (DEGENERATE,), segments)
         near = self.problem.settings.degenerate_distance
@@ -205,7 +206,8 @@ class CurveRun(Run):
 
     def _ends_in_point(self, state: State) -> bool:
         """Whether the curve has ended in a degenerate point, which is then recorded."""
-        orbit, own = state.orbit, self.continuation.zero_segment
+        # A crossing that failed has left the itinerary of the last point.
+        orbit, own = state.orbit, self.points[-1].segment
         known = self.codimension_two[-1:]
         if own is None or orbit.itinerary.mirrored or any(p.itinerary_after is None for p in known):
             return False

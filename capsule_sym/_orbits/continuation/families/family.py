@@ -67,21 +67,21 @@ class Family:
 
     def direction(self, segment: int) -> Vector:
         """The unknowns' direction (many,) in which the duration of a segment grows."""
-        unit = np.eye(4 + len(self.itinerary))[4 + segment]
+        unit = np.eye(kinds.DURATIONS + len(self.itinerary))[kinds.DURATIONS + segment]
         return np.append(self._without_segment(unit), np.zeros(len(self.axes)))
 
     def _without_segment(self, by_z: Vector) -> Vector:
         """Entries by z, along the last axis, without that of the segment of duration 0."""
         if self.zero_segment is None:
             return by_z
-        return np.delete(by_z, 4 + self.zero_segment, axis=-1)
+        return np.delete(by_z, kinds.DURATIONS + self.zero_segment, axis=-1)
 
     def orbit(self, u: Vector) -> Orbit:
         """The orbit, or what is to become one, of these unknowns."""
         count = len(self.axes)
         z, values = u[:-count], list(self.values)
         if self.zero_segment is not None:
-            z = np.insert(z, 4 + self.zero_segment, 0.0)
+            z = np.insert(z, kinds.DURATIONS + self.zero_segment, 0.0)
         for axis, q in zip(self.axes, u[-count:], strict=True):
             values = axis.placed(values, float(q))
         return orbit_at(self.numbers, values, self.itinerary, z)

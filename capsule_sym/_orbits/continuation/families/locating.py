@@ -16,7 +16,13 @@ from capsule_sym._orbits.continuation.points.conditions import (
     noise,
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution
-from capsule_sym._orbits.continuation.points.kinds import CUSP, FOLD, NEIMARK_SACKER, SMOOTH
+from capsule_sym._orbits.continuation.points.kinds import (
+    CUSP,
+    DURATIONS,
+    FOLD,
+    NEIMARK_SACKER,
+    SMOOTH,
+)
 from capsule_sym._orbits.shooting.admissibility import (
     DURATION,
     LANDING,
@@ -182,14 +188,14 @@ def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbi
 
     None where that itinerary has one segment.
     """
-    z, segment = found.orbit.z, 4 + failed.segment
+    z, segment = found.orbit.z, DURATIONS + failed.segment
     if failed.kind == LANDING:
         z = np.delete(z, segment + 1)
     elif failed.kind == MINIMUM:
         if family.itinerary.segments[0].guard is None:
             return None
         z = np.array([*z[:segment], sum(z[segment : segment + 3]), *z[segment + 3 :]])
-    return replace(found.orbit, z=z[: 4 + len(family.itinerary)])
+    return replace(found.orbit, z=z[: DURATIONS + len(family.itinerary)])
 
 
 def _failing_share(held: list[Inequality], failed: Inequality) -> float:

@@ -64,20 +64,20 @@ class Axis(NamedTuple):
         return self.path.name
 
     def value(self, values: Sequence[Number]) -> float:
-        """The value of what varies, at seven parameters."""
+        """The value of what varies, at these parameters."""
         return float(self.path.value(values))
 
     def share(self, values: Sequence[Number]) -> float:
-        """The q of seven parameters."""
+        """The q of these parameters."""
         return (self.value(values) - self.begin) / (self.end - self.begin)
 
     def placed(self, values: Sequence[float], q: float) -> list[float]:
-        """The seven parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
+        """All parameters at q; its ends, 0 and 1, give those of the range to the last bit."""
         near, share = (self.end, q - 1) if q > 0.5 else (self.begin, q)
         return self.path.placed(values, near + share * (self.end - self.begin))
 
     def along(self, by_p: Matrix, values: Sequence[float]) -> Vector:
-        """The derivative by q, from those by the parameters, (many, 7)."""
+        """The derivative by q, from those by the parameters, (many, parameters)."""
         return self.path.along(by_p, self.value(values)) * (self.end - self.begin)
 
 

@@ -76,6 +76,7 @@ def gradient_of_test_function(
     """Gradient (n + 4 + m,) of a test function by z and along m directions of the parameters."""
     matrix = monodromy_matrix(orbit)
     first, _, third = _invariants(matrix)
+    unit = np.eye(len(matrix))
     cofactors = np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])
     weights = {
         FOLD: (1, -1, 1),
@@ -84,7 +85,7 @@ def gradient_of_test_function(
         RESONANCE_1_1: (-2, 1, 0),
         RESONANCE_1_2: (2, 1, 0),
     }[name]
-    of_invariants = np.eye(3), first * np.eye(3) - matrix.T, cofactors
+    of_invariants = unit, first * unit - matrix.T, cofactors
     by = sum(weight * one for weight, one in zip(weights, of_invariants, strict=True))
     changes = monodromy_derivative(numbers, orbit, directions)
     return np.einsum("ij,kij->k", by, changes)  # type: ignore[no-any-return]

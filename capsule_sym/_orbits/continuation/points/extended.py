@@ -11,6 +11,7 @@ import numpy as np
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points.conditions import Vanishing
+from capsule_sym._orbits.continuation.points.kinds import DURATIONS
 from capsule_sym._orbits.shooting.equations import (
     ROUNDINGS,
     Matrix,
@@ -76,7 +77,7 @@ class ExtendedSystem:
     conditions: Sequence[Condition] = ()
 
     def __post_init__(self) -> None:
-        gone = [4 + segment for segment in self.segments]
+        gone = [DURATIONS + segment for segment in self.segments]
         self.rest = [i for i in range(len(self.z)) if i not in gone]
         self._kept: ShootingSystem | None = None
         # Of conditions without an exact gradient: differences at first, then Broyden's updates. An

@@ -8,7 +8,10 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.changes import around
 from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
-from capsule_sym.generated import formulas
+from capsule_sym.generated import facts, formulas
+
+#: Index in z of the first segment's duration: state and forcing angle come before.
+DURATIONS = len(facts.STATE) + 1
 
 GRAZING = "grazing"
 ADDING = "adding-sliding"

@@ -1,4 +1,4 @@
-"""Normal forms of bifurcations: what a bifurcation says of the orbits beside it.
+"""Normal forms of bifurcations: leading terms of the orbits beside them.
 
 Beside a bifurcation the parameter is a function of one amplitude s: parameter - value = growth
 s^order to leading order. At a border collision s is the duration of the inserted segment. At a
@@ -20,6 +20,7 @@ from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,
     CORNER,
     CROSSING,
+    DURATIONS,
     FOLD,
     GRAZING,
     GRAZING_SLIDING,
@@ -38,7 +39,7 @@ from capsule_sym._orbits.shooting.taylor import (
     quotient,
     residual_series,
 )
-from capsule_sym.generated import formulas
+from capsule_sym.generated import facts, formulas
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
@@ -46,6 +47,8 @@ _TOUCHES = (GRAZING, ADDING, GRAZING_SLIDING)
 _POWERS = {GRAZING: 3, ADDING: 4, GRAZING_SLIDING: 2, CROSSING: 2, SWITCHING: 3, CORNER: 2}
 
 _DIFFERENCE = 1e-3
+_STATE = len(facts.STATE)
+_LINEAR = _STATE + 3  # of the state, cos, sin and 1
 
 
 class NormalForm(NamedTuple):
@@ -149,7 +152,7 @@ def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
 
 def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
     """(parameter - value) / duration^order of the segment that is inserted."""
-    z, column = orbit.z, 4 + segment
+    z, column = orbit.z, DURATIONS + segment
     rest = [i for i in range(len(z)) if i != column]
     matrix = np.column_stack([orbit.system.by_z[:, rest], _by_path(orbit, path)])
     many = order + 1 + orbit.itinerary.zeros(segment)
@@ -167,7 +170,7 @@ def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
     """Left and right null vector of a singular matrix, the right one of length 1 in n durations."""
     left, _, right = np.linalg.svd(matrix)
     along = right[-1]
-    return left[:, -1], along / np.linalg.norm(along[4 : 4 + n])
+    return left[:, -1], along / np.linalg.norm(along[DURATIONS:][:n])
 
 
 class _Singular(NamedTuple):
@@ -190,7 +193,7 @@ def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Si
         along = -along
     second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
     # Closed with a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
-    return _Singular(left, along, float(second), float(left[n:] @ along[:4]))
+    return _Singular(left, along, float(second), float(left[n:] @ along[:DURATIONS]))
 
 
 def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
@@ -205,7 +208,7 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
     bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
     third = left @ residual_series(numbers, whole, _along(whole.z, along, bent, many=4))[3]
     # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
-    return _Singular(left, along, -float(third), 2 * float(left[2 * n :] @ along[:4]))
+    return _Singular(left, along, -float(third), 2 * float(left[2 * n :] @ along[:DURATIONS]))
 
 
 def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
@@ -241,7 +244,7 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
 
 
 def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
-    """What a border collision needs to be other than 0: the next derivative of its guard.
+    """The next derivative of its guard, which is 0 at a degenerate border collision.
 
     Of the guard that ends the segment of duration 0, over its duration's power that vanishes.
     """
@@ -255,7 +258,7 @@ def degeneracy(numbers: Backend, orbit: Orbit, segment: int) -> float:
 
 
 def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> Vector:
-    """What a segment of duration s changes, at equal times, over s^power.
+    """The change of the state at equal times by a segment of duration s, over s^power.
 
     The series of two local motions from the same start on the guard before the segment, which is
     chosen such that the segment has the duration s: through the segment, and as the itinerary
@@ -269,23 +272,23 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
     enters = itinerary.guard_before(segment)
     leaves = itinerary.segments[segment].guard
     # The guard after a duration s, over s^zeros, as a functional of where the segment starts.
-    rows = [_row(leaves, forms.constants(fields[1]))]
+    c = forms.constants(fields[1])
+    rows = [_row(leaves, c)]
     for order in range(1, many + zeros):
         rows.append(rows[-1] @ during / order)
     rows = rows[zeros:]
-    fixed = [_row(enters, forms.constants(fields[0]))[:3]]
+    fixed = [_row(enters, forms.constants(fields[0]))[:_STATE]]
     if (Guard.DRIFT in (enters, leaves) and enters is not Guard.GAP) or drift(fields[0]) == 0:
-        fixed.append(np.array([0.0, 0.0, 1.0]))
-    direction = rows[0][:3].copy()
+        fixed.append(np.array(formulas.speed_gradient(c)[:_STATE], dtype=float))
+    direction = rows[0][:_STATE].copy()
     for normal in np.linalg.qr(np.array(fixed).T)[0].T:
         direction -= (direction @ normal) * normal
-    start = np.zeros((many, 6))
+    start = np.zeros((many, _LINEAR))
     start[0] = [*flow.start, *numbers.cos_sin(flow.angle), 1.0]
     off = np.array([row @ start[0] for row in rows])
     off[0] = 0.0
-    start[:, :3] -= np.outer(
-        quotient(off, np.array([row[:3] @ direction for row in rows])), direction
-    )
+    along = np.array([row[:_STATE] @ direction for row in rows])
+    start[:, :_STATE] -= np.outer(quotient(off, along), direction)
     s = np.eye(many)[1]
     change = swap_segment(itinerary, orbit.z, segment)
     if change is None:
@@ -296,20 +299,20 @@ def _discontinuity(numbers: Backend, orbit: Orbit, segment: int, power: int) -> 
         there, between = carried(start, first, before), generator(forms.constants(field), omega)
         second = _time(there, between, _row(enters, forms.constants(field)))
         other = carried(carried(there, second, between), s - first - second, after)
-    return (carried(start, s, during) - other)[power, :3]
+    return (carried(start, s, during) - other)[power, :_STATE]
 
 
 def _row(guard: Guard | None, c: Any) -> Vector:
-    """A guard as a linear function of (x_r, v_r, v_c, cos, sin, 1)."""
+    """A guard as a linear function of (state, cos, sin, 1), by its gradient and its value at 0."""
     if guard is Guard.DRIFT:
-        return np.array([0.0, 0, 1, 0, 0, 0])
-    if guard is Guard.GAP:
-        return np.array([1.0, 0, 0, 0, 0, -c.delta])
-    side = 1 if guard is Guard.UPPER else -1
-    constant = formulas.force(c, 0, -c.delta, 0) - formulas.friction_at(c, side)
-    return np.array(
-        [formulas.force_change(c, 1, 0), formulas.force_change(c, 0, 1), 0, 0, 0, constant]
-    )
+        by, constant = formulas.speed_gradient(c), 0.0
+    elif guard is Guard.GAP:
+        by, constant = formulas.gap_gradient(c), -c.delta
+    else:
+        way = 1 if guard is Guard.UPPER else -1
+        by = formulas.limit_gradient(c, way, 0.0, 0.0)
+        constant = formulas.force(c, 0, -c.delta, 0) - formulas.friction_at(c, way)
+    return np.array([*by[:_STATE], 0.0, 0.0, constant])
 
 
 def _time(y: Matrix, matrix: Matrix, row: Vector) -> Vector:
