@@ -16,6 +16,7 @@ from typing import Any
 from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.frozen import Expected, differences
 from capsule_sym._symbolic.paper import everything
+from capsule_sym._symbolic.paper.rows import Row
 from capsule_sym._symbolic.proofs.items import Item, settle
 
 Path = tuple[Any, ...]
@@ -194,20 +195,20 @@ def _key(item: Item) -> Key:
 
 @dataclass(frozen=True)
 class Baseline:
-    """The statements of the unchanged transcription, and which part of them reads which entry."""
+    """The statements of the unchanged transcription by row, and the entries each row reads."""
 
     paper: Paper
-    items: Mapping[str, Mapping[str, Item]]
-    reads: Mapping[str, frozenset[str]]
+    items: Mapping[Row, Mapping[str, Item]]
+    reads: Mapping[Row, frozenset[str]]
 
     @classmethod
     def of(cls, paper: Paper) -> Baseline:
         """The baseline of a transcription."""
         items, reads = {}, {}
-        for name, build in everything.PARTS.items():
+        for row in everything.rows():
             reader = Reader(paper)
-            items[name] = {item.id: item for item in build(reader)}
-            reads[name] = frozenset(reader.read)
+            items[row] = {item.id: item for item in row.items(reader)}
+            reads[row] = frozenset(reader.read)
         return cls(paper, items, reads)
 
 
@@ -218,12 +219,11 @@ def noticed(mutation: Mutation, baseline: Baseline, frozen: Expected) -> str:
     """
     paper = changed(baseline.paper, mutation)
     by_words = ""
-    for name, build in everything.PARTS.items():
-        if mutation.entry not in baseline.reads[name]:
+    for row, before in baseline.items.items():
+        if mutation.entry not in baseline.reads[row]:
             continue
-        before = baseline.items[name]
         try:
-            now = {item.id: item for item in build(paper)}
+            now = {item.id: item for item in row.items(paper)}
         except Exception:
             return "refused"
         if set(now) != set(before):

@@ -57,13 +57,13 @@ def test_bounds_of_the_paper_have_the_printed_form() -> None:
 
 def test_parts_of_l3_have_the_printed_ends() -> None:
     for number, sign in ((1, -1), (3, 1)):
-        (within,) = part("L3", number).within
+        (within,) = part(f"L3^({number})").within
         end = sp.solve(sp.Eq(within.lhs, within.rhs), v_r)[0]
         assert sp.expand(sp.together(end - 2 * zeta * (f_b + sign * alpha) / (1 + beta))) == 0
 
 
 def test_parts_of_l2_lie_at_negative_velocity() -> None:
-    ends = [sp.solve(sp.Eq(r.lhs, r.rhs), v_r)[0] for r in part("L2", 2).within]
+    ends = [sp.solve(sp.Eq(r.lhs, r.rhs), v_r)[0] for r in part("L2^(2)").within]
     assert [sp.expand(e) for e in ends] == [
         sp.expand(-2 * zeta * (f_b + alpha)),
         sp.expand(-2 * zeta * (f_b - alpha)),

@@ -25,7 +25,7 @@ from capsule_sym._enclosures.regions.attraction import tendency
 from capsule_sym._paper import events, read
 from capsule_sym._study.casestudy import printed_map
 from capsule_sym._symbolic.model.elimination import Undecided
-from capsule_sym._symbolic.paper import bifurcations, captions, motions
+from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.paper.case_study import (
     BRACKETS,
     OTHER,
@@ -138,8 +138,7 @@ def test_what_does_not_settle_on_one_period_is_undecided() -> None:
         from_rest(doubled)
 
 
-_PARTS = (motions, bifurcations, captions)
-ITEMS = tuple(item for part in _PARTS for item in part.items(read()))
+ITEMS = tuple(i for row in everything.rows(("section_4", "captions")) for i in row.items(read()))
 _QUICK = (
     *("printed.section.4.row", "printed.figure.6", "printed.section.4.reference"),
     *("erratum.section.4.reference", "printed.figure.7", "erratum.section.4.panel.l"),

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from capsule_sym._paper import read
 from capsule_sym._symbolic.model.enclosure import Flow, exceeds
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap, local_maps
 from capsule_sym._symbolic.model.symbols import v_c, x_r
-from capsule_sym._symbolic.paper import scenarios
+from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.proofs.reachability import Witness, proves, source, target, witnesses
 
 SAMPLE = witnesses()[::9]
@@ -88,7 +89,9 @@ def test_bernstein_bound_is_sharp_enough_and_sound() -> None:
 
 def test_counterexample_by_an_independent_integrator() -> None:
     """From rest: stick, backward drift, and the impact while the capsule still moves back."""
-    values = {str(symbol): float(text) for symbol, text in scenarios._EQUAL_GAP.items()}
+    (row,) = (row for row in everything.rows() if row.name == "section.3.1.equal")
+    (item,) = row.items(read())
+    values = {name: float(text) for name, text in item.claim["at"].items()}
     assert values["delta"] == values["f_b"] == 1
     assert values["zeta"] > 0
 

@@ -87,13 +87,13 @@ def formula(text: str, names: Mapping[str, sp.Expr] = NAMES) -> Any:
     return _translated(tree.body, names)
 
 
-def relations(texts: Iterable[str]) -> tuple[Relation, ...]:
+def relations(texts: Iterable[str], names: Mapping[str, sp.Expr] = NAMES) -> tuple[Relation, ...]:
     """Printed relations, each as the linear ones it consists of.
 
     |P| < f_b becomes two; fractions are cleared of their denominators, which are positive for
     zeta > 0, because exact decisions need relations that are linear.
     """
-    return tuple(plain for text in texts for plain in _plain(formula(text)))
+    return tuple(plain for text in texts for plain in _plain(formula(text, names)))
 
 
 def _plain(relation: Relation) -> Iterable[Relation]:

@@ -1,35 +1,48 @@
-"""Section 4: the global maps, the panels of Fig. 7, and the eight bifurcations."""
+"""Checks of Sections 4 and 5: proved motions and bifurcations beside what is printed."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import partial
+from typing import Any
 
-from capsule_sym._paper import Paper, Row, panels, section_4
+import sympy as sp
+
+from capsule_sym._paper import Event, Paper, Row, events, panels, section_4
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
+from capsule_sym._symbolic.model.symbols import v_r
 from capsule_sym._symbolic.paper.case_study import (
+    BRACKETS,
     OTHER,
-    Itinerary,
+    Bracket,
     Maps,
     Point,
+    SteadyOrbit,
     cycle,
+    first_fields,
     from_rest,
     global_map,
     maps,
     point,
     steady_orbit,
 )
-from capsule_sym._symbolic.paper.compare import comparison, listed
-from capsule_sym._symbolic.paper.tables import printed_maps
-from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
+from capsule_sym._symbolic.paper.changes import Change, change, common
+from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs.appendices import PARTS
+from capsule_sym._symbolic.proofs.inner_products import FIELDS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
 
-_LOCAL = re.compile(r"P_\{(Σ\d+),F(\d),(Σ\d+)\}")
+Sides = tuple[Point, Point, Bracket]
+"""Two points with different motions, between which a bifurcation is."""
 
-Claim = tuple[tuple[Point, Maps], ...]
+_LOCAL = re.compile(r"P_\{(Σ\d+),F(\d),(Σ\d+)\}")
+_PROOF = (
+    "the orbit is enclosed by Krawczyk's method in ball arithmetic, every guard proved positive "
+    "along every segment, and its multipliers inside the unit circle"
+)
+_DRIFT = {"forward": 1, "backward": -1}
 
 
 def maps_of(text: str) -> Maps:
@@ -51,32 +64,171 @@ def maps_of(text: str) -> Maps:
 
 def row_at(paper: Paper, alpha: str) -> Row:
     """The printed row of an amplitude: the one for that value alone, if there is one."""
-    rows = section_4(paper)
     value = Fraction(alpha)
-    for row in rows:
+    for row in section_4(paper):
         if value < Fraction(row.high) or (row.closed and value == Fraction(row.high)):
             return row
     raise ValueError(alpha)
 
 
-def moves(claim: Claim) -> bool:
-    """Whether at each point an attracting periodic motion has the given global map."""
-    return all(cycle(maps(steady_orbit(at).fields)) == cycle(expected) for at, expected in claim)
+@checker
+def chain(printed: Maps, table: Sequence[LocalMap], corner: bool) -> bool:
+    """Whether a global map is a cycle of local maps, each a printed one (or at a corner, not)."""
+    entered = {entry: field for field, entry in ENTRY_PLANE.items()}
+    chained = all(
+        one.target == printed[(i + 1) % len(printed)].source for i, one in enumerate(printed)
+    )
+    begun = all(one.field == (entered.get(one.source) or int(one.source[1:])) for one in printed)
+    return chained and begun and (corner or set(printed) <= set(table))
 
 
-def moves_unlike(claim: tuple[Point, Maps, Maps]) -> bool:
-    """Whether an attracting periodic motion has the first global map, and not the second."""
-    at, exact, printed = claim
-    return moves(((at, exact),)) and cycle(exact) != cycle(printed)
+@checker
+def adjoins(row: Row, before: str, panel: str) -> bool:
+    """Whether a row begins where the one before it ends, and a panel's amplitude is within it."""
+    low, high = Fraction(row.low or before), Fraction(row.high)
+    value = Fraction(panel)
+    here = low < value <= high if low < high else value == high
+    return Fraction(before) == low and here and (row.closed or value < high)
 
 
-PROOF = (
-    "the orbit is enclosed by Krawczyk's method in ball arithmetic, every guard proved positive "
-    "along every segment, and its multipliers inside the unit circle"
-)
+@checker
+def moves(at: Point, expected: Maps) -> bool:
+    """Whether at a point an attracting periodic motion has the given global map."""
+    return cycle(maps(steady_orbit(at).fields)) == cycle(expected)
 
 
-def shown(at: Point) -> dict[str, str]:
+@checker
+def tends(start: Sequence[str], at: Point, expected: Maps) -> bool:
+    """Whether the motion from a start, which is rest, tends to one with the global map."""
+    return set(map(Fraction, start)) == {0} and cycle(maps(from_rest(at))) == cycle(expected)
+
+
+@checker
+def impact_without(at: Mapping[str, str], drift: str) -> bool:
+    """Whether from rest the first impact comes without any drift of a kind before it."""
+    fields = first_fields(Point(tuple(at.items())))
+    impact = next(i for i, field in enumerate(fields) if SEGMENTS[field - 1].contact)
+    return not any(SEGMENTS[field - 1].drift == _DRIFT[drift] for field in fields[:impact])
+
+
+def _change(sides: Sides) -> Change | None:
+    """The bifurcation between two points whose motions are proved to be those claimed."""
+    below, above, bracket = sides
+    if moves(below, maps(bracket.first)) and moves(above, maps(bracket.second)):
+        return change(bracket.first, bracket.second)
+    return None
+
+
+def number_of(line: str, motion: SteadyOrbit, place: int, at: Point) -> int:
+    """The part of a line on which a segment begins, by its relative velocity."""
+    speeds = motion.speeds[place]
+    for part in PARTS:
+        if part.line == line and all(
+            bool(r.subs({v_r: sp.Rational(speed), **at.values}))
+            for r in part.within
+            for speed in speeds
+        ):
+            return part.number
+    raise ValueError((line, speeds))
+
+
+def _line_parts(line: str, at: Point) -> set[str]:
+    """The parts of a line on which the segments that begin there begin."""
+    motion = steady_orbit(at)
+    drift, stick, _ = FIELDS[line]
+    return {
+        f"{line}^({number_of(line, motion, i, at)})"
+        for i, field in enumerate(motion.fields)
+        if field == drift and motion.fields[i - 1] == stick
+    }
+
+
+@checker
+def bifurcates(sides: Sides, kind: str, line: str) -> bool:
+    """Whether between two points a bifurcation of the printed type is, on the printed line."""
+    found = _change(sides)
+    if found is None or (found.type, found.line) != (kind, line[:2]):
+        return False
+    return "^" not in line or _line_parts(line[:2], sides[1]) == {line}
+
+
+@checker
+def rounds(sides: Sides, printed: str) -> bool:
+    """Whether every number between two points with a bifurcation rounds to the printed value."""
+    return _rounding(sides, printed) == 1 and _change(sides) is not None
+
+
+@checker
+def off(sides: Sides, printed: str) -> bool:
+    """Whether no number between two points with a bifurcation rounds to the printed value."""
+    return _rounding(sides, printed) == -1 and _change(sides) is not None
+
+
+def _rounding(sides: Sides, printed: str) -> int:
+    """1 if all that is between two points rounds to a decimal, -1 if nothing does, 0 if some."""
+    half = Fraction(1, 2 * 10 ** len(printed.partition(".")[2]))
+    low, high = Fraction(printed) - half, Fraction(printed) + half
+    first, last = (Fraction(at["alpha"]) for at in sides[:2])
+    return (low <= first and last <= high) - (last < low or high < first)
+
+
+@checker
+def near(sides: Sides, kind: str, line: str, alpha: str) -> bool:
+    """Whether between two points a bifurcation is of the printed type, within 1 % in alpha."""
+    value, found = Fraction(alpha), _change(sides)
+    close = all(abs(Fraction(at["alpha"]) - value) < value / 100 for at in sides[:2])
+    return close and found is not None and (found.type, found.line) == (kind, line[:2])
+
+
+@checker
+def crossing_map(sides: Sides, printed: Maps) -> bool:
+    """Whether the global map at a crossing is that of both sides without the replaced field."""
+    itinerary = common(sides[2].first, sides[2].second)
+    return _change(sides) is not None and cycle(maps(itinerary)) == cycle(printed)
+
+
+@checker
+def ordered(sides: Sequence[Sides], order: bool) -> bool:
+    """Whether bifurcations are in the printed order of alpha, or are not, as claimed."""
+    values = [Fraction(one[0]["alpha"]) for one in sides]
+    return all(map(_change, sides)) and (values == sorted(values)) == order
+
+
+@checker
+def types(sides: Sequence[Sides], printed: Sequence[str]) -> bool:
+    """Whether as alpha grows the types of bifurcation are those printed, each when first met."""
+    found = [one.type for one in map(_change, sides) if one]
+    return tuple(dict.fromkeys(found)) == tuple(printed) and len(found) == len(sides)
+
+
+@checker
+def rests(sides: Sides, below: str, event: Event) -> bool:
+    """Whether below a printed bifurcation value the motion has stick fields only."""
+    stick = all(SEGMENTS[field - 1].stick for field in sides[2].first)
+    return stick and _change(sides) is not None and event.alpha == below
+
+
+@checker
+def stick_vanishes(sides: Sequence[Sides], printed: Sequence[str], but: str) -> bool:
+    """Whether stick vanishes at the printed types of bifurcation but for one, of those printed."""
+    found = {one.type: SEGMENTS[one.field - 1].stick for one in map(_change, sides) if one}
+    return all(found.get(kind) == (kind != but) for kind in printed) and but in printed
+
+
+@checker
+def drift_begins(sides: Sides, event: Event, printed: Sequence[str]) -> bool:
+    """Whether at an adding-sliding of Section 4 drift of the printed direction is inserted."""
+    alpha, line, way = printed
+    found = _change(sides)
+    return (
+        found is not None
+        and SEGMENTS[found.field - 1].drift == _DRIFT[way]
+        and (event.alpha, event.line) == (alpha, line)
+        and found.type == event.type == "adding-sliding"
+    )
+
+
+def _shown(at: Point) -> dict[str, str]:
     """The numbers of the proof at a point."""
     state = ", ".join(f"{float(x):.6f}" for x in steady_orbit(at).state)
     return {
@@ -85,157 +237,84 @@ def shown(at: Point) -> dict[str, str]:
     }
 
 
-_PANELS: dict[str, Itinerary] = {
-    **{"a": (2, 5), "b": (5, 2), "c": (5, 2), "d": (5, 4, 5, 2), "e": (5, 4, 5, 2)},
-    **{"f": (5, 4, 1, 2), "g": (5, 4, 1, 2), "h": (5, 4, 1, 2, 3, 2)},
-    **{"i": (5, 4, 1, 2, 3, 6), "j": (5, 4, 1, 2, 3, 6), "k": (4, 1, 3, 6), "l": (4, 1, 3, 6)},
-    **{"m": (4, 1, 3, 6), "n": (4, 1, 3, 6), "o": (4, 1, 3, 6), "p": (4, 1, 3, 6)},
-}
-"""The motions of Fig. 7 at the printed mass ratio."""
-_AS_PRINTED = "bcdfghjp"
-_OTHER_PANELS: dict[str, Itinerary] = {"l": (4, 1, 2, 3, 6), "n": (4, 1, 3, 2, 3, 6)}
-"""Those away from printed bifurcation values that are as printed at the other mass ratio only."""
-_FROM_REST = "fhjlnp"
-
-_WHY = {
-    "a": "The graze is at 0.0073756..., which rounds to the printed value; at the rounded value "
-    "itself impacts have begun.",
-    "l": f"At the printed γ the stick in F2 is gone already: F1 leads to F3. At γ = {OTHER} the "
-    "printed map is right.",
-}
-_WHY["n"] = _WHY["l"]
-_AT_VALUE = "The printed bifurcation value is not that of the printed γ (section.4.event)."
+def printed_gamma(paper: Paper) -> str:
+    return str(paper["section.4.parameters"]["gamma"])
 
 
-def _panel_items(paper: Paper) -> Iterator[Item]:
-    entry = paper["figure.7"]
-    for name, alpha in panels(paper).items():
-        at, exact = point(paper, alpha), maps(_PANELS[name])
-        row = maps_of(row_at(paper, alpha).map)
-        text = f"at {at} (Fig. 7({name})) the attracting motion has the map {global_map(exact)}"
-        same = name in _AS_PRINTED
-        verdict: Verdict = "proved" if same else "conditional" if name == "a" else "refuted"
-        yield comparison(
-            entry,
-            f"section.4.panel.{name}",
-            text,
-            f"Fig. 7({name}), {at}: P = {global_map(row)}",
-            ((at, row),) if same else (at, exact, row),
-            moves if same else moves_unlike,
-            ((at, maps((2,))),) if same else (at, exact, exact),
-            derived=AS_PRINTED if same else f"P = {global_map(exact)}",
-            verdict=verdict,
-            proof=PROOF,
-            consequence="" if same else _WHY.get(name, _AT_VALUE),
-            witness=partial(shown, at),
-        )
-    for name, itinerary in _OTHER_PANELS.items():
-        at = point(paper, entry[name], OTHER)
-        row = maps_of(row_at(paper, entry[name]).map)
-        yield comparison(
-            entry,
-            f"section.4.panel.{name}.other",
-            f"at {at} the attracting motion has the map {global_map(maps(itinerary))}",
-            f"Fig. 7({name}), α = {entry[name]}: P = {global_map(row)}",
-            ((at, row),),
-            moves,
-            ((at, maps(_PANELS[name])),),
-            derived=f"so it is at γ = {OTHER}",
-            verdict="conditional",
-            proof=PROOF,
-            witness=partial(shown, at),
-        )
-    yield from _rest_items(paper)
+def _at(context: Context) -> Point:
+    return point(context["paper"], context["alpha"], context.get("gamma"))
 
 
-def _tends(claim: tuple[tuple[str, ...], Point, Maps]) -> bool:
-    """Whether the motion from a start, which is rest, tends to one with the global map."""
-    start, at, expected = claim
-    return set(map(Fraction, start)) == {0} and cycle(maps(from_rest(at))) == cycle(expected)
-
-
-def _rest_items(paper: Paper) -> Iterator[Item]:
-    start = tuple(paper["section.4.parameters"]["start"])
-    chosen = [(name, None, _PANELS[name]) for name in _FROM_REST]
-    for name, gamma, itinerary in [*chosen, *((n, OTHER, w) for n, w in _OTHER_PANELS.items())]:
-        at = point(paper, paper["figure.7"][name], gamma)
-        yield comparison(
-            paper["section.4.parameters"],
-            f"section.4.rest.{name}" + (".other" if gamma else ""),
-            f"at {at} the motion from rest tends to one with the map {global_map(maps(itinerary))}",
-            f"Fig. 7({name}) shows the motion that is reached from ({listed(start)})",
-            (start, at, maps(itinerary)),
-            _tends,
-            (start, at, maps((2,))),
-            verdict="conditional" if gamma else "proved",
-            proof="the motion from rest is enclosed until it enters a box that is contracted",
-        )
-
-
-def _is_row(claim: tuple[Maps, tuple[LocalMap, ...], bool]) -> bool:
-    """Whether a global map is a cycle of local maps, each a printed one (or at a corner, not)."""
-    row, table, corner = claim
-    chained = all(one.target == row[(i + 1) % len(row)].source for i, one in enumerate(row))
-    begun = all(SEGMENTS[one.field - 1].index == _field_after(one.source) for one in row)
-    return chained and begun and (corner or set(row) <= set(table))
-
-
-def _field_after(plane: str) -> int:
-    entered = {entry: field for field, entry in ENTRY_PLANE.items()}
-    return entered.get(plane) or int(plane[1:])
-
-
-def _rows(paper: Paper) -> Iterator[Item]:
-    rows, table = section_4(paper), printed_maps(paper)
-    for number, row in enumerate(rows, start=1):
-        entry = paper[f"section.4.{number}"]
-        found = maps_of(row.map)
-        if found:
-            yield comparison(
-                entry,
-                f"section.4.row.{number}.cycle",
-                f"{row.map} is a cycle of local maps of Table 3",
-                row.map,
-                (found, table, row.low is None),
-                _is_row,
-                (found[1:], table, row.low is None),
-                proof="each map begins where the one before it ends, with the field of that plane",
-            )
-        low = rows[number - 2].high if number > 1 else paper["figure.6"]["range"][0]
-        ends = (row.low or low, low, row.high, row.closed, row.panel)
-        yield comparison(
-            entry,
-            f"section.4.row.{number}.range",
-            f"the row follows the one before it, and Fig. 7({row.panel}) is within it",
-            f"α from {row.low or row.high} to {row.high}{'' if row.closed else ', open'}: "
-            f"Fig. 7({row.panel})",
-            (ends, panels(paper)),
-            _follows,
-            ((row.low or low, "-1", row.high, row.closed, row.panel), panels(paper)),
-            proof="the printed numbers are compared",
-        )
-    last = paper["figure.6"]
-    yield comparison(
-        last,
-        "figure.6.range",
-        f"Section 4 ends where Fig. 6 does, at α = {last['range'][1]}",
-        f"α from {last['range'][0]} to {last['range'][1]}",
-        (rows[-1].high, last["range"][1]),
-        lambda claim: Fraction(claim[0]) == Fraction(claim[1]),
-        (rows[0].high, last["range"][1]),
-        proof="the printed numbers are compared",
+def sides_at(paper: Paper, gamma: str) -> tuple[Sides, ...]:
+    """The bifurcations of Section 4 at a mass ratio, each between two points."""
+    return tuple(
+        (point(paper, one.below, gamma), point(paper, one.above, gamma), one)
+        for one in BRACKETS[gamma]
     )
 
 
-def _follows(claim: tuple[tuple[str, str, str, bool, str], Mapping[str, str]]) -> bool:
-    (low, before, high, closed, panel), places = claim
-    value, first, last = (Fraction(x) for x in (places[panel], low, high))
-    here = first < value <= last if first < last else value == last
-    inside = here and (closed or value < last)
-    return Fraction(before) == first and inside
+def _in_order(context: Context) -> str:
+    """The bifurcations by growing amplitude, as they are proved."""
+    pairs = zip(context["all_sides"], events(context["paper"]), strict=True)
+    found = sorted(pairs, key=lambda pair: Fraction(pair[0][0]["alpha"]))
+    return "; ".join(f"{event.type} ({sides[0]['alpha']})" for sides, event in found)
 
 
-def items(paper: Paper) -> Iterator[Item]:
-    """The rows of Section 4 and the panels of Fig. 7."""
-    yield from _rows(paper)
-    yield from _panel_items(paper)
+def _each_row(context: Context) -> Iterator[dict[str, Any]]:
+    paper = context["paper"]
+    before = paper["figure.6"]["range"][0]
+    for number, row in enumerate(section_4(paper), start=1):
+        yield {
+            "key": number,
+            "row": row,
+            "before": before,
+            "from": row.low or row.high,
+            "open": "" if row.closed else ", open",
+            "corner": row.low is None,
+            "panel": panels(paper)[row.panel],
+        }
+        before = row.high
+
+
+def _each_event(context: Context) -> Iterator[dict[str, Any]]:
+    paper = context["paper"]
+    entries = [e.id for e in paper.begun_with("section.4.") if "event" in e.printed]
+    told = zip(entries, events(paper), sides_at(paper, printed_gamma(paper)), strict=True)
+    for number, (entry, event, sides) in enumerate(told, start=1):
+        yield {"key": number, "entry": entry, "event": event, "sides": sides}
+
+
+EACH |= {"rows_4": _each_row, "events": _each_event}
+FACTS |= {
+    "by_krawczyk": lambda _: _PROOF,
+    "at_panel": lambda context: _at(
+        Context(context, alpha=context["paper"]["figure.7"][context["panel"]])
+    ),
+    "adding": lambda context: context["e"]["adding"][context["row"]],
+    "adding_sides": lambda context: context["printed_sides"][context["event_at"]],
+    "adding_event": lambda context: context["events"][context["event_at"]],
+    "alpha": lambda context: context["e"][context["key"]],
+    "at": _at,
+    "gamma_printed": lambda context: printed_gamma(context["paper"]),
+    "row_maps": lambda context: maps_of(row_at(context["paper"], context["alpha"]).map),
+    "maps": lambda context: maps_of(context["row"].map),
+    "events": lambda context: events(context["paper"]),
+    "kind": lambda context: "{0.type} on {0.line}".format(context["event"]),
+    "other": lambda context: sides_at(context["paper"], OTHER)[context["key"] - 1],
+    "all_sides": lambda context: sides_at(context["paper"], context["ratio"]),
+    "printed_sides": lambda context: sides_at(context["paper"], printed_gamma(context["paper"])),
+    "other_sides": lambda context: sides_at(context["paper"], OTHER),
+    "start": lambda context: tuple(context["paper"]["section.4.parameters"]["start"]),
+    "in_order": _in_order,
+}
+FILTERS |= {
+    "global": lambda itinerary: global_map(maps(itinerary)),
+    "global_map": global_map,
+    "itinerary": maps,
+    "maps_of": maps_of,
+    "between": lambda sides: f"between α = {sides[0]['alpha']} and {sides[1]['alpha']}",
+    "other_kind": lambda kind: "grazing" if kind == "grazing-sliding" else "grazing-sliding",
+    "other_drift": {"forward": "backward", "backward": "forward"}.__getitem__,
+    "named": lambda told: "; ".join(f"{event.type} at {event.alpha}" for event in told),
+}
+WITNESSES["motion"] = _shown

@@ -1,18 +1,18 @@
-"""Tables 1, 2 and 3, row by row, beside the derived ones."""
+"""Checks of Tables 1, 2 and 3, of passages on lines and at corners, and of what occurs on L1-L4."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache, partial
+from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import sympy as sp
 
-from capsule_sym._paper import Entry, Paper
-from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import LINES, PIECES, SCENARIOS, SURFACES
+from capsule_sym._paper import Paper
+from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent
+from capsule_sym._symbolic.model.proof import consistent, example, sign_under
 from capsule_sym._symbolic.model.switching import (
     LocalMap,
     allowed_maps,
@@ -21,49 +21,48 @@ from capsule_sym._symbolic.model.switching import (
     local_maps,
     surface_transitions,
 )
-from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, gamma, v_c, zeta
-from capsule_sym._symbolic.paper.compare import comparison, listed
-from capsule_sym._symbolic.paper.erratum import at_crest, erratum_item
-from capsule_sym._symbolic.paper.formula import relations
-from capsule_sym._symbolic.proofs.appendices import part
-from capsule_sym._symbolic.proofs.items import Item
-from capsule_sym._symbolic.proofs.reachability import described as described_witness
-from capsule_sym._symbolic.proofs.reachability import witnesses
+from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, zeta
+from capsule_sym._symbolic.paper.formula import formula, same
+from capsule_sym._symbolic.paper.relations import (
+    CASE_STUDY,
+    CREST,
+    Texts,
+    at_crest,
+    derived,
+    described,
+    listed,
+    same_sets,
+    scope,
+)
+from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs import reachability
+from capsule_sym._symbolic.proofs.appendices import (
+    BOUNDS,
+    PARTS,
+    Part,
+    bifurcations,
+    part,
+    unsettled,
+)
+from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
+from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
 
-Row = tuple[Any, ...]
-Rows = tuple[Row, ...]
+Rows = Sequence[Sequence[Any]]
 Pairs = frozenset[tuple[int, int]]
+Maps = frozenset[LocalMap]
 
-_DAMPED = sp.Gt(zeta, 0)
-_BOUND = 4 * zeta**2 * (alpha + f_b)
-_ASSUMED: dict[str, Relation] = {
-    "L1": sp.Lt(_BOUND, f_b - delta),
-    "L4": sp.Lt(_BOUND, (1 + beta) * (f_b + delta)),
-}
+_DAMPED = scope(["zeta > 0"])
+_BY_LINE = {bound.line: bound for bound in BOUNDS}
+_ASSUMED = {line: sp.Lt(_BY_LINE[line].smaller, _BY_LINE[line].larger) for line in ("L1", "L4")}
 """Appendix A's open intervals of alpha, for which Table 2 is printed."""
 
 
-def rows_of(entry: Entry, place: str) -> Rows:
-    """The rows of Table 1 or 2 for one surface or line."""
-    return tuple(tuple(row) for row in entry["rows"] if row[0] == place)
-
-
-def _written(source: int, target: int) -> tuple[str, str, str]:
-    modes = f"{SEGMENTS[source - 1].mode} → {SEGMENTS[target - 1].mode}"
-    return f"F{source}", f"F{target}", modes
-
-
-def _shown(rows: Rows) -> str:
-    return "; ".join(f"Ω{s} → Ω{t} ({vs}, {vt}, {mode})" for _, s, t, vs, vt, mode in rows)
-
-
 @cache
-def _on_surface(surface: str) -> Pairs:
-    return frozenset((t.source, t.target) for t in surface_transitions() if t.surface == surface)
+def _passages(name: str, hypotheses: tuple[Any, ...], may: bool = False) -> Pairs:
+    """Sources and targets that occur at a piece where the hypotheses can hold.
 
-
-@cache
-def _passages(name: str, hypotheses: tuple[Relation, ...], may: bool) -> Pairs:
+    With `may`, those too that the derivatives of the order considered leave open.
+    """
     return frozenset(
         (source, target)
         for leaf in leaves_of(name)
@@ -73,152 +72,107 @@ def _passages(name: str, hypotheses: tuple[Relation, ...], may: bool) -> Pairs:
     )
 
 
-def passages(name: str, hypotheses: Iterable[Relation], may: bool = False) -> Pairs:
-    """Sources and targets that occur at a piece where the hypotheses can hold.
-
-    With `may`, those too that the derivatives of the order considered leave open.
-    """
-    return _passages(name, tuple(hypotheses), may)
-
-
-def on_line(line: str) -> Pairs:
-    """Sources and targets that occur on a line for some state, time and parameters.
+@cache
+def _on(place: str) -> Pairs:
+    """Sources and targets that occur on a surface, on a line or on a part of one.
 
     On L1 and L4 alpha is within Appendix A's bounds; the corners are apart.
     """
-    condition = [_DAMPED, _ASSUMED[line]] if line in _ASSUMED else []
-    return passages(line, [*PIECES[line].relations, *condition])
+    if place in SURFACES:
+        found = surface_transitions()
+        return frozenset((t.source, t.target) for t in found if t.surface == place)
+    if "^" in place:
+        return _passages(place[:2], (*part(place).relations, *_DAMPED))
+    bound = (*_DAMPED, _ASSUMED[place]) if place in _ASSUMED else ()
+    return _passages(place, (*PIECES[place].relations, *bound))
 
 
-def spaces(pairs: Pairs) -> str:
-    """The sources and the targets of passages, in words."""
-    sources, targets = (sorted({pair[i] for pair in pairs}) for i in (0, 1))
-    return f"{listed(f'Ω{s}' for s in sources)} → {listed(f'Ω{t}' for t in targets)}"
+@checker
+def passages(place: str, pairs: Sequence[tuple[int, int]]) -> bool:
+    """Whether exactly these sources and targets occur on a line or a part of it."""
+    return _on(place) == set(pairs)
 
 
-def _matches(claim: tuple[str, Rows]) -> bool:
-    """Whether the rows of a surface or line are exactly the derived ones, in every column."""
-    place, rows = claim
-    derived = _on_surface(place) if place in SURFACES else on_line(place)
-    return _consistent(rows) and {(s, t) for _, s, t, *_ in rows} == derived
+def _written(source: int, target: int) -> tuple[str, str, str]:
+    return f"F{source}", f"F{target}", f"{SEGMENTS[source - 1].mode} → {SEGMENTS[target - 1].mode}"
 
 
-def _reversed(rows: Rows) -> Rows:
-    return tuple((on, t, s, vt, vs, mode) for on, s, t, vs, vt, mode in rows)
+@checker
+def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ()) -> bool:
+    """Whether rows are exactly what occurs on a place, and each is right in every column.
+
+    With `pairs`, whether these are what occurs, and the rows are others, right in their columns.
+    """
+    told = [(source, target) for _, source, target, *_ in printed]
+    right = all(_written(source, target) == tuple(rest) for _, source, target, *rest in printed)
+    occurs = _on(place) == set(pairs) != set(told) if pairs else _on(place) == set(told)
+    return occurs and right and len(set(told)) == len(told)
 
 
-def _places(entry: Entry) -> list[str]:
-    return list(dict.fromkeys(row[0] for row in entry["rows"]))
+@checker
+def unlike_its_lines(
+    corner: str, printed: str, expected: Rows, lines: Sequence[tuple[str, Pairs]]
+) -> bool:
+    """Whether a corner has the passages expected, and no row of Table 2 for a line there has them.
 
-
-def _table_1(paper: Paper) -> Iterator[Item]:
-    entry = paper["table.1"]
-    for place in dict.fromkeys([*SURFACES, *_places(entry)]):
-        rows = rows_of(entry, place)
-        yield comparison(
-            entry,
-            f"table1.{place}",
-            f"on {place}: {_shown(rows)}",
-            f"{place}: {_shown(rows)}",
-            (place, rows),
-            _matches,
-            (place, _reversed(rows)),
-            proof="the signs of the derivatives of the functions that bound each field's cell",
-            formula=PIECES[place].latex,
-        )
-
-
-_SCOPE = {
-    "L1": ", within Appendix A's bound on alpha",
-    "L2": ", for some state and time each",
-    "L3": ", for some state and time each",
-}
-
-
-def _table_2(paper: Paper) -> Iterator[Item]:
-    entry = paper["table.2"]
-    for place in dict.fromkeys([*LINES[:8], *_places(entry)]):
-        rows = rows_of(entry, place)
-        if place == "L4":
-            yield _row_l4(entry, rows)
-            continue
-        yield comparison(
-            entry,
-            f"table2.{place}",
-            f"on {place} (corners apart){_SCOPE.get(place, '')}: {_shown(rows)}",
-            f"{place}: {_shown(rows)}",
-            (place, rows),
-            _matches,
-            (place, _reversed(rows) if place not in ("L2", "L3") else rows[1:]),
-            verdict="conditional" if place in _SCOPE else "proved",
-            proof="the signs of the derivatives of the functions that bound each field's cell",
-            formula=PIECES[place].latex,
-        )
-    yield from _sources(entry)
-
-
-_L4: Pairs = frozenset({(4, 6), (5, 6), (6, 6)})
-
-
-def _consistent(rows: Rows) -> bool:
-    """Whether vectors and modes are those of the spaces, and no row stands twice."""
-    pairs = [(source, target) for _, source, target, *_ in rows]
-    return len(set(pairs)) == len(pairs) and all(
-        _written(source, target) == tuple(rest) for _, source, target, *rest in rows
+    The line that is printed has to be one of the lines that meet there.
+    """
+    narrow = (*_DAMPED, SCENARIOS["δ < f_b"])
+    here, rows = (*PIECES[corner].relations, *narrow, _ASSUMED["L1"]), dict(lines)
+    return (
+        _passages(corner, here, may=True) == set(expected)
+        and printed in rows
+        and rows.keys() == lines_at(corner, narrow)
+        and all(row != set(expected) for row in rows.values())
     )
 
 
-def _differs(claim: tuple[str, Rows, Pairs]) -> bool:
-    """Whether the derived pairs are these, and the printed rows are others, in all columns."""
-    line, rows, derived = claim
-    printed = {(source, target) for _, source, target, *_ in rows}
-    return on_line(line) == derived and printed != derived and _consistent(rows)
-
-
-def _row_l4(entry: Entry, rows: Rows) -> Item:
-    return comparison(
-        entry,
-        "table2.L4",
-        "on L4, within Appendix A's bound on alpha: Ω4, Ω5, Ω6 → Ω6",
-        f"L4: {_shown(rows)}",
-        ("L4", rows, _L4),
-        _differs,
-        ("L4", rows, frozenset((s, t) for _, s, t, *_ in rows)),
-        derived="L4: Ω4, Ω5, Ω6 → Ω6 (F6, C-BD), as Appendix A says",
-        verdict="refuted",
-        proof="P4 = -f_b on L4, so F4 gives v_c' = (P4 - f_b)/gamma = -2 f_b/gamma < 0",
-        consequence="On L4 F4 decelerates the capsule by 2 f_b/gamma: it cannot go forwards from "
-        "rest. The columns of vectors and modes repeat Ω4, so that it is not a misread index.",
-        formula=sp.latex(sp.Eq(SEGMENTS[3].field[2], -2 * f_b / gamma)),
-        witness=partial(at_crest, PIECES["L4"].relations),
+@cache
+def _occurring(scenario: str) -> Maps:
+    """The local maps with a witness in a position of the gap with damping; empty for any."""
+    return frozenset(
+        w.local_map
+        for w in reachability.witnesses()
+        if not scenario or w.regime == (scenario, True)
     )
 
 
-def _sources(entry: Entry) -> Iterator[Item]:
-    """On L2 and L3 a row asks for a source that cannot arrive where stick begins."""
-    for line, number, drift, stick, sign in (("L2", 3, 3, 2, 1), ("L3", 1, 4, 5, -1)):
-        here = part(line, number).relations
-        curve = derivatives(v_c, drift, 2)[2]
-        rows = [row for row in rows_of(entry, line) if row[1:3] == (drift, stick)]
-        asked = f"Ω{drift} → Ω{stick}" if rows else "no such row"
-        yield erratum_item(
-            entry,
-            f"table2.{line}.source",
-            f"{line}: {asked}, also on {line}^({number})",
-            place="Table 2, Section 3.3",
-            derived=f"where stick begins on {line} (n < 0), none arrives from Ω{drift}",
-            proof=f"on {line} v_c = v_c' = 0 along F{drift}, and gamma v_c'' = "
-            + ("P3' = -n, positive where n < 0" if sign > 0 else "P4' = n, negative there"),
-            consequence=f"In F{drift} the capsule's velocity has an extremum 0 there: before, it "
-            f"had the other sign. The rows Ω{drift} → Ω{stick} and Ω{stick} → Ω{stick} need "
-            f"n = 0 (see table2.{line}).",
-            scope=here,
-            printed_relation=sp.Lt(sign * curve, 0),
-            derived_relation=sp.Gt(sign * curve, 0),
-        )
+@checker
+def occurs(local_map: LocalMap, mode: str) -> bool:
+    """Whether a local map occurs, and its field has the printed mode."""
+    return local_map in _occurring("") and SEGMENTS[local_map.field - 1].mode == mode
 
 
-Maps = frozenset[LocalMap]
+@checker
+def lacks(scenario: str, printed: Sequence[LocalMap], missing: Rows) -> bool:
+    """Whether exactly these maps are missing from the printed ones, which all occur."""
+    allowed = frozenset(local_maps())
+    if scenario:
+        allowed = allowed_maps([SCENARIOS[scenario], *_DAMPED])
+    shown = _occurring(scenario)
+    return (
+        allowed == shown
+        and len(set(printed)) == len(printed)
+        and set(printed) <= shown
+        and shown - set(printed) == set(_maps(missing))
+    )
+
+
+@checker
+def restricted(scenario: str, printed: Sequence[LocalMap], missing: Rows, to: str) -> bool:
+    """The same in the position of the gap to which the paper restricts itself."""
+    return same_sets([[to]], [[scenario]]) and lacks(scenario, printed, missing)
+
+
+@checker
+def excluded(scenario: str, printed: Sequence[LocalMap], count: int) -> bool:
+    """Whether so many of the printed maps cannot occur in a position of the gap."""
+    return len(set(printed) - allowed_maps([SCENARIOS[scenario], *_DAMPED])) == count
+
+
+def _maps(rows: Rows) -> list[LocalMap]:
+    """Local maps from the numbers of target, field and source, sorted."""
+    return sorted(LocalMap(f"Σ{target}", field, f"Σ{source}") for target, field, source in rows)
 
 
 def printed_maps(paper: Paper) -> tuple[LocalMap, ...]:
@@ -226,128 +180,214 @@ def printed_maps(paper: Paper) -> tuple[LocalMap, ...]:
     return tuple(LocalMap(t, field, s) for t, field, s, _ in paper["table.3"]["rows"])
 
 
-@cache
-def occurring(scenario: str | None) -> Maps:
-    """The local maps with a witness, in one position of the gap with damping or in any."""
-    return frozenset(
-        w.local_map for w in witnesses() if scenario is None or w.regime == (scenario, True)
-    )
+def _part(name: str) -> Part:
+    """A part by its name, such as L2^(1); all of L1 or L4 within its bound in Appendix A."""
+    if "^" in name:
+        return part(name)
+    return Part(name, 0, (*_DAMPED, _ASSUMED[name]), _BY_LINE[name].side, "")
 
 
-def _is_row(claim: tuple[LocalMap, str]) -> bool:
-    local_map, mode = claim
-    return local_map in occurring(None) and SEGMENTS[local_map.field - 1].mode == mode
+@checker
+def sliding(place: str, printed: Sequence[str]) -> bool:
+    """Whether exactly these sliding bifurcations are possible on a part of a line."""
+    return len(set(printed)) == len(printed) and bifurcations(_part(place)) == set(printed)
 
 
-def _missing(claim: tuple[str | None, Sequence[LocalMap], Maps]) -> bool:
-    """Whether exactly these maps are missing from the printed ones, which all occur."""
-    scenario, printed, missing = claim
-    allowed = (
-        frozenset(local_maps())
-        if scenario is None
-        else allowed_maps([SCENARIOS[scenario], _DAMPED])
-    )
-    shown = occurring(scenario)
+@checker
+def adding_only_on(printed: Sequence[str]) -> bool:
+    """Whether within Appendix A's bounds stick can touch these parts alone of L1-L4."""
+    found = {p.name for p in PARTS if p.line in ("L2", "L3") and "adding" in bifurcations(p)}
+    others = ("adding" in bifurcations(_part(line)) for line in ("L1", "L4"))
+    return found == set(printed) and not any(others)
+
+
+@checker
+def adding_beyond(line: str, within: Texts) -> bool:
+    """Whether adding-sliding occurs on a line for some parameters, never under a condition."""
+    middle = part(f"{line}^(2)")
+    touching = [*middle.relations, sp.Eq(outward(line), 0), *_DAMPED, *scope(within)]
+    return "adding" in bifurcations(middle) and not consistent(touching)
+
+
+_ROLE = {"grazing": 0, "adding": 1, "crossing": 2, "switching": 2}  # which of `FIELDS`
+
+
+@checker
+def comes_from(place: str, kind: str, field: int) -> bool:
+    """Whether a sliding bifurcation on a line begins with a trajectory of a field."""
+    return FIELDS[place[:2]][_ROLE[kind]] == field
+
+
+@checker
+def stick_does(place: str, printed: str) -> bool:
+    """Whether on a part of a line stick always ends, always begins, or does either by the time."""
+    one = part(place)
+    if printed == "?":
+        return unsettled(one)
+    return sign_under(outward(one.line), one.relations) == {"ends": 1, "begins": -1}[printed]
+
+
+@checker
+def extreme(printed: str, greatest: str, end: str) -> bool:
+    """Whether a relation is -alpha > `greatest` with v_r at the end of its range."""
+    relation, value, bound = map(formula, (printed, greatest, end))
     return (
-        allowed == shown
-        and len(set(printed)) == len(printed)
-        and set(printed) <= shown
-        and shown - set(printed) == missing
+        isinstance(relation, sp.StrictGreaterThan)
+        and same(relation.lhs, -alpha)
+        and same(relation.rhs, value.subs(v_r, bound.rhs))
     )
 
 
-def _maps(*rows: tuple[int, int, int]) -> Maps:
-    return frozenset(LocalMap(f"Σ{target}", field, f"Σ{source}") for target, field, source in rows)
+@checker
+def other_interval(place: str, printed: Texts) -> bool:
+    """Whether a printed interval of v_r is not that of a part, by a state in one of them alone."""
+    try:
+        return bool(example(_beyond(place, printed), CASE_STUDY))
+    except ValueError:
+        return False
 
 
-_NARROW_MISSING = _maps((4, 1, 1), (4, 1, 8), (4, 2, 2), (3, 5, 5), (3, 6, 6), (3, 6, 9))
-_WIDE_MISSING = _maps((1, 4, 4), (1, 5, 5), (1, 6, 6), (1, 6, 9))
+def _beyond(place: str, printed: Texts) -> tuple[Any, ...]:
+    """Relations of states in the printed or the derived interval, not in the other one."""
+    one, told = part(place), scope(printed)
+    here = (*PIECES[one.line].relations, CREST)
+    for inside, outside in ((told, one.within), (one.within, told)):
+        for relation in outside:
+            other = (*here, *inside, sp.Not(relation))
+            if consistent([*other, *_DAMPED]):
+                return other
+    raise ValueError(f"{place} is as printed")
 
 
-def _table_3(paper: Paper) -> Iterator[Item]:
-    entry = paper["table.3"]
-    printed = printed_maps(paper)
-    for local_map, (*_, mode) in zip(printed, entry["rows"], strict=True):
-        other = LocalMap("Σ7" if local_map.target != "Σ7" else "Σ6", local_map.field, "Σ2")
-        yield comparison(
-            entry,
-            f"table3.{local_map.target}.F{local_map.field}.{local_map.source}",
-            f"{local_map} ({mode}) is printed, and occurs",
-            f"{local_map}, {mode}",
-            (local_map, mode),
-            _is_row,
-            (other, mode),
-            proof="a witness in exact rational arithmetic (table3 below)",
-            formula=local_map.formula,
-        )
-    for scenario, missing in (
-        ("δ < f_b", _NARROW_MISSING),
-        (None, _NARROW_MISSING | _WIDE_MISSING),
-    ):
-        yield _missing_maps(paper, scenario, missing)
-    yield from _wide_gap_maps(paper)
+def _touching(line: str) -> dict[str, str]:
+    """A point where stick touches a line, at an instant where it turns back for every omega."""
+    strong = {**CASE_STUDY, zeta: Fraction(1), alpha: Fraction(9)}
+    touching = (sp.Eq(outward(line), 0), sp.Eq(force, 0))
+    point = example([*part(f"{line}^(2)").relations, *touching], strong)
+    return described(point) | {"tau": {"L1": "pi/(2 omega)", "L4": "3 pi/(2 omega)"}[line]}
 
 
-def _missing_maps(paper: Paper, scenario: str | None, missing: Maps) -> Item:
-    """What Table 3 lacks: in the scenario to which Section 3.1 restricts it, and for every gap."""
-    entry, printed = paper["table.3"], printed_maps(paper)
-    (restriction,) = relations([paper["section.3.1.start"]["restricted_to"]])
-    if scenario and restriction != SCENARIOS[scenario]:
-        raise ValueError(restriction)
-    shown = next(w for w in witnesses() if w.local_map == LocalMap("Σ4", 2, "Σ2"))
-    total = len(occurring(scenario))
-    scope = f"for {scenario}, to which Section 3.1 restricts it" if scenario else "for every delta"
-    return comparison(
-        entry,
-        f"table3.missing.{'restricted' if scenario else 'every'}",
-        f"{scope}, {total} local maps occur, {len(missing)} more than Table 3 lists",
-        f"{scope}, all local maps are {len(printed)}",
-        (scenario, printed, missing),
-        _missing,
-        (scenario, printed, missing - {LocalMap("Σ3", 5, "Σ5")}),
-        derived=f"{total}: also " + ", ".join(map(str, sorted(missing))),
-        verdict="refuted",
-        proof="each missing map is shown by a trajectory that is enclosed in exact rational "
-        "arithmetic (table3 below); all others are excluded (table3.complete, table3.regime)",
-        consequence="All pass a corner"
-        + (". " if scenario else ", or L10, which exists for delta > f_b only. ")
-        + "Those of F2 and F5, and of F6 into Σ1, need one coincidence only: a family of orbits "
-        "meets them at isolated parameters. A misread row of the scan would show as a map that "
-        "does not occur, and none does.",
-        formula=r",\ ".join(one.formula for one in sorted(missing)),
-        witness=lambda: {"local map": str(shown.local_map), **described_witness(shown)},
+def _shown_map(numbers: Sequence[int]) -> dict[str, str]:
+    """The first stored witness of a local map."""
+    (wanted,) = _maps([numbers])
+    shown = next(w for w in reachability.witnesses() if w.local_map == wanted)
+    return {"local map": str(wanted), **reachability.described(shown)}
+
+
+def _rows_of(context: Context) -> tuple[tuple[Any, ...], ...]:
+    """The rows of Table 1 or 2 for one surface or line."""
+    return tuple(tuple(row) for row in context["e"]["rows"] if row[0] == context["key"])
+
+
+def _at_corner(context: Context) -> tuple[tuple[str, Pairs], ...]:
+    """What Table 2 has for each of the lines that are said to meet at a corner."""
+    paper, corner = context["paper"], context["key"]
+    rows = paper["table.2"]["rows"]
+    return tuple(
+        (line, frozenset((s, t) for on, s, t, *_ in rows if on == line))
+        for line in paper["section.3.1.corners"][corner]
     )
 
 
-def _absent_count(claim: tuple[str, tuple[LocalMap, ...], int]) -> bool:
-    scenario, printed, count = claim
-    return len(set(printed) - allowed_maps([SCENARIOS[scenario], _DAMPED])) == count
+def _places(names: Sequence[str]) -> Any:
+    def each(context: Context) -> Iterator[dict[str, Any]]:
+        for name in dict.fromkeys([*names, *(row[0] for row in context["e"]["rows"])]):
+            yield {"key": name}
+
+    return each
 
 
-def _wide_gap_maps(paper: Paper) -> Iterator[Item]:
-    entry, printed = paper["table.3"], printed_maps(paper)
-    for scenario, count in (("δ < f_b", 0), ("δ = f_b", 9), ("δ > f_b", 9)):
-        found = f"for {scenario} and ζ > 0, {count} of the printed maps cannot occur"
-        if count:
-            found += ": stick or backward drift into Σ5 (no L6), and F4 from Σ7 to rest"
-        yield comparison(
-            entry,
-            f"table3.scenario.{scenario.replace(' ', '')}",
-            found,
-            f"Table 3 lists {len(printed)} maps, without a condition on δ",
-            (scenario, printed, count),
-            _absent_count,
-            (scenario, printed, count + 1),
-            derived=found,
-            verdict="conditional",
-            proof="for δ ≥ f_b L6 is empty, and table3.never_rests excludes the maps of F4 from "
-            "Σ7 to rest; all others occur by their witnesses",
-            consequence="The search for orbits at δ ≥ f_b has fewer maps to consider.",
-        )
+def _each_map(context: Context) -> Iterator[dict[str, Any]]:
+    modes = (mode for *_, mode in context["e"]["rows"])
+    for local_map, mode in zip(printed_maps(context["paper"]), modes, strict=True):
+        yield {"map": local_map, "mode": mode}
 
 
-def items(paper: Paper) -> Iterator[Item]:
-    """Tables 1, 2 and 3."""
-    yield from _table_1(paper)
-    yield from _table_2(paper)
-    yield from _table_3(paper)
+def _each_passage(context: Context) -> Iterator[dict[str, Any]]:
+    for place, sources, targets in context["e"]["rows"]:
+        yield {"key": place, "pairs": frozenset((s, t) for s in sources for t in targets)}
+
+
+def _each_part(context: Context) -> Iterator[dict[str, Any]]:
+    for name, texts in context["e"].printed.items():
+        yield {"key": name, "text": texts, "part": _part(name)}
+
+
+def _each_origin(context: Context) -> Iterator[dict[str, Any]]:
+    for place, kind, field in context["e"]["rows"]:
+        yield {"place": place, "kind": kind, "field": field}
+
+
+def _spaces(pairs: Iterable[tuple[int, int]]) -> str:
+    """The sources and the targets of passages, in words."""
+    sources, targets = (sorted(set(ends)) for ends in zip(*pairs, strict=True))
+    return f"{listed(f'Ω{s}' for s in sources)} → {listed(f'Ω{t}' for t in targets)}"
+
+
+def _readings(lines: Sequence[tuple[str, Pairs]]) -> str:
+    return "; ".join(f"read as {line}, Table 2 gives {_spaces(row)}" for line, row in lines)
+
+
+def _interval(one: Part) -> tuple[Any, ...]:
+    """The range of v_r on a part; that of L3^(3) with the end of L3's range, as it is printed."""
+    end = scope(["2*zeta*v_r <= f_b - delta"]) if one.name == "L3^(3)" else ()
+    return (*one.within, *end, *_DAMPED)
+
+
+def _asked(context: Context) -> str:
+    pair = (context["drift"], context["stick"])
+    return "Ω{} → Ω{}".format(*pair) if pair in context["told"] else "no such row"
+
+
+EACH |= {
+    "surfaces": _places(SURFACES),
+    "lines": _places([f"L{i}" for i in range(1, 9)]),
+    "maps": _each_map,
+    "passages": _each_passage,
+    "parts": _each_part,
+    "origins": _each_origin,
+}
+FACTS |= {
+    "rows": _rows_of,
+    "told": lambda context: {row[1:3] for row in context["rows"]},
+    "asked": _asked,
+    "pairs": lambda context: next(
+        one["pairs"] for one in _each_passage(context) if one["key"] == context["key"]
+    ),
+    "part": lambda context: _part(context["key"]),
+    "table_3": lambda context: printed_maps(context["paper"]),
+    "table_2_at": _at_corner,
+    "total": lambda context: len(_occurring(context["scenario"])),
+    "bound": lambda context: _BY_LINE[context["key"]],
+    "within": lambda context: sp.Le(context["bound"].smaller, context["bound"].larger),
+    "force_on_L4": lambda _: derived("F4_v_c == -2*f_b/gamma"),
+    "curve": lambda context: context["sign"] * derivatives(v_c, context["drift"], 2)[2],
+}
+FILTERS |= {
+    "spaces": _spaces,
+    "readings": _readings,
+    "rows": lambda rows: "; ".join(
+        f"Ω{s} → Ω{t} ({vs}, {vt}, {mode})" for _, s, t, vs, vt, mode in rows
+    ),
+    "swapped": lambda rows: tuple((on, t, s, vt, vs, mode) for on, s, t, vs, vt, mode in rows),
+    "other_map": lambda one: LocalMap("Σ7" if one.target != "Σ7" else "Σ6", one.field, "Σ2"),
+    "fewer": lambda pairs: pairs - {min(pairs)},
+    "count": len,
+    "maps": lambda rows: ", ".join(map(str, _maps(rows))),
+    "map_formulas": lambda rows: r",\ ".join(one.formula for one in _maps(rows)),
+    "relations": lambda relations: " and ".join(map(str, relations)),
+    "tex": sp.latex,
+    "damped": lambda texts: ("zeta > 0", *texts),
+    "interval": _interval,
+    "other_way": {"ends": "begins", "begins": "ends"}.__getitem__,
+    "sense": lambda sign: {"<": "negative", ">": "positive"}.get(
+        sign, "one or the other, by the time"
+    ),
+    "of_interval": lambda name: "with the derived interval" if "2^" in name else "in scope",
+    "reversed_relation": lambda relation: sp.Ge(*relation.args),
+}
+WITNESSES |= {
+    "map": _shown_map,
+    "touching": _touching,
+    "beyond": lambda row: at_crest(_beyond(row["place"], row["printed"])),
+}

@@ -313,9 +313,9 @@ def _part_items(part: Part) -> Iterator[Item]:
     )
 
 
-def part(line: str, number: int) -> Part:
-    """A part by its line and number."""
-    return next(one for one in PARTS if (one.line, one.number) == (line, number))
+def part(name: str) -> Part:
+    """A part by its name, such as L2^(1)."""
+    return next(one for one in PARTS if one.name == name)
 
 
 def _widened(part: Part) -> Part:

@@ -1,0 +1,286 @@
+"""Checks of formulas, of sets of states, and of what follows from relations or does not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from capsule_sym._paper import read
+from capsule_sym._symbolic.model.elimination import Relation
+from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, empty
+from capsule_sym._symbolic.model.model import P3, SEGMENTS
+from capsule_sym._symbolic.model.proof import consistent, evaluate, example, implies, negations
+from capsule_sym._symbolic.model.switching import reduced
+from capsule_sym._symbolic.model.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
+from capsule_sym._symbolic.paper.formula import NAMES, formula, relations, same
+from capsule_sym._symbolic.paper.rows import DEFAULTS, FILTERS, WITNESSES, checker
+from capsule_sym._symbolic.proofs.appendices import part
+from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, outward
+
+Texts = Iterable[str | Relation]
+"""Relations as text: printed, or the name of a piece, a part or a position of the gap."""
+
+CREST = sp.Eq(force, alpha)  # omega tau = 0
+_SETS: dict[str, tuple[Relation, ...]] = {
+    **{name: piece.relations for name, piece in PIECES.items()},
+    **{name: (relation,) for name, relation in SCENARIOS.items()},
+}
+_NAMES = {
+    **NAMES,
+    "u": force,
+    "P3_F2": along(P3, SEGMENTS[1]),
+    **{f"n_{line}": outward(line) for line in STICK_EDGE},
+    **{f"{s.name}_{x}": rate for s in SEGMENTS for x, rate in zip(STATE, s.field, strict=True)},
+}
+"""What rows may name: n_L1 is the inner product out of stick on L1, F1_v_c the v_c' of F1."""
+
+
+def derived(text: str) -> Any:
+    """An expression or relation of a row."""
+    return formula(text, _NAMES)
+
+
+@cache
+def _relations(text: str) -> tuple[Relation, ...]:
+    if "^(" in text:
+        return part(text).relations
+    return _SETS[text] if text in _SETS else relations([text], _NAMES)
+
+
+def scope(texts: Texts) -> tuple[Relation, ...]:
+    """The relations of a set of states."""
+    return tuple(
+        relation
+        for text in texts
+        for relation in (_relations(text) if isinstance(text, str) else (text,))
+    )
+
+
+@checker
+def equal(printed: Any, expected: Any) -> bool:
+    """Whether printed data are as expected."""
+    return bool(printed == expected)
+
+
+@checker
+def same_number(printed: str, expected: str) -> bool:
+    """Whether two printed decimals are the same number."""
+    return Fraction(printed) == Fraction(expected)
+
+
+@checker
+def same_names(printed: Sequence[str], expected: Iterable[str]) -> bool:
+    """Whether names are those expected in any order, none of them twice."""
+    return len(set(printed)) == len(printed) and set(printed) == set(expected)
+
+
+@checker
+def same_formula(printed: str, expected: str | sp.Expr) -> bool:
+    """Whether a printed expression is identically the expected one."""
+    return same(formula(printed), derived(expected) if isinstance(expected, str) else expected)
+
+
+@checker
+def positive(printed: str, expected: str) -> bool:
+    """Whether a printed relation says that an expression, or it over 2 zeta, is positive."""
+    relation, value = formula(printed), derived(expected)
+    gap = relation.lhs - relation.rhs
+    return isinstance(relation, sp.StrictGreaterThan) and (
+        same(gap, value) or same(2 * zeta * gap, value)
+    )
+
+
+@cache
+def _within(inner: tuple[Relation, ...], outer: tuple[Relation, ...]) -> bool:
+    return all(implies(inner, relation) for relation in outer)
+
+
+@checker
+def same_sets(printed: Sequence[Texts], expected: Sequence[Texts]) -> bool:
+    """Whether sets of states are, one by one, those expected: each includes the other."""
+    pairs = [(scope(a), scope(b)) for a, b in zip(printed, expected, strict=False)]
+    return len(printed) == len(expected) and all(_within(a, b) and _within(b, a) for a, b in pairs)
+
+
+@checker
+def same_union(whole: Texts, pieces: Sequence[str], within: Texts, end: str) -> bool:
+    """Whether a set is the union of pieces, split by the sign of a function at its end."""
+    whole, within, split = scope(whole), scope(within), derived(end)
+    sets = [PIECES[name].relations for name in pieces]
+    cases = [[*whole, *within, r(split, 0)] for r in (sp.Lt, sp.Eq, sp.Gt)]
+    return all(implies([*one, *within], r) for one in sets for r in whole) and all(
+        any(all(implies(case, r) for r in one) for one in sets)
+        for case in cases
+        if consistent(case)
+    )
+
+
+@checker
+def follows(here: Texts, printed: Texts) -> bool:
+    """Whether printed relations hold everywhere in a set."""
+    hypotheses = scope(here)
+    return all(implies(hypotheses, relation) for relation in scope(printed))
+
+
+@checker
+def absent(piece: str, within: Texts) -> bool:
+    """Whether a piece holds no state under conditions on the parameters."""
+    return empty(PIECES[piece], scope(within))
+
+
+def _case_study() -> dict[sp.Symbol, Fraction]:
+    printed = read()
+    entry, amplitude = printed["section.4.parameters"], printed["figure.7"]["f"]
+    named = {s: Fraction(entry[str(s)]) for s in (zeta, beta, gamma, f_b, delta)}
+    return named | {alpha: Fraction(amplitude)}
+
+
+CASE_STUDY = _case_study()
+"""The parameters of Section 4, with alpha of Fig. 7(f), at which witnesses are sought."""
+
+
+@dataclass(frozen=True)
+class Erratum:
+    """A printed relation that fails somewhere in its scope, and what holds instead.
+
+    `printed` is asserted wherever all of `scope` holds; `expected` is proved wherever all of
+    `inside` holds. The witness is sought at `values` of the parameters.
+    """
+
+    scope: tuple[Relation, ...]
+    printed: Relation
+    inside: tuple[Relation, ...]
+    expected: Relation
+    values: Mapping[sp.Symbol, Fraction]
+
+    @classmethod
+    def of(
+        cls,
+        here: Texts,
+        printed: str,
+        expected: str | Relation,
+        inside: Texts | None = None,
+        at: Mapping[str, str] | None = None,
+    ) -> Erratum:
+        """The erratum of a row; `inside` is `here` where nothing else is given."""
+        place = {next(s for s in CASE_STUDY if s.name == k): v for k, v in (at or {}).items()}
+        return cls(
+            scope(here),
+            derived(printed),
+            scope(here if inside is None else inside),
+            derived(expected) if isinstance(expected, str) else expected,
+            CASE_STUDY | {symbol: Fraction(value) for symbol, value in place.items()},
+        )
+
+    def point(self) -> dict[sp.Symbol, Fraction]:
+        """A point of the scope, at tau = 0, where the printed relation is false."""
+        for wrong in negations(self.printed):
+            if consistent([*self.scope, CREST, wrong]):
+                return example([*self.scope, CREST, wrong], self.values)
+        raise ValueError(f"the printed relation holds everywhere: {self.printed}")
+
+    def witness(self) -> dict[str, str]:
+        """The point in exact numbers, and what the printed relation becomes there."""
+        point, relation = self.point(), self.printed
+        left, right = evaluate(relation.lhs, point), evaluate(relation.rhs, point)
+        sign = "=" if isinstance(relation, sp.Eq) else relation.rel_op
+        return {**described(point), "printed relation there": f"{left} {sign} {right}, false"}
+
+    def settled(self) -> bool:
+        """Whether the derived relation is proved and the printed one fails at the witness."""
+        try:
+            point = self.point()
+        except ValueError:
+            return False
+        return (
+            implies(self.inside, self.expected)
+            and all(_holds(relation, point) for relation in self.scope)
+            and not _holds(self.printed, point)
+        )
+
+    @property
+    def latex(self) -> str:
+        """What is derived and where, in a shorter form of the same sign if it is one."""
+        relation = self.expected
+        if not isinstance(relation, sp.Eq):
+            shorter = reduced(relation.lhs - relation.rhs, self.inside)
+            if not shorter.is_number:
+                relation = type(relation)(shorter, 0, evaluate=False)
+        return rf"{_latex(self.inside)}\quad\Rightarrow\quad {sp.latex(relation)}"
+
+
+@checker
+def fails(
+    here: Texts,
+    printed: str,
+    expected: str | Relation,
+    inside: Texts | None = None,
+    at: Mapping[str, str] | None = None,
+) -> bool:
+    """Whether a printed relation fails somewhere, where the expected one is proved."""
+    return Erratum.of(here, printed, expected, inside, at).settled()
+
+
+def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
+    """Exact truth of a relation at a rational point."""
+    if relation in (sp.true, sp.false):
+        return bool(relation)
+    value = evaluate(relation.lhs - relation.rhs, point)
+    return bool(type(relation)(sp.Rational(value), 0))
+
+
+def described(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
+    """A point at tau = 0 in exact numbers, as text."""
+    names = (*STATE, zeta, beta, gamma, f_b, delta, alpha)
+    return {str(s): str(point[s]) for s in names} | {"tau": "0"}
+
+
+def at_crest(texts: Texts) -> dict[str, str]:
+    """A point of the case study at tau = 0 in a set of states, as text."""
+    return described(example([*scope(texts), CREST], CASE_STUDY))
+
+
+def listed(names: Any) -> str:
+    """Names as a list in words."""
+    return ", ".join(map(str, names)) or "none"
+
+
+def _latex(of: Iterable[Relation]) -> str:
+    return r",\ ".join(map(sp.latex, of))
+
+
+def _negated(row: Mapping[str, Any]) -> Relation:
+    return negations(Erratum.of(**row).expected)[0]
+
+
+DEFAULTS["fails"] = {
+    "verdict": "refuted",
+    "wrong": {"expected": "{given:negated}"},
+    "formula": "{given:implication}",
+    "witness": {"fails": "{given}"},
+}
+WITNESSES |= {
+    "fails": lambda row: Erratum.of(**row).witness(),
+    "crest": at_crest,
+    "numbers": lambda numbers: numbers,
+}
+FILTERS |= {
+    "list": listed,
+    "and": " and ".join,
+    "braces": lambda texts: "{" + ", ".join(texts) + "}",
+    "union": lambda sets: " or ".join("{" + ", ".join(texts) + "}" for texts in sets),
+    "rest": lambda names: tuple(names[1:]),
+    "reversed": lambda names: tuple(reversed(names)),
+    "sorted": sorted,
+    "next": lambda number: number % 6 + 1,
+    "bare": lambda text: text.replace(" ", ""),
+    "latex": lambda texts: _latex(scope(texts)),
+    "piece": lambda name: PIECES[name].latex,
+    "negated": _negated,
+    "implication": lambda row: Erratum.of(**row).latex,
+}

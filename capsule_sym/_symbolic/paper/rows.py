@@ -1,0 +1,225 @@
+"""Claims about what is printed: rows of `claims/`, and what reads them.
+
+A row names the entry of the transcription, the check and what is given to it, what a wrong row
+would give, and the sentences of the report. Its texts are templates: `{e[value]}` is a value of
+the entry, other names are those of `each` and of `FACTS`, and what follows a colon are names in
+`FILTERS`. A template that is one field alone stands for the value itself. `{{` is a brace.
+
+With a `correction` the row is refuted: the check holds with it, and fails for what is printed.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from importlib.resources import files
+from inspect import signature
+from string import Formatter
+from typing import Any, TypeVar, cast
+
+from capsule_sym._paper import Entry, Paper
+from capsule_sym._symbolic.proofs.items import AS_PRINTED, Item, Verdict
+
+Check = TypeVar("Check", bound=Callable[..., bool])
+CHECKERS: dict[str, Callable[..., bool]] = {}
+"""Checks by name: functions of what a row gives."""
+DEFAULTS: dict[str, Mapping[str, Any]] = {}
+"""What the rows of a check need not say."""
+EACH: dict[str, Callable[[Context], Iterator[dict[str, Any]]]] = {}
+"""What a row is repeated for: the names that each repetition has."""
+FACTS: dict[str, Callable[[Context], Any]] = {}
+"""Names that every template may use, from those of the entry and of `each`."""
+FILTERS: dict[str, Callable[[Any], Any]] = {}
+"""What may follow the colon of a field."""
+WITNESSES: dict[str, Callable[[Any], Mapping[str, str]]] = {}
+"""Exact points or motions that a row can show, by kind."""
+
+_READ = {
+    "clear": "",
+    "doubtful": " (doubtful scan: {})",
+    "illegible": " (illegible in the scan: {})",
+}
+
+
+def checker(check: Check) -> Check:
+    """Registers a check under its name."""
+    CHECKERS[check.__name__] = check
+    return check
+
+
+class Context(dict[str, Any]):
+    """The names of a repetition of a row; a fact is found when it is first asked for."""
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = FACTS[name](self)
+        return self[name]
+
+
+class _Templates(Formatter):
+    def format_field(self, value: Any, spec: str) -> str:
+        return str(_filtered(value, spec))
+
+
+def _filtered(value: Any, spec: str) -> Any:
+    for name in filter(None, spec.split("|")):
+        value = FILTERS[name](value)
+    return value
+
+
+_TEMPLATES = _Templates()
+
+
+def _tuples(value: Any) -> Any:
+    """Lists as tuples, which can be compared and looked up."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def resolved(template: Any, context: Context) -> Any:
+    """A value of a row with its templates filled in: lists as tuples, a lone field as its value."""
+    if isinstance(template, Mapping):
+        return {key: resolved(value, context) for key, value in template.items()}
+    if isinstance(template, list):
+        return tuple(resolved(value, context) for value in template)
+    if not isinstance(template, str):
+        return template
+    parsed = list(_TEMPLATES.parse(template))
+    if len(parsed) == 1 and not parsed[0][0] and parsed[0][1]:
+        value, _ = _TEMPLATES.get_field(parsed[0][1], (), context)
+        return _tuples(_filtered(value, parsed[0][2] or ""))
+    return _TEMPLATES.vformat(template, (), context)
+
+
+def as_read(entry: Entry, text: str) -> str:
+    """A printed text with the doubt about its reading, if there is one."""
+    return text + _READ[entry.reading].format(entry.note)
+
+
+def _misprinted(check: Callable[..., bool], claim: tuple[dict[str, Any], dict[str, Any]]) -> bool:
+    """Whether what is derived passes a check, and what is printed does not."""
+    printed, derived = claim
+    return check(**derived) and not check(**printed)
+
+
+def _passes(check: Callable[..., bool], claim: dict[str, Any]) -> bool:
+    return check(**claim)
+
+
+def _merged(given: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
+    """What is given with other values; a table is changed key by key."""
+    merged = dict(given)
+    for key, value in other.items():
+        old = merged.get(key)
+        merged[key] = {**old, **value} if isinstance(old, Mapping) else value
+    return merged
+
+
+_TEXTS = ("says", "printed", "derived", "proof", "consequence", "formula", "place", "verdict")
+_KEYS = {
+    *_TEXTS,
+    "name",
+    "entry",
+    "each",
+    "skip",
+    "check",
+    "given",
+    "wrong",
+    "correction",
+    "witness",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A row of `claims/`, which stands for one claim or for one of each of a list."""
+
+    fields: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for a key or a check that there is not."""
+        if unknown := self.fields.keys() - _KEYS:
+            raise ValueError(f"{self.name}: no key of a row: {', '.join(sorted(unknown))}")
+        if self.fields["check"] not in CHECKERS:
+            raise ValueError(f"{self.name}: no check: {self.fields['check']}")
+        known = signature(CHECKERS[self.fields["check"]]).parameters
+        for table in ("given", "wrong", "correction"):
+            if unknown := self.fields.get(table, {}).keys() - known:
+                raise ValueError(f"{self.name}: {table}: {', '.join(sorted(unknown))}")
+
+    @property
+    def name(self) -> str:
+        """The names of its claims, as a template."""
+        return str(self.fields["name"])
+
+    def items(self, paper: Paper) -> Iterator[Item]:
+        """Its claims about a transcription."""
+        for context in self._contexts(paper):
+            if context.get("key") not in self.fields.get("skip", ()):
+                yield self._item(context)
+
+    def _contexts(self, paper: Paper) -> Iterator[Context]:
+        entries = self.fields["entry"]
+        for entry in [entries] if isinstance(entries, str) else entries:
+            start, each = Context(paper=paper), self.fields.get("each", [{}])
+            if "{" not in entry:
+                start["e"] = paper[entry]
+            if isinstance(each, str):
+                each = EACH[each](start) if each in EACH else start["e"][each]
+            for one in each:
+                context = Context(start | (one if isinstance(one, dict) else {"key": one}))
+                if "e" not in context:
+                    context["e"] = paper[resolved(entry, context)]
+                yield context
+
+    def _item(self, context: Context) -> Item:
+        fields = {**DEFAULTS.get(self.fields["check"], {}), **self.fields}
+        check = CHECKERS[fields["check"]]
+
+        def text(key: str, default: str = "") -> str:
+            return str(resolved(fields.get(key, default), context))
+
+        given = context["given"] = resolved(fields["given"], context)
+        wrong = resolved(fields.get("wrong", {}), context)
+        claim: Any = given
+        mutant: Any = _merged(given, wrong)
+        deciding: Callable[..., bool] = partial(_passes, check)
+        if "correction" in fields:
+            claim = given, _merged(given, resolved(fields["correction"], context))
+            mutant = (given, mutant)
+            deciding = partial(_misprinted, check)
+        entry: Entry = context["e"]
+        says, verdict = text("says"), cast(Verdict, text("verdict", "proved"))
+        printed, derived = text("printed", says), text("derived", AS_PRINTED)
+        return Item(
+            id=f"{'erratum' if verdict == 'refuted' else 'printed'}.{text('name')}",
+            equation=text("place") or entry.place,
+            statement=says or f"printed: {as_read(entry, printed)}. Derived: {derived}",
+            claim=claim,
+            check=deciding,
+            mutant=mutant,
+            formula=text("formula"),
+            verdict=verdict,
+            printed=as_read(entry, printed),
+            derived=derived,
+            proof=text("proof"),
+            consequence=text("consequence"),
+            witness=partial(_witness, fields["witness"], context) if "witness" in fields else None,
+        )
+
+
+def _witness(fields: Mapping[str, Any], context: Context) -> Mapping[str, str]:
+    ((kind, template),) = fields.items()
+    return WITNESSES[kind](resolved(template, context))
+
+
+PARTS = ("section_2", "section_3", "tables", "appendices", "section_4", "captions")
+"""The files of rows, in the order of the paper."""
+
+
+@cache
+def rows(parts: tuple[str, ...] = PARTS) -> tuple[Row, ...]:
+    """The rows of these files."""
+    folder = files(__package__) / "claims"
+    texts = (folder.joinpath(f"{name}.toml").read_text(encoding="utf-8") for name in parts)
+    return tuple(Row(row) for text in texts for row in tomllib.loads(text)["claim"])
