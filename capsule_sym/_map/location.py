@@ -396,11 +396,16 @@ def at_rest_forever(backend: Backend, c: Any, at: Point) -> bool:
     inflation = 1 + 64 * backend.unit + relative
     amplitude = c.alpha / distance * (1 + relative)
     rounding = 32 * backend.unit + relative + at.error_angle
-    low = abs(at.x_r - forced) + at.error_x + rounding * (abs(at.x_r) + amplitude)
+    low = (
+        abs(at.x_r - formulas.rest_centre(c) - forced)
+        + at.error_x
+        + rounding * (abs(at.x_r) + amplitude)
+    )
     high = abs(at.v_r - rate) + at.error_v + rounding * (abs(at.v_r) + c.omega * amplitude)
     energy = inflation * backend.hypot(high, backend.sqrt(c.K) * low)
     reach = inflation * (amplitude + energy / backend.sqrt(c.K))
     gain = backend.sqrt(formulas.force_gain2(c))
     free = formulas.force_per_energy(c, backend.sqrt(c.K))
     force = inflation * (amplitude * gain + free * energy)
-    return bool(reach < c.delta and force < c.f_b)
+    within = min(formulas.friction_guard(c, sign, formulas.load_force(c)) for sign in (-1, 1))
+    return bool(reach < c.delta - formulas.rest_centre(c) and force < within)

@@ -106,13 +106,13 @@ def _guards(
         )
     }
     if c.drift:
-        # By momentum: (gamma + 1) v_c' = alpha cos - friction - x_r''.
+        # By momentum: (gamma + 1) v_c' = alpha cos + load - friction - x_r''.
         cycle = (at.cos_theta, -at.sin_theta, -at.cos_theta, at.sin_theta)
         scale = c.drift / (c.gamma + 1)
         values, slack = [c.drift * at.v_c], [at.error_v_c]
         for n in range(1, order):
             drive = c.alpha * c.omega ** (n - 1)
-            constant = c.friction if n == 1 else zero
+            constant = c.friction - formulas.load_force(c) if n == 1 else zero
             values.append(scale * (cycle[(n - 1) % 4] * drive - constant - x[n + 1]))
             terms = rounding * (drive + abs(constant)) + errors[n + 1]
             slack.append(terms / (c.gamma + 1))
@@ -130,7 +130,8 @@ def _guards(
             values.append(formulas.friction_guard(c, sign, force + mean) if first else sign * force)
             slack.append(formulas.force_change_size(c, errors[n], errors[n + 1]))
         slack[0] = slack[0] + rounding * (
-            c.f_b + formulas.force_size(c, abs(centre), abs(centre) + c.delta, zero)
+            formulas.friction_bounds(c)
+            + formulas.force_size(c, abs(centre), abs(centre) + c.delta, zero)
         )
         last = formulas.force_change_size(
             c, abs(x[order]) + sizes[order], abs(x[order + 1]) + sizes[order + 1]

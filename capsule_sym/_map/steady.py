@@ -106,13 +106,14 @@ def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMoti
 def _rests(run: Trajectory, tolerance: float) -> bool:
     """Whether it is proved that the run stays this near to rest for ever, and never slips."""
     p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
-    if p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
+    loaded = formulas.load_force(p) != 0
+    if loaded or p.alpha > 0 or v_c != 0 or not run.success or not run.segments:
         return False
     # Twice the energy at rest: v_r^2 + x_r^2 + beta (x_r - delta)^2 in contact.
     size = 1.000001 * math.hypot(v_r, x_r, math.sqrt(p.beta) * max(0.0, x_r - p.delta))
     pressed = SimpleNamespace(kappa=p.beta, zeta=p.zeta)
     force = float(formulas.force_change_size(pressed, size, size))
-    return size <= tolerance and force < p.f_b
+    return size <= tolerance and force < min(formulas.friction_guard(p, way, 0) for way in (-1, 1))
 
 
 def _rest(run: Trajectory) -> Segment:

@@ -102,8 +102,9 @@ def place_of(backend: Backend, constants: Any, state: State) -> str | None:
     c = constants[FIELDS[int(state.gap > 0), 0] - 1]
     force = formulas.force(c, state.x_r, state.gap, state.v_r)
     added = formulas.force_size(c, abs(state.x_r), abs(state.gap), abs(state.v_r))
-    within = formulas.friction_guard(c, -1, abs(force))
-    if abs(within) <= (formulas.FORCE_UNITS + 1) * backend.unit * (added + c.f_b):
+    within = formulas.friction_guard(c, -1 if force > 0 else 1, force)
+    added = added + formulas.friction_bounds(c)
+    if abs(within) <= (formulas.FORCE_UNITS + 1) * backend.unit * added:
         return None
     return PLACES.get((*signs, 3 * _sign(force) if within < 0 else 0))
 

@@ -227,6 +227,8 @@ def render() -> dict[str, str]:
                 f"double {name};" for name in _CONSTANT_NAMES if name != "resonant"
             ),
             "segment_constants": _segment_texts(language),
+            "parameters": ", ".join(_PARAMETER_NAMES),
+            "p_parameters": ", ".join(f"p.{name}" for name in _PARAMETER_NAMES),
             "used_parameters": _used_parameters(language),
             "table": table_text(language),
             "fields": field_texts(language),
@@ -243,6 +245,7 @@ def render() -> dict[str, str]:
             "bound_formulas": "\n".join(kernel.text(LANGUAGES["bound"]) for kernel in sizes),
             "field_constants": _field_constants(),
             "friction_bounds": "(" + " + ".join(f"(c)->{b}" for b in friction_bounds) + ")",
+            "python_friction_bounds": " + ".join(f"c.{b}" for b in friction_bounds),
             "facts": python_facts(),
             "parameter_fields": python_fields(),
             "page_facts": page_facts(),
