@@ -87,6 +87,10 @@ def _validate(instance: Any) -> None:
         object.__setattr__(instance, name, _number(name, getattr(instance, name)))
 
 
+def _root(value: Any) -> Any:
+    return math.sqrt(value) if isinstance(value, float) else value**0.5
+
+
 def names_of(parameters: Any) -> tuple[str, ...]:
     """Names of parameters, dimensionless or of a device, from a set of them or its type."""
     return tuple(field.name for field in fields(parameters))
@@ -165,7 +169,8 @@ class PhysicalParameters:
     @property
     def natural_frequency(self) -> float:
         """Natural frequency Omega0 = sqrt(k1 / M_m) (rad/s), the inverse of the unit of time."""
-        return math.sqrt(self.k1 / self.M_m)
+        rate: float = _root(self.k1 / self.M_m)
+        return rate
 
     @property
     def length_scale(self) -> float:
@@ -174,15 +179,19 @@ class PhysicalParameters:
 
     def dimensionless(self) -> Parameters:
         """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
-        return Parameters(
-            alpha=self.P_d / self.friction_force,
-            omega=self.Omega / self.natural_frequency,
-            delta=self.k1 * self.G / self.friction_force,
-            zeta=self.c / (self.M_m * self.natural_frequency) / 2,
-            beta=self.k2 / self.k1,
-            gamma=self.M_c / self.M_m,
-            f_b=1.0,
-        )
+        return Parameters(**self.ratios())
+
+    def ratios(self) -> dict[str, Any]:
+        """The dimensionless parameters by name, in the arithmetic of the fields."""
+        return {
+            "alpha": self.P_d / self.friction_force,
+            "omega": self.Omega / self.natural_frequency,
+            "delta": self.k1 * self.G / self.friction_force,
+            "zeta": self.c / (self.M_m * self.natural_frequency) / 2,
+            "beta": self.k2 / self.k1,
+            "gamma": self.M_c / self.M_m,
+            "f_b": 1.0,
+        }
 
     def scale(self, name: str) -> float:
         """The SI unit of a result: what its dimensionless value is multiplied with.
