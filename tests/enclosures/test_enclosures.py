@@ -40,13 +40,12 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field, _tail
 from capsule_sym._enclosures.orbits.branches import glue, march
-from capsule_sym._enclosures.orbits.events import Event
+from capsule_sym._enclosures.orbits.events import Event, growth_coefficient
 from capsule_sym._enclosures.orbits.events import _corner as place_of_corner
-from capsule_sym._enclosures.orbits.intervals import approximate, regimes, threshold
+from capsule_sym._enclosures.orbits.intervals import approximate, prove_intervals, threshold
 from capsule_sym._enclosures.orbits.krawczyk import enclose
 from capsule_sym._enclosures.orbits.proof import guess_of, prove_admissible, shooting_of
 from capsule_sym._enclosures.orbits.stability import characteristic, monodromy
-from capsule_sym._enclosures.orbits.unfolding import growth
 from capsule_sym._enclosures.passage import guards, switches
 from capsule_sym._enclosures.passage.guards import Line, Watch
 from capsule_sym._enclosures.regions.attraction import tendency
@@ -336,12 +335,12 @@ def test_a_short_segment_of_another_orbit_gives_no_coefficient(
 ) -> None:
     tube, (still,) = events[2].tube, events[2].segments
     with precision(320):
-        assert growth(tube, still, 1, "alpha").overlaps(events[2].coefficient)
+        assert growth_coefficient(tube, still, 1, "alpha").overlaps(events[2].coefficient)
         far = tuple(x + (1e-3 if k == 0 else 0) for k, x in enumerate(tube.centre))
         with pytest.raises(Unproved, match="unfolding"):
-            growth(replace(tube, centre=far), still, 1, "alpha")
+            growth_coefficient(replace(tube, centre=far), still, 1, "alpha")
         with pytest.raises(Unproved, match="unfolding"):
-            growth(replace(tube, radii=(1.0,) * len(tube.radii)), still, 1, "alpha")
+            growth_coefficient(replace(tube, radii=(1.0,) * len(tube.radii)), still, 1, "alpha")
 
 
 @pytest.mark.parametrize(
@@ -385,7 +384,7 @@ def test_a_leg_that_is_not_still_makes_no_event(found) -> None:
 def test_first_interval_is_proved_up_to_its_threshold(found, events: list[Event]) -> None:
     _, start = found
     first = ball(Fraction(1, 1000))
-    one = next(regimes(events, start, EXACT | {"gamma": "3.3"}, first, ball(2)))
+    one = next(prove_intervals(events, start, EXACT | {"gamma": "3.3"}, first, ball(2)))
     assert one.itinerary.fields == (2,)
     assert one.low <= first
     assert events[0].values["alpha"] - one.high < arb("1.1e-12")

@@ -261,7 +261,7 @@ def test_sides_that_do_not_span_a_box_are_refused() -> None:
     sides = np.ones((2, 2)) + np.diag([2.0**-52, 0.0])
     assert np.all(np.isfinite(np.linalg.inv(sides)))
     with precision(40), pytest.raises(Unproved, match="not seen to span it"):
-        attraction.inverse_of(sides)
+        attraction.contraction(matrix(3, 3), sides)
 
 
 def test_a_bundle_has_to_be_in_the_box_itself(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,9 +15,9 @@ from capsule_sym._enclosures.orbits.branches import Box
 from capsule_sym._enclosures.orbits.events import Event
 from capsule_sym._enclosures.orbits.intervals import (
     THRESHOLD_BITS,
-    Regime,
+    ProvedInterval,
     approximate,
-    regimes,
+    prove_intervals,
     threshold,
 )
 from capsule_sym._native import Watch
@@ -37,14 +37,14 @@ class Section:
 
     gamma: str
     events: tuple[Event, ...]
-    regimes: tuple[Regime, ...]
+    intervals: tuple[ProvedInterval, ...]
     failed: str
 
     @property
     def unproved(self) -> float:
         """A bound on the length of alpha in [0.001, 2] that is not proved."""
         with precision(128):
-            covered = sum((one.high - one.low for one in self.regimes), ball(0))
+            covered = sum((one.high - one.low for one in self.intervals), ball(0))
             return float((ball(LAST) - ball(FIRST) - covered).upper())
 
 
@@ -58,13 +58,13 @@ def prove_section(
     exact = EXACT | {"gamma": gamma}
     found, start = approximate(Parameters(gamma=float(gamma)), float(FIRST), float(LAST))
     events: list[Event] = []
-    proved: list[Regime] = []
+    proved: list[ProvedInterval] = []
     try:
         events.extend(threshold(one, exact) for one in found)
         if intervals:
             with precision(128):
                 first, last = ball(FIRST), ball(LAST)
-            proved.extend(regimes(events, start, exact, first, last, report))
+            proved.extend(prove_intervals(events, start, exact, first, last, report))
     except Unproved as error:
         return Section(gamma, tuple(events), tuple(proved), str(error))
     return Section(gamma, tuple(events), tuple(proved), "")
@@ -100,7 +100,7 @@ def record(section: Section) -> dict[str, Any]:
                 "to": float(one.high),
                 "boxes": one.boxes,
             }
-            for one in section.regimes
+            for one in section.intervals
         ],
         "unproved": section.unproved,
         "failed": section.failed,

@@ -20,7 +20,6 @@ from capsule_sym._enclosures.orbits.proof import (
 )
 from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.orbits.stability import Characteristic, characteristic, monodromy
-from capsule_sym._enclosures.orbits.unfolding import growth
 from capsule_sym._enclosures.passage.switches import guard_row, known
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.points.kinds import (
@@ -40,6 +39,9 @@ from capsule_sym.generated.facts import FIELD_OF
 NEAR = 1e-20  # radius of the parameters about an event within which its orbit is unique
 
 
+AHEAD = 1e-12  # duration at which a coefficient is taken; its square is far above the roundings
+
+
 @dataclass(frozen=True)
 class Event:
     """A bifurcation that is proved to be there, alone in its tube.
@@ -48,8 +50,8 @@ class Event:
     2 where a guard is touched, 1 where two guards vanish together or a force reaches its bound at
     a switch. `other` is the tube of the itinerary on the other side around the same orbit, at which
     the equations are regular, and `multipliers` the characteristic polynomials on both sides.
-    `coefficient` is that of `unfolding`, for one segment: the parameter moves by coefficient times
-    duration^order as the segment grows.
+    `coefficient` is that of `growth_coefficient`, for one segment: the parameter moves by
+    coefficient times duration^order as the segment grows.
     """
 
     type: str
@@ -153,7 +155,7 @@ def prove_event(
         tube,
         other,
         tuple(characteristic(monodromy(side.wide)) for side in sides),
-        None if len(segments) > 1 else growth(tube, segments[0], order, free[0]),
+        None if len(segments) > 1 else growth_coefficient(tube, segments[0], order, free[0]),
     )
 
 
@@ -201,4 +203,28 @@ def _other(tube: Tube, segment: int) -> Tube:
         columns[less.angle] = found.centre[less.angle]
     if not found.holds(columns):
         raise Unproved("regularity", "the event's orbit is not seen to be that of the other side")
+    return found
+
+
+def growth_coefficient(tube: Tube, segment: int, order: int, name: str) -> Ball:
+    """The coefficient of an event's normal form for the parameter `name`; raises Unproved.
+
+    Beside the bifurcation the parameter p is a function of the inserted segment's duration h, and
+    p - p* = c h^order to leading order: linear where two guards meet, quadratic where one is
+    touched, so that h grows like a square root. What is enclosed is (p - p*)/h^order at a small h,
+    where the same orbit is proved to go on from h = 0; it is c up to the order of h, and not 0: it
+    is proved that the segment is there on one side only, and on which.
+    """
+    shooting, event = tube.shooting, tube.hull()
+    column, at = shooting.durations[segment], shooting.parameter(name)
+    between, ahead = list(event), list(event)
+    between[column], ahead[column] = arb(AHEAD) / 2, arb(AHEAD)
+    fixed = held(shooting)
+    whole = enclose(shooting, between, {**fixed, column: AHEAD / 2 * (1 + 2.0**-50)})
+    there = enclose(shooting, ahead, {**fixed, column: 0.0}).hull()
+    if not (whole.holds(event) and whole.holds(there)):
+        raise Unproved("unfolding", "the orbit with a short segment is not seen to be the event's")
+    found = (there[at] - event[at]) / ahead[column] ** order
+    if found.contains(0):
+        raise Unproved("unfolding", "on which side the segment is inserted is open")
     return found

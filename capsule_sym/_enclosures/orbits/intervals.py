@@ -13,7 +13,7 @@ from capsule_sym._enclosures.numbers.balls import Ball, Unproved, arb, ball, pre
 from capsule_sym._enclosures.orbits.branches import Box, march
 from capsule_sym._enclosures.orbits.events import Event, prove_event
 from capsule_sym._enclosures.orbits.krawczyk import enclose
-from capsule_sym._enclosures.orbits.proof import guess_of, held, shooting_of, turned
+from capsule_sym._enclosures.orbits.proof import guess_of, held, rotated, shooting_of
 from capsule_sym._enclosures.orbits.shooting import Shooting
 from capsule_sym._enclosures.passage.guards import Watch
 from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
@@ -27,10 +27,11 @@ THRESHOLD_BITS, BRANCH_BITS = 320, 128
 GAP = 6e-13  # radius of the balls around bifurcations that are left out
 _NEAR = 0.05  # distance from a touch within which the segment's duration is the parameter
 _SHARE = 0.4  # of an interval, at most
+Report = Callable[[Box], object]
 
 
 @dataclass(frozen=True)
-class Regime:
+class ProvedInterval:
     """An open interval of alpha between two bifurcations, all of it proved but for the gaps.
 
     `low` and `high` are the least and largest alpha proved, `boxes` how many boxes it took.
@@ -66,10 +67,15 @@ class _End:
     """One end of an interval: the orbit there, and the segment inserted like a square root."""
 
     shooting: Shooting
-    columns: list[Ball]
+    columns: Sequence[Ball]
     value: Ball
-    segment: int | None
-    gap: float
+    segment: int | None = None
+    gap: float = 0.0
+
+    def edge(self, sign: int) -> float:
+        """Alpha at the end of the gap, or just beyond the value where there is none."""
+        found = float((self.value + sign * self.gap).mid())
+        return found if self.gap else float(np.nextafter(found, -sign * np.inf))
 
 
 def _ends(event: Event) -> tuple[_End, _End]:
@@ -78,7 +84,7 @@ def _ends(event: Event) -> tuple[_End, _End]:
     value = event.values["alpha"]
     zero_segment = event.segments[0] if event.order == 2 else None
     with_segment = _End(event.tube.shooting, event.tube.hull(), value, zero_segment, GAP)
-    return with_segment, _End(event.other.shooting, list(event.other.centre), value, None, GAP)
+    return with_segment, _End(event.other.shooting, event.other.centre, value, None, GAP)
 
 
 def _rotated(end: _End, itinerary: Itinerary) -> _End | None:
@@ -89,27 +95,27 @@ def _rotated(end: _End, itinerary: Itinerary) -> _End | None:
         return None
     if n == 1:
         return end
-    shooting, columns = turned(end.shooting, end.columns, itinerary)
+    shooting, columns = rotated(end.shooting, end.columns, shifts[0])
     segment = None if end.segment is None else (end.segment - shifts[0]) % n
     return replace(end, shooting=shooting, columns=columns, segment=segment)
 
 
-def _thin(shooting: Shooting, columns: Sequence[Ball], given: Mapping[int, float]) -> list[Ball]:
-    return enclose(shooting, columns, {**held(shooting), **given}).hull()
+def _at(shooting: Shooting, columns: Sequence[Ball], column: int, value: float) -> list[Ball]:
+    """The orbit near these columns at one value of a column."""
+    there = list(columns)
+    there[column] = arb(value)
+    return enclose(shooting, there, {**held(shooting), column: 0.0}).hull()
 
 
-def _birth(end: _End, sign: int, length: float) -> tuple[int, float, float]:
+def _inserted(end: _End, sign: int, length: float) -> tuple[int, float, float]:
     """Column, first and last duration of the inserted segment, as the parameter next to an end."""
     assert end.segment is not None
-    shooting = end.shooting
+    shooting, there = end.shooting, end.columns
     column, alpha = shooting.durations[end.segment], shooting.parameter("alpha")
-
-    there = list(end.columns)
 
     def distance(h: float) -> float:
         nonlocal there
-        there[column] = arb(h)
-        there = _thin(shooting, there, {column: 0.0})
+        there = _at(shooting, there, column, h)
         return float((sign * (there[alpha] - end.value)).mid())
 
     least = math.sqrt(end.gap)
@@ -124,92 +130,58 @@ def _birth(end: _End, sign: int, length: float) -> tuple[int, float, float]:
     return column, least, most
 
 
-def regime(
-    low: _End,
-    high: _End,
-    report: Callable[[Box], object] = lambda box: None,
-) -> Regime:
+def prove_interval(low: _End, high: _End, report: Report = lambda box: None) -> ProvedInterval:
     """Every orbit of one itinerary between two ends, glued from box to box; raises Unproved."""
     watch, shooting = Watch(), low.shooting
-    length = float((high.value - low.value).mid())
-    alpha = shooting.parameter("alpha")
+    alpha, length = shooting.parameter("alpha"), float((high.value - low.value).mid())
     latest: Box | None = None
     count = 0
-    columns = list(low.columns)
-    first: Ball | None = None
-    begin = float((low.value + low.gap).mid())
-    if not low.gap:
-        begin = float(np.nextafter(begin, 0.0))
 
-    def go(boxes: Iterator[Box]) -> None:
+    def go(guess: Sequence[Ball], column: int, begin: float, end: float, step: float) -> list[Ball]:
         nonlocal latest, count
-        for box in boxes:
-            report(box)
-            count, latest = count + 1, box
-
-    if low.segment is not None:
-        column, least, most = _birth(low, 1, length)
-        columns[column] = arb(least)
-        go(march(shooting, columns, column, least, most, step=0.2 * least, watch=watch))
+        boxes = march(shooting, guess, column, begin, end, step=step, watch=watch, before=latest)
+        for latest in boxes:
+            report(latest)
+            count += 1
         assert latest is not None
+        return latest.at(1)
+
+    columns, begin, step = low.columns, low.edge(1), 0.1 * low.gap or 1e-4
+    first = ball(begin)
+    if low.segment is not None:
+        column, least, most = _inserted(low, 1, length)
         first = _at(shooting, low.columns, column, least)[alpha]
-        columns = latest.at(1)
-        columns[column] = arb(most)
-        columns = _thin(shooting, columns, {column: 0.0})
-        begin = float(np.nextafter(float(columns[alpha].lower()), 0.0))
-    goal = float((high.value - high.gap).mid())
-    if not high.gap:
-        goal = float(np.nextafter(goal, np.inf))
-    if high.segment is not None:
-        column, least, most = _birth(high, -1, length)
-        goal = float(_at(shooting, high.columns, column, most)[alpha].mid())
-    step = 0.1 * low.gap if low.segment is None and low.gap else 1e-4
-    go(march(shooting, columns, alpha, begin, goal, step=step, watch=watch, before=latest))
-    assert latest is not None
-    if high.segment is not None:
-        meeting = latest.at(1)
-        meeting[alpha] = arb(goal)
-        exact = _thin(shooting, meeting, {alpha: 0.0})
-        most = float(exact[column].upper()) * (1 + 1e-15)
-        go(
-            march(
-                shooting, exact, column, most, least, step=0.05 * most, watch=watch, before=latest
-            )
-        )
-        last = _at(shooting, high.columns, column, least)[alpha]
-    else:
+        columns = _at(shooting, go(columns, column, least, most, 0.2 * least), column, most)
+        begin, step = float(np.nextafter(float(columns[alpha].lower()), 0.0)), 1e-4
+    if high.segment is None:
+        goal = high.edge(-1)
+        go(columns, alpha, begin, goal, step)
         last = ball(goal)
-    if first is None:
-        first = ball(begin)
-    return Regime(shooting.itinerary, first, last, count)
+    else:
+        column, least, most = _inserted(high, -1, length)
+        goal = float(_at(shooting, high.columns, column, most)[alpha].mid())
+        columns = _at(shooting, go(columns, alpha, begin, goal, step), alpha, goal)
+        most = float(columns[column].upper()) * (1 + 1e-15)
+        go(columns, column, most, least, 0.05 * most)
+        last = _at(shooting, high.columns, column, least)[alpha]
+    return ProvedInterval(shooting.itinerary, first, last, count)
 
 
-def _at(shooting: Shooting, columns: Sequence[Ball], column: int, value: float) -> list[Ball]:
-    """The orbit at one value of a column."""
-    there = list(columns)
-    there[column] = arb(value)
-    return _thin(shooting, there, {column: 0.0})
-
-
-def _outer(shooting: Shooting, columns: Sequence[Ball], value: Ball) -> _End:
-    return _End(shooting, list(columns), value, None, 0.0)
-
-
-def regimes(
+def prove_intervals(
     events: Sequence[Event],
     start: Orbit,
     exact: Mapping[str, Any],
     first: Ball,
     last: Ball,
-    report: Callable[[Box], object] = lambda box: None,
-) -> Iterator[Regime]:
+    report: Report = lambda box: None,
+) -> Iterator[ProvedInterval]:
     """The intervals between the bifurcations of a branch, in order; raises Unproved.
 
     Neighbouring intervals are the two sides of one proved bifurcation.
     """
     with precision(BRANCH_BITS):
         shooting = shooting_of(start.itinerary, start.values, ("alpha",), exact)
-        low = _outer(shooting, guess_of(shooting, start), first)
+        low = _End(shooting, guess_of(shooting, start), first)
         for event in events:
             sides = _ends(event)
             fitting = [_rotated(side, low.shooting.itinerary) for side in sides]
@@ -218,6 +190,6 @@ def regimes(
                 raise Unproved(
                     "gluing", f"no side of {event.type} has the itinerary {low.shooting.itinerary}"
                 )
-            yield regime(low, high, report)
+            yield prove_interval(low, high, report)
             low = sides[1 - fitting.index(high)]
-        yield regime(low, _outer(low.shooting, low.columns, last), report)
+        yield prove_interval(low, _End(low.shooting, low.columns, last), report)

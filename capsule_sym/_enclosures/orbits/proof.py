@@ -65,18 +65,14 @@ def restarted(
     return found + list(columns[shooting.unknowns :])
 
 
-def turned(
-    shooting: Shooting, columns: Sequence[Ball], itinerary: Itinerary
-) -> tuple[Shooting, list[Ball]]:
-    """The equations and the columns of the same orbit for a rotation of its itinerary."""
-    n = len(itinerary)
-    by = next(k for k in range(n) if shooting.itinerary.rotated(k).fields == itinerary.fields)
-    given = shooting.parameters(columns)
+def rotated(shooting: Shooting, columns: Sequence[Ball], by: int) -> tuple[Shooting, list[Ball]]:
+    """The equations and the columns of the same orbit, begun at another segment."""
+    n, given = len(shooting.itinerary), shooting.parameters(columns)
+    itinerary = shooting.itinerary.rotated(by)
     other = Shooting(itinerary, [given[name] for name in PARAMETERS], shooting.varied)
-    nodes = shooting.evaluate(columns, shooting.fields(columns)).nodes
+    found = shooting.evaluate(columns, shooting.fields(columns))
     segments = [(by + k) % n for k in range(n)]
-    durations = [columns[at] for at in shooting.durations]
-    return other, restarted(shooting, columns, nodes, other, segments, durations)
+    return other, restarted(shooting, columns, found.nodes, other, segments, found.durations)
 
 
 def held(shooting: Shooting) -> dict[int, float]:

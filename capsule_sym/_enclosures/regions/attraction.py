@@ -20,6 +20,7 @@ from capsule_sym._enclosures.numbers.balls import (
     matrix,
     precision,
     thin,
+    unit,
 )
 from capsule_sym._enclosures.numbers.fields import C, at_rest
 from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
@@ -123,26 +124,24 @@ class _Motions:
         line = bundle[:3, :2]
         there, by = self.passed(self.passage.section(thin(line), self.angle), section)
         sides = sides_of(by, size)
-        inverse = inverse_of(sides)
-        factor = largest(inverse * corner(by, size) * thin(sides))
+        inverse, factor = contraction(by, sides)
         if not factor < 1:
             raise Unproved("attraction", f"the factor of the line is {factor:.3g}")
-        inside, moved = (_farthest(one, line, inverse) for one in (bundle, there))
+        inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
         # The box: the line, and these directions. What follows is proved of them as they are.
         directions = sides * (_ROOM * max(inside, moved / (1 - factor), 1e-12))
         wide = np.zeros((3, 2 + size))
         wide[:, :2], wide[:size, 2:] = line, directions
         _, by = self.passed(self.passage.section(thin(wide), self.angle), section)
-        inverse = inverse_of(directions)
-        factor = largest(inverse * corner(by, size) * thin(directions))
-        inside, moved = (_farthest(one, line, inverse) for one in (bundle, there))
+        inverse, factor = contraction(by, directions)
+        inside, moved = (farthest(one, line, inverse) for one in (bundle, there))
         if not (arb(moved) + arb(factor) < 1 and inside < 1):
             detail = f"{inside:.2g}, then {moved:.2g} + {factor:.2g}, of a box"
             raise Unproved("attraction", f"{detail} is not within it")
         return Tendency(itinerary_of(steps), section, factor)
 
 
-def _farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
+def farthest(found: Bundle, line: Bundle, inverse: Matrix) -> float:
     """The farthest that a bundle is from a line, in units of a box's sides."""
     size = inverse.nrows()
     middle = np.zeros((size, found.shape[1]))
@@ -190,14 +189,14 @@ def sides_of(by: Matrix, size: int) -> NDArray[np.float64]:
     return np.where(values.imag >= 0, vectors.real, vectors.imag)
 
 
-def inverse_of(sides: NDArray[np.float64]) -> Matrix:
-    """What takes a state to its place along sides; raises Unproved where they span no box."""
+def contraction(by: Matrix, sides: NDArray[np.float64]) -> tuple[Matrix, float]:
+    """The matrix from a state to its place along sides, and by how much a turn shrinks that place.
+
+    `by` is the turn's derivative. Raises Unproved where the sides span no box.
+    """
+    size = len(sides)
     try:
-        return thin(sides).inv()
+        inverse = thin(sides).inv()
     except ZeroDivisionError:
         raise Unproved("attraction", "the sides of the box are not seen to span it") from None
-
-
-def corner(found: Matrix, size: int) -> Matrix:
-    """The first rows and columns."""
-    return matrix(size, size, ((i, j, found[i, j]) for i in range(size) for j in range(size)))
+    return inverse, largest(inverse * (unit(size, 3) * by * unit(3, size)) * thin(sides))

@@ -33,7 +33,7 @@ from capsule_sym._enclosures.numbers.balls import (
 from capsule_sym._enclosures.numbers.fields import at_rest
 from capsule_sym._enclosures.passage.runs import itinerary_of, steps_of
 from capsule_sym._enclosures.passage.segments import Bundle, Interval, Passage
-from capsule_sym._enclosures.regions.attraction import corner, inverse_of, sides_of
+from capsule_sym._enclosures.regions.attraction import contraction, farthest, sides_of
 from capsule_sym._enclosures.regions.trapping import Trap, trap
 from capsule_sym._map import simulate
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -143,14 +143,11 @@ def target(values: Mapping[str, Ball]) -> Target:
 
     there, by = turned(np.zeros((2, 2)))
     sides = sides_of(by, 2)
-    inverse = inverse_of(sides)
-    moved = thin(there[:2])
-    moved[0, 0] -= arb(line[0, 0])
-    moved[1, 0] -= arb(line[1, 0])
-    shift = largest(inverse * moved)
+    inverse, _ = contraction(by, sides)
+    shift = farthest(there, line[:, :2], inverse)
     for radius in _RADII:
         try:
-            factor = largest(inverse * corner(turned(sides * radius)[1], 2) * thin(sides))
+            _, factor = contraction(turned(sides * radius)[1], sides)
         except Unproved:
             continue
         if arb(shift) / radius + arb(factor) < 1:
