@@ -183,6 +183,9 @@ def has_facts(text: str) -> bool:
     named = re.compile(rf"\W*(?:[A-Za-z]\w*\W+)?({'|'.join(PARAMETERS)})\W+\w")
     lines = [line for line in text.splitlines() if "->" not in line]
     found = [(number, one[1]) for number, line in enumerate(lines) if (one := named.match(line))]
+    found = [
+        one for before, one in zip([(0, ""), *found], found, strict=False) if one[1] != before[1]
+    ]
     count = len(PARAMETERS)
     runs = (found[place : place + count] for place in range(len(found) - count + 1))
     return any(

@@ -78,6 +78,7 @@ def test_a_table_of_all_parameters_is_a_home_and_a_list_of_names_is_none() -> No
     facts = [f'    Parameter("{name}", {i}.0),' for i, name in enumerate(names)]
     assert lines.has_facts("\n".join(facts))
     assert lines.has_facts("\n".join(f"{name}: number({i})," for i, name in enumerate(names)))
+    assert lines.has_facts("\n".join(f'{n} = parameter(\n    "{n}", 0.5,\n)' for n in names))
     assert not lines.has_facts("\n".join(f"    {name}," for name in names))
     assert not lines.has_facts("\n".join(facts[:-1]))
     assert not lines.has_facts("\n".join(f"c->{name} = {name};" for name in names))
