@@ -8,15 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._commands.options import (
-    interrupted,
-    json_option,
-    make_console,
-    make_table,
-    out_option,
-    require,
-    track,
-)
+from capsule_sym._commands import options, present
 
 if TYPE_CHECKING:
     from benchmarks.hardcases.adversarial import Tally
@@ -27,7 +19,7 @@ _FAR = 1e-13  # from here on, double precision is expected to decide
 
 
 @click.command("hardcases")
-@json_option
+@options.json_option
 @click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
 def hardcases(as_json: bool, only: str) -> None:
     """Run every hard case and compare the switches found with 50 digits.
@@ -41,11 +33,11 @@ def hardcases(as_json: bool, only: str) -> None:
     from benchmarks.hardcases.table import cost, rows
     from capsule_sym._records import dumps
 
-    require("design", "scipy")  # both baseline methods take it
+    options.require("design", "scipy")  # both baseline methods take it
     chosen = [case for case in cases() if only in case.name]
     if not chosen:
         raise click.BadParameter(f"no case has {only!r} in its name", param_hint="--only")
-    table = list(track(rows(chosen), "Checking the hard cases", len(chosen)))
+    table = list(present.track(rows(chosen), "Checking the hard cases", len(chosen)))
     median, most = cost()
     if as_json:
         evaluations = {"median": median, "maximum": most}
@@ -59,7 +51,7 @@ def hardcases(as_json: bool, only: str) -> None:
 
 def _print(rows: list[Row], median: float, most: int) -> None:
     numbers, words = ("error", "events", "true"), ("outcome", "verdict", "sampling", "solve_ivp")
-    table = make_table("case", "what is hard", *numbers, *words, right=numbers)
+    table = present.make_table("case", "what is hard", *numbers, *words, right=numbers)
     for row in rows:
         table.add_row(
             row.name,
@@ -72,7 +64,7 @@ def _print(rows: list[Row], median: float, most: int) -> None:
             row.baselines["sampling"],
             row.baselines["solve_ivp"],
         )
-    console = make_console(width=_WIDTH)
+    console = present.make_console(width=_WIDTH)
     console.print(table)
     console.print(
         f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
@@ -90,8 +82,8 @@ def _all(rows: list[Row], way: str) -> int:
 @click.command("adversarial")
 @click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
 @click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
-@out_option("Keep here, in seed-SEED.jsonl, what is done, and go on from there.")
-@json_option
+@options.out_option("Keep here, in seed-SEED.jsonl, what is done, and go on from there.")
+@options.json_option
 def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
@@ -104,10 +96,12 @@ def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
 
     total, log = Tally(), out / f"seed-{seed}.jsonl" if out else None
     try:
-        for tally in track(run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)):
+        for tally in present.track(
+            run(count, seed, log), "Comparing with 50 digits", -(-count // CHUNK)
+        ):
             total.add(tally)
     except KeyboardInterrupt:
-        raise interrupted(log) from None
+        raise present.interrupted(log) from None
     if as_json:
         click.echo(dumps(asdict(total)))
     else:
@@ -117,11 +111,11 @@ def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
 
 
 def _print_tally(total: Tally) -> None:
-    console = make_console(width=_WIDTH)
+    console = present.make_console(width=_WIDTH)
     for problem in total.disagreements + total.inaccurate:
         console.print(f"[red]{problem['problem']}[/red]  {problem}")
     columns = ("distance from", "starts", "decided by 50 digits", "open to 50 digits")
-    table = make_table(*columns, right=columns)
+    table = present.make_table(*columns, right=columns)
     for decade in sorted(total.distances, key=_size):
         table.add_row(decade, *map(str, total.distances[decade]))
     console.print(table)

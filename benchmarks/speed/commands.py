@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from capsule_sym._commands import options, present
 from capsule_sym._commands.bench import (
     filled,
     only_option,
@@ -16,7 +17,6 @@ from capsule_sym._commands.bench import (
     run_study,
     show_study,
 )
-from capsule_sym._commands.options import json_option, make_console, out_option, require
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 @repeats_option
 @only_option
 @quick_option
-@out_option("Write the record to this directory, part by part.")
-@json_option
+@options.out_option("Write the record to this directory, part by part.")
+@options.json_option
 def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool) -> None:
     """Measure what `capsule-sym bench` does, and what only developers ask for.
 
@@ -39,7 +39,7 @@ def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool)
     counts what is wrong in lanes and in 106 bits; "roots" sets Newton's method beside Brent's; and
     "goals" is what has to be reached. --out is as that of `capsule-sym bench`.
     """
-    require("peers", "scipy")  # without which there is nothing to compare with
+    options.require("peers", "scipy")  # without which there is nothing to compare with
     from benchmarks.speed.study import FullStudy
 
     study = FullStudy(repeats, only, quick)
@@ -47,7 +47,7 @@ def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool)
     if as_json:
         return
     show_study(study)
-    console = make_console(width=200)
+    console = present.make_console(width=200)
     console.print("\nGrowth of ours:")
     console.print(_growth(study.growth))
     console.print("\nBrackets with one switch, solved in Python over the closed form:")
@@ -59,8 +59,8 @@ def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool)
 @click.command("first-calls")
 @repeats_option
 @quick_option
-@out_option("Write first-calls.json to this directory.")
-@json_option
+@options.out_option("Write first-calls.json to this directory.")
+@options.json_option
 def first_calls(repeats: int, quick: bool, out: Path | None, as_json: bool) -> None:
     """Measure by the clock what a person calls first: under a minute.
 
@@ -68,7 +68,7 @@ def first_calls(repeats: int, quick: bool, out: Path | None, as_json: bool) -> N
     beside SciPy's dense output and heyoka.py's over the same segments. Each is the least of the
     repeats, which go in rounds through all.
     """
-    require("peers", "scipy")
+    options.require("peers", "scipy")
     from benchmarks.speed.first_calls import figures, how, lacking
 
     for line in lacking():
@@ -77,7 +77,7 @@ def first_calls(repeats: int, quick: bool, out: Path | None, as_json: bool) -> N
     _keep("first-calls", [one._asdict() for one in found], out, as_json, measured=how(repeats))
     if as_json:
         return
-    console = make_console(width=200)
+    console = present.make_console(width=200)
     console.print(f"Times {how(repeats)}:")
     rows = (
         (
@@ -96,20 +96,20 @@ def first_calls(repeats: int, quick: bool, out: Path | None, as_json: bool) -> N
 @click.command("bench-design")
 @repeats_option
 @quick_option
-@out_option("Write design.json to this directory.")
-@json_option
+@options.out_option("Write design.json to this directory.")
+@options.json_option
 def bench_design(repeats: int, quick: bool, out: Path | None, as_json: bool) -> None:
     """Measure what an optimiser of drives is built on, by processor time, the best of the repeats.
 
     Cells with all metrics and multipliers, a run's derivatives, optima, and fits.
     """
-    require("peers", "scipy")
+    options.require("peers", "scipy")
     from benchmarks.speed.design import goals
 
     found = list(goals(quick, repeats))
     _keep("design", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
     if not as_json:
-        make_console(width=200).print(_goals(found))
+        present.make_console(width=200).print(_goals(found))
 
 
 def _keep(

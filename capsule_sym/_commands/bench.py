@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._commands.options import (
-    json_option,
-    make_console,
-    make_progress,
-    make_table,
-    out_option,
-    require,
-)
+from capsule_sym._commands import options, present
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -43,8 +36,8 @@ quick_option = click.option(
 @repeats_option
 @only_option
 @quick_option
-@out_option("Write the record to this directory, part by part.")
-@json_option
+@options.out_option("Write the record to this directory, part by part.")
+@options.json_option
 def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool) -> None:
     """Measure speed against error, beside other tools.
 
@@ -59,7 +52,7 @@ def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool)
     "trajectory" (the case study), "tangencies" (its motions within 1e-2 to 1e-12 of a tangency)
     and "sweep" are rows of tool and setting; "ratios" are of their times by ours.
     """
-    require("peers", "scipy")  # without which there is nothing to compare with
+    options.require("peers", "scipy")  # without which there is nothing to compare with
     from capsule_sym._bench.parts import Study
 
     study = Study(repeats, only, quick)
@@ -75,7 +68,7 @@ def run_study(study: Study, only: str, out: Path | None, as_json: bool) -> None:
     for line in study.skipped:
         click.echo(line, err=True)
     file = None if out is None else out / ("part.json" if only or study.quick else "bench.json")
-    with make_progress() as progress:
+    with present.make_progress() as progress:
         for part, turns in study.turns().items():
             task = progress.add_task(part, total=turns)
             study.run(part, lambda task=task: progress.advance(task))  # type: ignore[misc]
@@ -96,7 +89,7 @@ _TITLES = {
 
 def show_study(study: Study) -> None:
     """Print the tables of a study."""
-    console = make_console(width=200)
+    console = present.make_console(width=200)
     for part, title in _TITLES.items():
         console.print(f"{title}:")
         console.print(_rows(study.rows[part]))
@@ -108,7 +101,7 @@ def show_study(study: Study) -> None:
 def filled(columns: str, rows: Iterable[Iterable[str]]) -> Table:
     """A table with its columns, of which the first two are text, separated by |."""
     names = columns.split("|")
-    table = make_table(*names, right=names[2:])
+    table = present.make_table(*names, right=names[2:])
     for row in rows:
         table.add_row(*row)
     return table

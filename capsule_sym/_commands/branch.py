@@ -3,37 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._commands.options import (
-    certify_option,
-    check_beside,
-    chosen_parameters,
-    json_option,
-    make_console,
-    make_table,
-    max_seconds_option,
-    ranged_parameter_options,
-    ranges,
-)
-from capsule_sym._commands.orbit import certify_found, settled, settling_option, tables_option
+from capsule_sym._commands import options, present
+from capsule_sym._commands.certify import certify_found
+from capsule_sym._commands.orbit import checked, settling_option, tables_option
 from capsule_sym._errors import InvalidInput
+from capsule_sym.generated.facts import DEFAULTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rich.table import Table
-
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-    from capsule_sym._parameters import Parameters
+    from capsule_sym._parameters import Parameters, PhysicalParameters
 
 
 @click.command("branch")
-@ranged_parameter_options()
+@options.ranged_parameter_options()
 @click.option(
     "--parameter",
     callback=lambda context, option, name: name and name.replace("-", "_"),
@@ -41,21 +31,19 @@ if TYPE_CHECKING:
 )
 @click.option("--from", "begin", type=float, help="Its value at the begin.")
 @click.option("--to", "end", type=float, help="Its value at the end.")
-@click.option("--points", type=int, default=100, show_default=True, help="Least number of steps.")
+@options.count_option("--points", 100, "Least number of steps.")
 @click.option(
     "--restart",
     nargs=2,
     metavar="FILE LABEL",
     help="Begin at a labelled point, such as PD1, of a branch.json, in place of --from.",
 )
-@click.option(
+@options.count_option(
     "--cascade",
-    "depth",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
+    0,
+    "Follow the branches of doubled orbits too, and those that leave them.",
+    0,
     metavar="DEPTH",
-    help="Follow the branches of doubled orbits too, and those that leave them.",
 )
 @click.option(
     "--with",
@@ -66,24 +54,23 @@ if TYPE_CHECKING:
 )
 @settling_option
 @tables_option
-@max_seconds_option()
-@certify_option("the bifurcations")
-@json_option
+@options.max_seconds_option()
+@options.certify_option("the bifurcations")
+@options.json_option
 def branch(
-    file: str | None,
+    system: options.System,
     parameter: str | None,
     begin: float | None,
     end: float | None,
     points: int,
     restart: tuple[str, str] | None,
-    depth: int,
+    cascade: int,
     ties: tuple[str, ...],
     state: tuple[float, float, float],
     out: Path | None,
     max_seconds: float,
     certify: Path | None,
     as_json: bool,
-    **dimensionless: float | None,
 ) -> None:
     """Follow a periodic orbit in a parameter, with all its bifurcations.
 
@@ -106,29 +93,38 @@ def branch(
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.branches.continuing import check_points
+    from capsule_sym._orbits.continuation.branches.switching import (
+        continue_from,
+        period_doubling_cascade,
+    )
     from capsule_sym._orbits.continuation.families.states import Ending
-    from capsule_sym._orbits.continuation.records import bifurcation_rows, branch_record, point_rows
-    from capsule_sym._records import dumps, in_si, table, write
 
-    for name in (*dimensionless, *ranges(), "file", "begin", "state"):
-        check_beside(name, never=("restart",))
+    for name in (*DEFAULTS, *options.ranges(), "file", "begin", "state"):
+        options.check_beside(name, never=("restart",))
     device, limit = None, Watch(max_seconds)
-    for name, (low, high, *_) in ranges().items():
+    for name, (low, high, *_) in options.ranges().items():
         if parameter is not None or begin is not None or end is not None:
             raise InvalidInput(name, f"{low:g}:{high:g}", "the only thing that varies")
         parameter, begin, end = name, low, high
-    if parameter in dimensionless:
-        check_beside(parameter, never=("begin",))
+    if parameter in DEFAULTS:
+        options.check_beside(parameter, never=("begin",))
     check_points(points)
     if end is None:
         beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
         raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
     if restart is not None:
-        found = _restarted(*restart, parameter, end, points, _ties(ties) or None, limit)
+        found = continue_from(
+            *restart,
+            end,
+            parameter=parameter,
+            points=points,
+            ties=_ties(ties) or None,
+            max_seconds=limit.left,
+        )
     else:
         if parameter is None or begin is None:
             raise click.UsageError("--to needs --parameter and --from, or --restart in their place")
-        parameters, device = chosen_parameters(file, dimensionless)
+        parameters, device = system.load()
         tied = _ties(ties)
         if device is not None and not tied and parameter not in parameters.to_dict():
             from capsule_sym._orbits.continuation.parameter_paths import device_path
@@ -137,49 +133,48 @@ def branch(
         found = (followed(parameters, parameter, begin, end, points, state, limit, tied),)
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
-    found += _cascade(found, depth, points, limit)
+    for one in found:
+        found += period_doubling_cascade(one, cascade, points=points, max_seconds=limit.left)
+
+    def show() -> None:
+        for one in found:
+            _print_branch(one)
+
+    present.result(
+        lambda: _record(found, device), show, as_json, out, lambda: _texts(found, device)
+    )
+    if certify is not None:
+        certify_found(certify, [one for branch in found for one in branch.bifurcations], limit)
+    tell_early_end(next((one for one in found if one.status is Ending.TIME_LIMIT), found[0]))
+
+
+def _record(found: Sequence[Branch], device: PhysicalParameters | None) -> dict[str, Any]:
+    from capsule_sym._orbits.continuation.records import branch_record
+    from capsule_sym._records import in_si
+
     first, *others = found
     record = branch_record(first, others)
     if device is not None:
         for one in (record, *record["switched"]):
             for point in one["points"]:
                 point["si"] = in_si(device, point)
-    if out is not None:
-        texts = {"branch.json": dumps(record) + "\n"}
-        points_of = [row for one in found for row in point_rows(one)]
-        texts["points.csv"] = table([row | in_si(device, row) for row in points_of])
-        columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
-        rows = [
-            {"origin": one.origin, **row}
-            for one in found
-            for row in bifurcation_rows(one.bifurcations)
-        ]
-        texts["bifurcations.csv"] = table(rows, columns)
-        click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
-    if as_json:
-        click.echo(dumps(record))
-    else:
-        for one in found:
-            _print_branch(one)
-    if certify is not None:
-        certify_found(certify, [one for branch in found for one in branch.bifurcations], limit)
-    tell_early_end(next((one for one in found if one.status is Ending.TIME_LIMIT), first))
+    return record
 
 
-def _restarted(
-    file: str,
-    label: str,
-    parameter: str | None,
-    end: float,
-    points: int,
-    ties: dict[str, str] | None,
-    limit: Watch,
-) -> tuple[Branch, ...]:
-    from capsule_sym._orbits.continuation.branches.switching import continue_from
+def _texts(found: Sequence[Branch], device: PhysicalParameters | None) -> dict[str, str]:
+    from capsule_sym._orbits.continuation.records import bifurcation_rows, point_rows
+    from capsule_sym._records import dumps, in_si, table
 
-    return continue_from(
-        file, label, end, parameter=parameter, points=points, ties=ties, max_seconds=limit.left
-    )
+    points = [row | in_si(device, row) for one in found for row in point_rows(one)]
+    rows = [
+        {"origin": one.origin, **row} for one in found for row in bifurcation_rows(one.bifurcations)
+    ]
+    columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
+    return {
+        "branch.json": dumps(_record(found, device)) + "\n",
+        "points.csv": table(points),
+        "bifurcations.csv": table(rows, columns),
+    }
 
 
 def _ties(given: Sequence[str]) -> dict[str, str]:
@@ -193,24 +188,12 @@ def _ties(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _cascade(
-    found: tuple[Branch, ...], depth: int, points: int, limit: Watch
-) -> tuple[Branch, ...]:
-    from capsule_sym._orbits.continuation.branches.switching import period_doubling_cascade
-
-    def doubled(one: Branch) -> tuple[Branch, ...]:
-        return period_doubling_cascade(one, depth, points=points, max_seconds=limit.left)
-
-    return tuple(new for one in found for new in doubled(one))
-
-
 def tell_early_end(found: Branch) -> None:
     """Exit with 3, and the reason, where a branch ends before its parameter is there."""
     from capsule_sym._orbits.continuation.families.states import Ending
 
     if found.status is not Ending.REACHED:
-        click.echo(f"the branch ends ({found.status.value}): {found.message}", err=True)
-        raise click.exceptions.Exit(3)
+        present.fail(f"the branch ends ({found.status.value}): {found.message}")
 
 
 def followed(
@@ -226,57 +209,62 @@ def followed(
     """The branch of the motion that settles from a state; exits with 3 where none does."""
     from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
     from capsule_sym._orbits.continuation.parameter_paths import parameter_path
+    from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._parameters import Parameters
 
     path = parameter_path(parameter, ties)
     path.check(parameters, begin, end)
     placed = path.placed([*parameters.to_dict().values()], begin)
-    start = settled(Parameters(*placed), state, limit.left)
+    start = checked(solve_orbit(Parameters(*placed), state, max_seconds=limit.left))
     return continue_orbit(start, parameter, end, points=points, ties=ties, max_seconds=limit.left)
 
 
 def _print_branch(found: Branch) -> None:
     from capsule_sym._map.steady import shown_progression
 
-    console = make_console()
+    console = present.make_console()
     if found.origin:
         console.print(f"\nfrom {found.origin}")
     console.print(f"{len(found.points)} points, {found.status.value}: {found.message}\n")
-    table = make_table(
-        found.parameter, "progression", "|multiplier|", "tightest inequality", "itinerary"
+    rows = (
+        (
+            f"{point.value:.6g}",
+            f"{shown_progression(point.orbit.motion):.6g}",
+            f"{abs(point.multipliers[0]):.4f}",
+            f"{float(point.admissibility.value):.3g} "
+            f"{point.admissibility.named(point.orbit.itinerary)}",
+            str(point.orbit.itinerary),
+        )
+        for point in found.points[:: max(1, len(found.points) // 20)]
     )
-    shown = found.points[:: max(1, len(found.points) // 20)]
-    for point in shown:
-        itinerary = point.orbit.itinerary
-        tightest = f"{float(point.admissibility.value):.3g} {point.admissibility.named(itinerary)}"
-        row = (f"{point.value:.6g}", f"{shown_progression(point.orbit.motion):.6g}")
-        table.add_row(*row, f"{abs(point.multipliers[0]):.4f}", tightest, str(itinerary))
-    console.print(table)
+    names = (found.parameter, "progression", "|multiplier|", "tightest inequality", "itinerary")
+    present.table(names, rows)
     console.print()
-    console.print(bifurcation_table(found.bifurcations))
+    _print_bifurcations(found.bifurcations)
     if found.bifurcations:
         console.print()
-        console.print(normal_form_table(found.bifurcations))
+        _print_normal_forms(found.bifurcations)
 
 
-def bifurcation_table(found: Sequence[Bifurcation]) -> Table:
-    """Bifurcations as a table for the console."""
-    parameters = {one.parameter for one in found}
-    table = make_table(
-        "", "type", "line", " or ".join(sorted(parameters)), "uncertainty", "itinerary"
+def _print_bifurcations(found: Sequence[Bifurcation]) -> None:
+    parameters = sorted({one.parameter for one in found})
+    rows = (
+        (
+            one.label,
+            one.type,
+            one.line,
+            f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}",
+            f"{one.uncertainty:.0e}",
+            f"{one.itinerary_before or 'none'} → {one.itinerary_after or 'none'}",
+        )
+        for one in found
     )
-    for one in found:
-        itineraries = [one.itinerary_before, one.itinerary_after]
-        names = [str(itinerary or "none") for itinerary in itineraries]
-        value = f"{one.parameter} = " * (len(parameters) > 1) + f"{one.value:.15g}"
-        error = f"{one.uncertainty:.0e}"
-        table.add_row(one.label, one.type, one.line, value, error, " → ".join(names))
-    return table
+    present.table(("", "type", "line", " or ".join(parameters), "uncertainty", "itinerary"), rows)
 
 
-def normal_form_table(found: Sequence[Bifurcation]) -> Table:
-    """Normal forms as a table for the console: how the parameter grows with the amplitude s."""
-    table = make_table("", "change of parameter", "leading term", "scenario")
+def _print_normal_forms(found: Sequence[Bifurcation]) -> None:
+    """How the parameter grows with the amplitude s."""
+    rows = []
     for one in found:
         form = one.normal_form
         if form is None:
@@ -286,5 +274,5 @@ def normal_form_table(found: Sequence[Bifurcation]) -> Table:
             largest = max(form.discontinuity, key=abs)
             term = f"{largest:.4g} s^{form.power}, distance^{form.exponent:g}"
         growth = f"{form.growth:.6g} s^{form.order}".removesuffix("^1")
-        table.add_row(one.label, growth, term, form.scenario)
-    return table
+        rows.append((one.label, growth, term, form.scenario))
+    present.table(("", "change of parameter", "leading term", "scenario"), rows)

@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from capsule_sym._commands import options, present
 from capsule_sym._commands.branch import followed, tell_early_end
-from capsule_sym._commands.options import (
-    certify_option,
-    chosen_parameters,
-    json_option,
-    make_console,
-    max_seconds_option,
-    ranged_parameter_options,
-    ranges,
-)
-from capsule_sym._commands.orbit import certify_found, settling_option, tables_option
+from capsule_sym._commands.certify import certify_found
+from capsule_sym._commands.orbit import settling_option, tables_option
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from capsule_sym._orbits.continuation.branches.branch import Branch
     from capsule_sym._orbits.continuation.curves.curve import Curve
+    from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
 
 @click.command("curve")
-@ranged_parameter_options()
+@options.ranged_parameter_options()
 @click.option(
     "--bifurcation",
     "kind",
@@ -39,7 +34,7 @@ if TYPE_CHECKING:
 @click.option(
     "--at", type=float, help="Value of the second parameter at which bifurcations are sought."
 )
-@click.option("--points", type=int, default=50, show_default=True, help="Steps to a range, least.")
+@options.count_option("--points", 50, "Steps to a range, least.")
 @click.option(
     "--leaving",
     is_flag=True,
@@ -47,11 +42,11 @@ if TYPE_CHECKING:
 )
 @settling_option
 @tables_option
-@max_seconds_option()
-@certify_option("the points")
-@json_option
+@options.max_seconds_option()
+@options.certify_option("the points")
+@options.json_option
 def curve(
-    file: str | None,
+    system: options.System,
     kind: str,
     at: float | None,
     points: int,
@@ -61,7 +56,6 @@ def curve(
     max_seconds: float,
     certify: Path | None,
     as_json: bool,
-    **dimensionless: float | None,
 ) -> None:
     """Follow bifurcations in two parameters, with the points where two conditions meet.
 
@@ -87,64 +81,39 @@ def curve(
         curves_from,
     )
     from capsule_sym._orbits.continuation.families.states import Ending
-    from capsule_sym._orbits.continuation.records import (
-        codimension_two_rows,
-        curve_record,
-        curve_rows,
-    )
-    from capsule_sym._records import dumps, in_si, table, write
 
-    over = ranges()
+    over = options.ranges()
     if len(over) != 2:
         raise click.UsageError("give two ranges, such as --alpha 1.5:2 --gamma 3:3.3")
-    parameters, device = chosen_parameters(file, dimensionless)
+    parameters, device = system.load()
     (name, first, _), (other, second, scale) = (_scaled(device, *one) for one in over.items())
     names = name, other
     if at is not None:
         parameters = parameters.replace(**{other: at * scale})
     check(parameters, names, (first, second))
     check_points(points)
-    given = file is not None or at is not None
-    inside = _within(parameters, names[1], second, given)
+    inside = _within(parameters, other, second, system.file is not None or at is not None)
     limit = Watch(max_seconds)
-    found = followed(inside, names[0], *first, points, state, limit)
-    chosen = [one for one in found.bifurcations if kind in ("all", one.type) or kind in one.type]
-    if not found.bifurcations or (not chosen and found.status is Ending.TIME_LIMIT):
-        tell_early_end(found)
-    if not chosen:
-        types = sorted({one.type for one in found.bifurcations})
-        low, high = (point.value for point in (found.points[0], found.points[-1]))
-        where = f"{names[0]} from {low:g} to {high:g} at {names[1]} = {getattr(inside, names[1]):g}"
-        allowed = f"in the type of one on the branch over {where}, which has {types or 'none'}"
-        raise InvalidInput("bifurcation", kind, allowed)
+    found = followed(inside, name, *first, points, state, limit)
+    chosen = _of_kind(kind, found, f"{other} = {getattr(inside, other):g}")
     if inside is not parameters:
-        middle = f"{names[1]} = {getattr(inside, names[1])!r}, the middle of its range"
+        middle = f"{other} = {getattr(inside, other)!r}, the middle of its range"
         click.echo(f"bifurcations are sought at {middle}", err=True)
     both = first, second
     curves = [
-        continue_bifurcation(one, names[1], both, points=points, max_seconds=limit.left)
+        continue_bifurcation(one, other, both, points=points, max_seconds=limit.left)
         for one in chosen
     ]
     if leaving:
         for whole in tuple(curves):
             curves += curves_from(whole, both, points=points, known=curves, max_seconds=limit.left)
-    kept = [curve_record(one) for one in curves]
-    record = {"branch": found.status.value, "curves": kept}
-    if device is not None:
-        for written in kept:
-            for point in (*written["points"], *written["codimension_two"]):
-                point["si"] = in_si(device, point)
-    if out is not None:
-        texts = {"curves.json": dumps(record) + "\n"}
-        rows = [row | in_si(device, row) for row in curve_rows(curves)]
-        texts["points.csv"] = table(rows, ("curve", "type", "line"))
-        rows = [row | in_si(device, row) for row in codimension_two_rows(curves)]
-        texts["codimension_two.csv"] = table(rows, ("curve", "first", "second"))
-        click.echo(f"wrote {', '.join(map(str, write(texts, out)))}", err=True)
-    if as_json:
-        click.echo(dumps(record))
-    else:
-        _print_curves(curves, device)
+    present.result(
+        lambda: _record(found, curves, device),
+        lambda: _print_curves(curves, device),
+        as_json,
+        out,
+        lambda: _texts(found, curves, device),
+    )
     lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]
@@ -161,6 +130,51 @@ def curve(
         raise click.exceptions.Exit(3)
 
 
+def _of_kind(kind: str, found: Branch, where: str) -> list[Bifurcation]:
+    """The bifurcations of a branch with this in their type; raises InvalidInput for none."""
+    from capsule_sym._orbits.continuation.families.states import Ending
+
+    chosen = [one for one in found.bifurcations if kind == "all" or kind in one.type]
+    if not found.bifurcations or (not chosen and found.status is Ending.TIME_LIMIT):
+        tell_early_end(found)
+    if not chosen:
+        types = sorted({one.type for one in found.bifurcations})
+        low, high = (point.value for point in (found.points[0], found.points[-1]))
+        over = f"{found.parameter} from {low:g} to {high:g} at {where}"
+        allowed = f"in the type of one on the branch over {over}, which has {types or 'none'}"
+        raise InvalidInput("bifurcation", kind, allowed)
+    return chosen
+
+
+def _record(
+    found: Branch, curves: Sequence[Curve], device: PhysicalParameters | None
+) -> dict[str, Any]:
+    from capsule_sym._orbits.continuation.records import curve_record
+    from capsule_sym._records import in_si
+
+    kept = [curve_record(one) for one in curves]
+    if device is not None:
+        for written in kept:
+            for point in (*written["points"], *written["codimension_two"]):
+                point["si"] = in_si(device, point)
+    return {"branch": found.status.value, "curves": kept}
+
+
+def _texts(
+    found: Branch, curves: Sequence[Curve], device: PhysicalParameters | None
+) -> dict[str, str]:
+    from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
+    from capsule_sym._records import dumps, in_si, table
+
+    points = [row | in_si(device, row) for row in curve_rows(curves)]
+    meetings = [row | in_si(device, row) for row in codimension_two_rows(curves)]
+    return {
+        "curves.json": dumps(_record(found, curves, device)) + "\n",
+        "points.csv": table(points, ("curve", "type", "line")),
+        "codimension_two.csv": table(meetings, ("curve", "first", "second")),
+    }
+
+
 def _scaled(
     device: PhysicalParameters | None, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
@@ -170,7 +184,7 @@ def _scaled(
     low, high, *_ = ends
     if name in PARAMETERS:
         return name, (low, high), 1.0
-    assert device is not None  # or `chosen_parameters` has refused it
+    assert device is not None  # or `System.load` has refused it
     tied, factor = device.tie(name)
     return tied, (low * factor, high * factor), factor
 
@@ -192,7 +206,7 @@ def _print_curves(curves: Sequence[Curve], device: PhysicalParameters | None) ->
 
     from capsule_sym._records import in_si
 
-    console = make_console()
+    console = present.make_console()
     for number, one in enumerate(curves, 1):
         if not one.points:
             console.print(f"{number}  {one.type}: no points\n")

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
-    NO_RESULT,
     bounds_of,
+    drawing,
     finite,
     margin_option,
     over_option,
@@ -22,16 +23,6 @@ from capsule_sym._commands.optimise import (
     tolerance_option,
     units_of,
     with_unit,
-    write_all,
-)
-from capsule_sym._commands.options import (
-    chosen_parameters,
-    json_option,
-    make_console,
-    make_table,
-    max_seconds_option,
-    out_option,
-    parameter_options,
 )
 from capsule_sym._design.counts import POINTS
 from capsule_sym._errors import InvalidInput
@@ -41,23 +32,17 @@ if TYPE_CHECKING:
 
 
 @click.command("design")
-@parameter_options
+@options.parameter_options
 @over_option
 @subject_option
 @margin_option
 @tolerance_option
-@click.option(
-    "--points",
-    type=click.IntRange(*POINTS),
-    default=20,
-    show_default=True,
-    help="Points of the front of speed and cost.",
-)
-@max_seconds_option()
-@out_option("Write the JSON here, front and path as CSV, and their pictures.")
-@json_option
+@options.count_option("--points", 20, "Points of the front of speed and cost.", *POINTS)
+@options.max_seconds_option()
+@options.out_option("Write the JSON here, front and path as CSV, and their pictures.")
+@options.json_option
 def design(
-    file: str | None,
+    system: options.System,
     over: tuple[Any, ...],
     subject_to: tuple[str, ...],
     margin: float | None,
@@ -66,7 +51,6 @@ def design(
     max_seconds: float,
     out: Path | None,
     as_json: bool,
-    **dimensionless: float | None,
 ) -> None:
     """Study the drives of one device: the fastest, the most economical, and steering.
 
@@ -85,11 +69,11 @@ def design(
     from capsule_sym._native import Watch
     from capsule_sym._records import dumps
 
-    parameters, device = chosen_parameters(file, dimensionless)
-    system = device or parameters
-    bounds = bounds_of(over) or usual_drive(system)
+    parameters, device = system.load()
+    which = device or parameters
+    bounds = bounds_of(over) or usual_drive(which)
     shares = shares_of(tolerances)
-    scenarios_of(((0.0, 0.0, 0.0),), shares, system)  # refused before work begins
+    scenarios_of(((0.0, 0.0, 0.0),), shares, which)  # refused before work begins
     watch = Watch(checked_seconds(max_seconds))
     with telling("") as progress:
 
@@ -101,66 +85,65 @@ def design(
                 "progress": lambda said: progress(f"{doing}: {said}"),
             }
 
-        steering = steer(system, bounds, **asked("Steering"))
-        which = "speed", "cost_of_transport"
-        front = pareto(*which, bounds, system, points=points, **asked("Front"))
+        steering = steer(which, bounds, **asked("Steering"))
+        metrics = "speed", "cost_of_transport"
+        front = pareto(*metrics, bounds, which, points=points, **asked("Front"))
         # The front ends at the fastest drive, where it has points at all.
         fastest = front.points[-1] if front.points else None
         found: dict[str, Optimum] = {
-            "fastest": fastest or optimise("speed", bounds, system, **asked("Fastest")),
-            "most economical": optimise("speed_per_work", bounds, system, **asked("Economical")),
+            "fastest": fastest or optimise("speed", bounds, which, **asked("Fastest")),
+            "most economical": optimise("speed_per_work", bounds, which, **asked("Economical")),
         }
         if shares:
             robust = {"tolerances": shares, **asked("Robust")}
-            found["most robust"] = optimise("speed", bounds, system, **robust)
+            found["most robust"] = optimise("speed", bounds, which, **robust)
     for one in found.values():
         if one.status is OptimumStatus.INFEASIBLE:
             raise InvalidInput("subject_to", list(subject_to), f"possible: {one.message}")
-    record = {
-        **{name.replace(" ", "_"): one.to_dict() for name, one in found.items()},
-        "front": front.to_dict(),
-        "steering": steering.to_dict(),
-    }
-    text = dumps(finite(record))
-    if out is not None:
-        texts = {"design.json": text + "\n"}
-        texts |= {"front.csv": table_of(front), "path.csv": table_of(steering)}
-        pictures: dict[str, tuple[str, Any]] = {}
-        if front.points:
-            pictures["front.svg"] = "front", front
-        if steering.branches:
-            pictures["path.svg"] = "steering", steering
-        write_all(out, texts, pictures)
-    if as_json:
-        click.echo(text)
-    else:
-        _print(found, units_of(system))
+    record = finite(
+        {
+            **{name.replace(" ", "_"): one.to_dict() for name, one in found.items()},
+            "front": front.to_dict(),
+            "steering": steering.to_dict(),
+        }
+    )
+
+    def show() -> None:
+        _print(found, units_of(which))
         print_steering(steering)
+
+    def texts() -> dict[str, str]:
+        tables = {"front.csv": table_of(front), "path.csv": table_of(steering)}
+        return {"design.json": dumps(record) + "\n"} | tables
+
+    pictures = {"front.svg": drawing("front", front)} if front.points else {}
+    if steering.branches:
+        pictures["path.svg"] = drawing("steering", steering)
+    present.result(lambda: record, show, as_json, out, texts, pictures)
     missing = {name: one.message for name, one in found.items() if not one.success}
     if front.status is OptimumStatus.TIME_LIMIT:
         missing["the whole front"] = front.message
     if missing:
         why = "; ".join(dict.fromkeys(missing.values()))
-        click.echo(f"not found: {', '.join(missing)}: {why}", err=True)
-        raise click.exceptions.Exit(NO_RESULT)
+        present.fail(f"not found: {', '.join(missing)}: {why}")
 
 
 def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
-    if not any(one.metrics for one in found.values()):
+    shown = {name: one for name, one in found.items() if one.metrics}
+    if not shown:
         return
-    names: Sequence[str] = list(next(one.over for one in found.values() if one.metrics))
-    heads = ["speed", "cost of transport", "power", "peak force"]
-    shown = make_table("drive", *names, *heads, right=[*names, *heads], gap=2)
-    for name, one in found.items():
-        if one.metrics:
-            drive = [
-                f"{value:.5g} {units.get(key, '')}".rstrip() for key, value in one.over.items()
-            ]
-            metrics = [
-                with_unit(one.metrics[key.replace(" ", "_")], units.get(key.replace(" ", "_"), ""))
-                for key in heads
-            ]
-            shown.add_row(name, *drive, *metrics)
-    console = make_console()
-    console.print(shown)
-    console.print()
+    metrics = ["speed", "cost of transport", "power", "peak force"]
+    rows = (
+        (
+            name,
+            *(f"{value:.5g} {units.get(key, '')}".rstrip() for key, value in one.over.items()),
+            *(
+                with_unit(one.metrics[key], units.get(key, ""))
+                for key in (metric.replace(" ", "_") for metric in metrics)
+            ),
+        )
+        for name, one in shown.items()
+    )
+    heads = [*next(iter(shown.values())).over, *metrics]
+    present.table(("drive", *heads), rows, right=heads, gap=2)
+    click.echo()

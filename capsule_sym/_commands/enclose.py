@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._commands.options import (
-    Seconds,
-    WritablePath,
-    check_beside,
-    interrupted,
-    json_option,
-    make_console,
-    make_progress,
-    make_table,
-    out_option,
-    require,
-    track,
-)
+from capsule_sym._commands import options, present
 from capsule_sym._processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
 
@@ -32,13 +20,13 @@ if TYPE_CHECKING:
 @click.option("--thresholds", is_flag=True, help="Only the bifurcations, not the intervals.")
 @click.option(
     "--region",
-    type=WritablePath(file=True),
+    type=options.WritablePath(file=True),
     metavar="FILE",
     help="Prove the (alpha, gamma) plane instead, going on with FILE.",
 )
 @click.option(
     "--from-rest",
-    type=WritablePath(file=True),
+    type=options.WritablePath(file=True),
     metavar="FILE",
     help="Prove where the motions from rest go instead, going on with FILE.",
 )
@@ -47,15 +35,15 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--seconds",
-    type=Seconds(),
+    type=options.Seconds(),
     default=3600.0,
     show_default=True,
     help="With --region or --from-rest: how long.",
 )
-@out_option(
+@options.out_option(
     "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
 )
-@json_option
+@options.json_option
 def enclose(
     thresholds: bool,
     region: Path | None,
@@ -83,9 +71,9 @@ def enclose(
     """
     proofs = "region", "from_rest", "everywhere"
     for number, name in enumerate(proofs):
-        check_beside(name, never=(*proofs[number + 1 :], "thresholds", "out"))
-    check_beside("seconds", needs=proofs[:2])
-    require("proof", "flint")
+        options.check_beside(name, never=(*proofs[number + 1 :], "thresholds", "out"))
+    options.check_beside("seconds", needs=proofs[:2])
+    options.require("proof", "flint")
     if everywhere:
         _cover(as_json)
         return
@@ -97,17 +85,10 @@ def enclose(
     from capsule_sym._records import dumps
 
     begin = perf_counter()
-    with undisturbed():
-        pool = spawning(2)
-        wanted = not thresholds, out is not None
-        proved = [pool.submit(_proved, gamma, *wanted) for gamma in GAMMAS]
-        between = pool.submit(_met)
-    try:
-        results = (one.result() for one in proved)
-        told = list(track(results, "Enclosing both mass ratios", len(GAMMAS)))
-        meetings, unmet = between.result()
-    finally:
-        end(pool)
+    calls: list[tuple[Any, ...]] = [
+        (_proved, gamma, not thresholds, out is not None) for gamma in GAMMAS
+    ]
+    *told, (meetings, unmet) = _on_two_cores([*calls, (_met,)], "Enclosing both mass ratios")
     records = [section for section, _, _ in told]
     seconds = perf_counter() - begin
     if as_json:
@@ -121,7 +102,7 @@ def enclose(
         write_whole(out, dumps({"certificates": held}) + "\n", "--out")
         click.echo(f"wrote {len(held)} certificates to {out}", err=True)
         if missing:
-            click.echo(f"not proved: {'; '.join(missing)}", err=True)
+            present.fail(f"not proved: {'; '.join(missing)}", 1)
     if missing or any(one["failed"] for one in records):
         raise click.exceptions.Exit(1)
 
@@ -136,7 +117,7 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
     )
     assert path is not None
     text = TextColumn("{task.description}")
-    with make_progress(text, TimeElapsedColumn()) as progress:
+    with present.make_progress(text, TimeElapsedColumn()) as progress:
         shown = progress.add_task(f"Proving {what}", total=None)
 
         def report(plane: Plane) -> None:
@@ -146,19 +127,16 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
         try:
             plane = prove(path, seconds, report=report, task=task)
         except KeyboardInterrupt:
-            raise interrupted(path) from None
+            raise present.interrupted(path) from None
     shares = sorted(plane.shares.items(), key=lambda one: -one[1])
     if as_json:
         told = {"share": plane.share, "patches": plane.patches, "itineraries": dict(shares)}
         told |= {"seconds": round(plane.seconds, 1), "work": round(plane.work, 1)}
         click.echo(json.dumps(told))
         return
-    table = make_table("itinerary", "share")
-    for itinerary, share in shares:
-        table.add_row(itinerary, f"{share:.2%}")
-    table.add_row("all", f"{plane.share:.2%}")
-    console = make_console()
-    console.print(table)
+    rows = [*shares, ("all", plane.share)]
+    console = present.make_console()
+    present.table(("itinerary", "share"), ((name, f"{share:.2%}") for name, share in rows))
     console.print(f"{plane.patches} parts, {plane.work:.0f} s of one core")
 
 
@@ -166,26 +144,34 @@ def _cover(as_json: bool) -> None:
     from capsule_sym._enclosures.case import EXACT, GAMMAS
     from capsule_sym._enclosures.regions.covering import ALPHAS, record
 
-    with undisturbed():
-        pool = spawning(2)
-        given = [EXACT | {"alpha": alpha, "gamma": gamma} for gamma in GAMMAS for alpha in ALPHAS]
-        covered = [pool.submit(record, one) for one in given]
-    try:
-        results = (one.result() for one in covered)
-        records = list(track(results, "Covering all starts", len(given)))
-    finally:
-        end(pool)
+    given = [EXACT | {"alpha": alpha, "gamma": gamma} for gamma in GAMMAS for alpha in ALPHAS]
+    records = _on_two_cores([(record, one) for one in given], "Covering all starts")
     if as_json:
         click.echo(json.dumps({"everywhere": records}))
     else:
-        table = make_table("gamma", "alpha", "every motion tends to", "starts", "periods")
-        for one in records:
-            fields = " ".join(one["itinerary"]) if not one["failed"] else one["failed"]
-            counts = (str(one.get(name, "")) for name in ("cells", "periods"))
-            table.add_row(one["gamma"], one["alpha"], fields, *counts)
-        make_console().print(table)
+        rows = (
+            (
+                one["gamma"],
+                one["alpha"],
+                " ".join(one["itinerary"]) if not one["failed"] else one["failed"],
+                *(str(one.get(name, "")) for name in ("cells", "periods")),
+            )
+            for one in records
+        )
+        present.table(("gamma", "alpha", "every motion tends to", "starts", "periods"), rows)
     if any(one["failed"] for one in records):
         raise click.exceptions.Exit(1)
+
+
+def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:
+    """The results of calls, each a function with its arguments."""
+    with undisturbed():
+        pool = spawning(2)
+        found = [pool.submit(*call) for call in calls]
+    try:
+        return list(present.track((one.result() for one in found), text, len(calls)))
+    finally:
+        end(pool)
 
 
 def _proved(
@@ -229,35 +215,47 @@ def _print(
     thresholds: bool,
     seconds: float,
 ) -> None:
-    console = make_console()
+    console = present.make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
-        table = make_table("type", "line", "order", "coefficient", "alpha")
-        for event in one["thresholds"]:
-            growth = f"{float(event['coefficient']):.6g}"
-            table.add_row(event["type"], event["line"], str(event["order"]), growth, event["alpha"])
-        console.print(table)
+        events = (
+            (
+                event["type"],
+                event["line"],
+                str(event["order"]),
+                f"{float(event['coefficient']):.6g}",
+                event["alpha"],
+            )
+            for event in one["thresholds"]
+        )
+        present.table(("type", "line", "order", "coefficient", "alpha"), events)
         if not thresholds:
-            table = make_table("orbit", "from", "to", "boxes")
-            for row in one["intervals"]:
-                ends = (f"{row[end]:.13f}" for end in ("from", "to"))
-                table.add_row(" ".join(row["itinerary"]), *ends, str(row["boxes"]))
-            console.print(table)
+            rows = (
+                (
+                    " ".join(row["itinerary"]),
+                    *(f"{row[end]:.13f}" for end in ("from", "to")),
+                    str(row["boxes"]),
+                )
+                for row in one["intervals"]
+            )
+            present.table(("orbit", "from", "to", "boxes"), rows)
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")
         console.print()
-    table = make_table("two at once", "alpha, gamma", "dα/dγ of both curves")
-    for one in meetings:
-        slopes = " and ".join(f"{slope:.9f}" for slope in one["slopes"])
-        table.add_row(one["type"], f"{one['alpha']}\n{one['gamma']}", slopes)
-    console.print(table)
+    both = (
+        (
+            one["type"],
+            f"{one['alpha']}\n{one['gamma']}",
+            " and ".join(f"{slope:.9f}" for slope in one["slopes"]),
+        )
+        for one in meetings
+    )
+    present.table(("two at once", "alpha, gamma", "dα/dγ of both curves"), both)
     console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)
-    table = make_table("", "proved", "goal")
-    table.add_row("bifurcations, with type", f"{count}, within {worst:.0e}", "16, within 1e-30")
+    goals = [("bifurcations, with type", f"{count}, within {worst:.0e}", "16, within 1e-30")]
     if not thresholds:
         left = " and ".join(f"{one['unproved']:.1e}" for one in records)
-        table.add_row("alpha in [0.001, 2] left open", left, "1e-11 at each mass ratio")
-    table.add_row("seconds", f"{seconds:.0f}", "300")
-    console.print(table)
+        goals.append(("alpha in [0.001, 2] left open", left, "1e-11 at each mass ratio"))
+    present.table(("", "proved", "goal"), [*goals, ("seconds", f"{seconds:.0f}", "300")])

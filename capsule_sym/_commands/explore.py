@@ -7,7 +7,7 @@ from tempfile import gettempdir
 
 import click
 
-from capsule_sym._commands.options import check_beside, json_option, out_option, tell_written
+from capsule_sym._commands import options, present
 from capsule_sym._explorer import page
 from capsule_sym._files import write_whole
 
@@ -15,7 +15,7 @@ _NAME = "capsule-sym-explorer.html"
 
 
 @click.command()
-@out_option("Write the page here, and open nothing.", "FILE.html")
+@options.out_option("Write the page here, and open nothing.", "FILE.html")
 @click.option(
     "--serve",
     "port",
@@ -25,13 +25,13 @@ _NAME = "capsule-sym-explorer.html"
     "no workers in a page from a file.",
 )
 @click.option("--open/--no-open", "opens", default=True, help="Open it in a browser.")
-@json_option
+@options.json_option
 def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> None:
     """The exact map in a browser: motions, diagrams and charts on one page, without a network.
 
     The page is written to the directory of temporary files and opened, unless told otherwise.
     """
-    check_beside("port", never=("out",))
+    options.check_beside("port", never=("out",))
     if port is not None:
         from capsule_sym._explorer.server import serve
 
@@ -40,7 +40,7 @@ def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> N
     path = out or Path(gettempdir()) / _NAME
     write_whole(path, page(), "--out")
     if as_json:
-        tell_written(path, as_json=True)
+        present.tell_written(path, as_json=True)
     else:
         click.echo(path)
     if out is None and opens:

@@ -7,16 +7,7 @@ from typing import Any
 
 import click
 
-from capsule_sym._commands.options import (
-    chosen_parameters,
-    is_given,
-    json_option,
-    out_option,
-    parameter_options,
-    require,
-    tell_written,
-    tracking,
-)
+from capsule_sym._commands import options, present
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
@@ -30,7 +21,7 @@ _colours_option = click.option(
     help="Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
 )
 
-_out_option = out_option(
+_out_option = options.out_option(
     "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
 )
 
@@ -57,7 +48,7 @@ def _check_picture(out: Path, width: float | None, dpi: float | None) -> float:
     """The width; raises InvalidInput for what no picture can have, before anything is computed."""
     from capsule_sym._figures.style import check_ending, check_resolution
 
-    require("plot", "matplotlib")
+    options.require("plot", "matplotlib")
     check_ending(out)
     check_resolution(dpi)
     if width is not None and not NARROWEST <= width <= WIDEST:
@@ -68,20 +59,19 @@ def _check_picture(out: Path, width: float | None, dpi: float | None) -> float:
 @click.command("figure", epilog=_list())
 @click.argument("name", type=click.Choice(list(FIGURES)), metavar="NAME")
 @_out_option
-@parameter_options
+@options.parameter_options
 @_width_option
 @_dpi_option
 @_colours_option
-@json_option
+@options.json_option
 def figure(
     name: str,
     out: Path,
-    file: str | None,
+    system: options.System,
     width: float | None,
     dpi: float | None,
     colours: Any,
     as_json: bool,
-    **dimensionless: float | None,
 ) -> None:
     """Draw a figure of the case study, or the same of another system.
 
@@ -95,18 +85,17 @@ def figure(
 
     moving = name == "motion" and out.suffix.lower() in MOVING
     wide = _check_picture(out.with_suffix(".png") if moving else out, width, dpi)
-    system, device = chosen_parameters(file, dimensionless)
-    chosen = file is not None or any(value is not None for value in dimensionless.values())
-    with tracking() as track:
-        study = Study(Store(track), system, colours, wide, chosen, device)
+    parameters, device = system.load()
+    with present.tracking() as track:
+        study = Study(Store(track), parameters, colours, wide, system.chosen, device)
         if moving:
             from capsule_sym._figures.animation import animate
 
-            (motion,) = study.store.motions([system])
+            (motion,) = study.store.motions([parameters])
             animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0, device=device)
         else:
             save_figure(describe(FIGURES[name].drawn(study), FIGURES[name].title), out, dpi=dpi)
-    tell_written(out, as_json=as_json, figure=name)
+    present.tell_written(out, as_json=as_json, figure=name)
 
 
 @click.command("diagram")
@@ -128,7 +117,7 @@ def figure(
 )
 @_width_option
 @_dpi_option
-@json_option
+@options.json_option
 def diagram(
     paths: tuple[Path, ...],
     out: Path,
@@ -150,7 +139,7 @@ def diagram(
 
     wide = _check_picture(out, width, dpi)
     curves = read_curves(paths[0]) if len(paths) == 1 else None
-    if curves and is_given("quantity"):
+    if curves and options.is_given("quantity"):
         raise click.UsageError(f"--of is for branches, and {paths[0]} has curves")
     records = [] if curves else [read_branch(path) for path in paths]
     try:
@@ -161,7 +150,7 @@ def diagram(
         whole = "a whole branch.json or curves.json, which this is not"
         raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
     save_figure(drawn, out, dpi=dpi)
-    tell_written(out, as_json=as_json, of=quantity)
+    present.tell_written(out, as_json=as_json, of=quantity)
 
 
 @click.command("sweep-figure")
@@ -184,7 +173,7 @@ def diagram(
 )
 @_width_option
 @_dpi_option
-@json_option
+@options.json_option
 def sweep_figure(
     store: Path,
     out: Path,
@@ -199,7 +188,7 @@ def sweep_figure(
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
     wide = _check_picture(out, width, dpi)
-    require("sweep", "xarray", "zarr")
+    options.require("sweep", "xarray", "zarr")
     from capsule_sym._figures import charts, sweeps
     from capsule_sym._figures.style import save_figure
     from capsule_sym._sweeps.results import open_results
@@ -217,7 +206,7 @@ def sweep_figure(
                 results, width=wide
             )
         save_figure(drawn, out, dpi=dpi)
-    tell_written(out, as_json=as_json, figure=kind)
+    present.tell_written(out, as_json=as_json, figure=kind)
 
 
 def _curves(path: Path) -> list[Any]:
@@ -233,9 +222,9 @@ def _curves(path: Path) -> list[Any]:
 
 
 @click.command("report")
-@out_option("HTML file to write.", "FILE", default="results/report.html", show_default=True)
+@options.out_option("HTML file to write.", "FILE", default="results/report.html", show_default=True)
 @_colours_option
-@json_option
+@options.json_option
 def report(out: Path, colours: Any, as_json: bool) -> None:
     """Write the whole case study as one page of HTML that opens without a network.
 
@@ -244,11 +233,11 @@ def report(out: Path, colours: Any, as_json: bool) -> None:
     Figures are drawn for it; tables come from the files that `paper`, `verify`, `bench` and
     `make paper` leave in results, and a section whose file is missing says how to make it.
     """
-    require("plot", "matplotlib", "jinja2")
+    options.require("plot", "matplotlib", "jinja2")
     from capsule_sym._figures.report import EXPLORER, write
     from capsule_sym._processes import processors
 
-    with tracking(lines=True) as track:
+    with present.tracking(lines=True) as track:
         write(out, colours, track, processors())
     files = (out, out.parent / EXPLORER) if as_json else (out,)
-    tell_written(*files, as_json=as_json)
+    present.tell_written(*files, as_json=as_json)

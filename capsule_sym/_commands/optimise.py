@@ -5,26 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._commands.options import (
-    Range,
-    check_beside,
-    chosen_parameters,
-    json_option,
-    make_console,
-    make_progress,
-    make_table,
-    max_seconds_option,
-    out_option,
-    parameter_options,
-    state_option,
-)
+from capsule_sym._commands import options, present
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
-from capsule_sym._errors import InvalidInput, NotInstalled
+from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,10 +24,8 @@ if TYPE_CHECKING:
     from capsule_sym._design.steering import Steering
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
-NO_RESULT = 3
 
-
-class NamedRange(Range):
+class NamedRange(options.Range):
     """NAME=LOW:HIGH as a name and a pair; where the range may be missing, NAME and None."""
 
     def __init__(self, bare: bool = False) -> None:
@@ -52,7 +39,7 @@ class NamedRange(Range):
         name, mark, ends = value.partition("=")
         if not name or not (mark or self.bare):
             self.fail(f"{value!r} is not {self.name}, such as alpha=0.1:2", param, ctx)
-        return name, (Range.convert(Range(), ends, param, ctx) if mark else None)
+        return name, (options.Range.convert(options.Range(), ends, param, ctx) if mark else None)
 
 
 over_option = click.option(
@@ -78,16 +65,10 @@ tolerance_option = click.option(
     metavar="NAME SHARE",
     help="The worst counts of a parameter's values this share below and above. Any number.",
 )
-_samples_option = click.option(
-    "--samples",
-    type=click.IntRange(*SAMPLES),
-    default=256,
-    show_default=True,
-    help="Cells of the survey that chooses where to begin.",
+_samples_option = options.count_option(
+    "--samples", 256, "Cells of the survey that chooses where to begin.", *SAMPLES
 )
-_seed_option = click.option(
-    "--seed", type=click.IntRange(*SEED), default=0, show_default=True, help="Decides these cells."
-)
+_seed_option = options.count_option("--seed", 0, "Decides these cells.", *SEED)
 
 
 def shares_of(tolerances: Sequence[tuple[str, float]]) -> dict[str, float]:
@@ -108,44 +89,33 @@ def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
 
 
 @click.command("optimise")
-@parameter_options
+@options.parameter_options
 @click.option("--maximise", metavar="METRIC", help="What is to be greatest.")
 @click.option("--minimise", metavar="METRIC", help="What is to be least.")
 @over_option
 @subject_option
 @margin_option
 @click.option("--pareto", "against", metavar="METRIC", help="The front against this being small.")
-@click.option(
-    "--points",
-    type=click.IntRange(*POINTS),
-    default=50,
-    show_default=True,
-    help="Points of the front of --pareto.",
-)
+@options.count_option("--points", 50, "Points of the front of --pareto.", *POINTS)
 @tolerance_option
-@state_option("State at phase 0 from which the motion settles.")
+@options.state_option("State at phase 0 from which the motion settles.")
 @_samples_option
 @_seed_option
-@max_seconds_option()
-@out_option("Write the JSON here, of a front with its table as CSV and its picture.")
-@json_option
+@options.max_seconds_option()
+@options.out_option("Write the JSON here, of a front with its table as CSV and its picture.")
+@options.json_option
 def optimise(
-    file: str | None,
+    system: options.System,
     maximise: str | None,
     minimise: str | None,
     over: tuple[Any, ...],
-    subject_to: tuple[str, ...],
-    margin: float | None,
     against: str | None,
     points: int,
     tolerances: tuple[tuple[str, float], ...],
     state: tuple[float, float, float],
-    samples: int,
-    seed: int,
-    max_seconds: float,
     out: Path | None,
     as_json: bool,
-    **dimensionless: float | None,
+    **how: Any,
 ) -> None:
     """Find the parameters at which a metric of the steady motion is greatest or least.
 
@@ -159,62 +129,45 @@ def optimise(
     """
     from capsule_sym._design.optimise import optimise as find
     from capsule_sym._design.optimum import OptimumStatus
-    from capsule_sym._design.pareto import Front, pareto
+    from capsule_sym._design.pareto import pareto
 
-    check_beside("maximise", never=("minimise",))
-    check_beside("points", needs=("against",))
+    options.check_beside("maximise", never=("minimise",))
+    options.check_beside("points", needs=("against",))
     metric = maximise if maximise is not None else minimise
     if metric is None:
         raise click.UsageError("give --maximise or --minimise METRIC")
-    parameters, device = chosen_parameters(file, dimensionless)
-    asked: dict[str, Any] = {
-        "maximise": maximise is not None,
-        "subject_to": subject_to,
-        "margin": margin,
-        "starts": (state,),
-        "tolerances": shares_of(tolerances),
-        "samples": samples,
-        "seed": seed,
-        "max_seconds": max_seconds,
-    }
-    system = device or parameters
+    parameters, device = system.load()
+    which = device or parameters
+    how |= {"maximise": maximise is not None, "starts": (state,)}
+    how["tolerances"] = shares_of(tolerances)
     found: Optimum | Front
-    if against is None:
-        with telling("Optimising") as progress:
-            found = find(metric, bounds_of(over), system, progress=progress, **asked)
-    else:
-        asked["points"] = points
-        with telling("Optimising") as progress:
-            found = pareto(metric, against, bounds_of(over), system, progress=progress, **asked)
+    show: Callable[[], None]
+    with telling("Optimising") as progress:
+        how["progress"] = progress
+        if against is None:
+            found = one = find(metric, bounds_of(over), which, **how)
+            show = partial(_print_optimum, one)
+        else:
+            found = front = pareto(metric, against, bounds_of(over), which, points=points, **how)
+            show = partial(_print_front, front)
     if found.status is OptimumStatus.INFEASIBLE:
-        raise InvalidInput("subject_to", list(subject_to), f"possible: {found.message}")
-    _report(found, "optimum" if against is None else "front", out, as_json)
-    if not as_json:
-        _print_front(found) if isinstance(found, Front) else _print_optimum(found)
+        raise InvalidInput("subject_to", list(how["subject_to"]), f"possible: {found.message}")
+    _report(found, "optimum" if against is None else "front", show, out, as_json)
     _end(found)
 
 
 @click.command("steer")
-@parameter_options
+@options.parameter_options
 @over_option
 @subject_option
 @margin_option
 @_samples_option
 @_seed_option
-@max_seconds_option()
-@out_option("Write the JSON here, the path as CSV, and its picture.")
-@json_option
+@options.max_seconds_option()
+@options.out_option("Write the JSON here, the path as CSV, and its picture.")
+@options.json_option
 def steer(
-    file: str | None,
-    over: tuple[Any, ...],
-    subject_to: tuple[str, ...],
-    margin: float | None,
-    samples: int,
-    seed: int,
-    max_seconds: float,
-    out: Path | None,
-    as_json: bool,
-    **dimensionless: float | None,
+    system: options.System, over: tuple[Any, ...], out: Path | None, as_json: bool, **how: Any
 ) -> None:
     """Find the best drives forward and backward, and a path of stable orbits between them.
 
@@ -226,28 +179,17 @@ def steer(
     from capsule_sym._design.steering import SteeringStatus
     from capsule_sym._design.steering import steer as find
 
-    parameters, device = chosen_parameters(file, dimensionless)
+    parameters, device = system.load()
     with telling("Steering") as progress:
-        found = find(
-            device or parameters,
-            bounds_of(over) or None,
-            subject_to=subject_to,
-            margin=margin,
-            samples=samples,
-            seed=seed,
-            max_seconds=max_seconds,
-            progress=progress,
-        )
-    _report(found, "steering", out, as_json)
-    if not as_json:
-        print_steering(found)
+        found = find(device or parameters, bounds_of(over) or None, progress=progress, **how)
+    _report(found, "steering", lambda: print_steering(found), out, as_json)
     if found.status in (SteeringStatus.NO_OPTIMUM, SteeringStatus.TIME_LIMIT):
         _end(found)
 
 
 @click.command("fit")
 @click.argument("data", type=click.Path(path_type=Path, dir_okay=False), metavar="DATA")
-@parameter_options
+@options.parameter_options
 @click.option(
     "--unknown",
     type=NamedRange(bare=True),
@@ -255,7 +197,7 @@ def steer(
     help="What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
     "Any number.",
 )
-@state_option("State at the first time, or the first guess of what is unknown of it.")
+@options.state_option("State at the first time, or the first guess of what is unknown of it.")
 @click.option("--phase", type=float, default=0.0, help="Phase of the forcing there.  [default: 0]")
 @click.option(
     "--loss",
@@ -264,38 +206,20 @@ def steer(
     show_default=True,
     help="How residuals count; all but linear let outliers count less.",
 )
-@click.option(
-    "--starts",
-    type=click.IntRange(*STARTS),
-    default=0,
-    show_default=True,
-    help="Try so many other guesses.",
-)
-@click.option(
-    "--seed",
-    type=click.IntRange(*SEED),
-    default=0,
-    show_default=True,
-    help="Decides the guesses of --starts.",
-)
+@options.count_option("--starts", 0, "Try so many other guesses.", *STARTS)
+@options.count_option("--seed", 0, "Decides the guesses of --starts.", *SEED)
 @click.option("--intervals", is_flag=True, help="Profile intervals of 95 %, by fits anew.")
-@max_seconds_option()
-@out_option("Write the JSON here, the residuals as CSV, and their picture.")
-@json_option
+@options.max_seconds_option()
+@options.out_option("Write the JSON here, the residuals as CSV, and their picture.")
+@options.json_option
 def fit(
     data: Path,
-    file: str | None,
+    system: options.System,
     unknown: tuple[Any, ...],
-    state: tuple[float, float, float],
-    phase: float,
-    loss: str,
-    starts: int,
-    seed: int,
     intervals: bool,
-    max_seconds: float,
     out: Path | None,
     as_json: bool,
-    **dimensionless: float | None,
+    **how: Any,
 ) -> None:
     """Find parameters, start and phase from measured series, by least squares.
 
@@ -309,35 +233,23 @@ def fit(
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch
 
-    parameters, device = chosen_parameters(file, dimensionless)
+    parameters, device = system.load()
     if not unknown:
         raise click.UsageError("give --unknown, once for each that is fitted")
-    check_beside("seed", needs=("starts",))
+    options.check_beside("seed", needs=("starts",))
+    how["bounds"] = {name: ends for name, ends in unknown if ends is not None}
     with telling("Fitting") as progress:
-        watch = Watch(checked_seconds(max_seconds))
-        found = find(
-            read_measured(data),
-            device or parameters,
-            tuple(name for name, _ in unknown),
-            state=state,
-            phase=phase,
-            bounds={name: ends for name, ends in unknown if ends is not None},
-            loss=loss,
-            starts=starts,
-            seed=seed,
-            max_seconds=max_seconds,
-            progress=progress,
-        )
+        watch = Watch(checked_seconds(how["max_seconds"]))
+        names = tuple(name for name, _ in unknown)
+        found = find(read_measured(data), device or parameters, names, progress=progress, **how)
         ranges = {}
         for name in found.values if intervals else ():
             progress(f"interval of {name}")
             ranges[name] = found.interval(name, max_seconds=watch.left)
     extra = {"intervals": {name: list(ends) for name, ends in ranges.items()}} if ranges else {}
-    _report(found, "fit", out, as_json, extra)
-    if not as_json:
-        _print_fit(found, ranges)
+    _report(found, "fit", lambda: _print_fit(found, ranges), out, as_json, extra)
     if found.success and any(math.isnan(end) for ends in ranges.values() for end in ends):
-        _fail("time-limit", "the time is over: intervals are missing")
+        present.fail("time-limit: the time is over: intervals are missing")
     _end(found)
 
 
@@ -355,37 +267,27 @@ def finite(record: Any) -> Any:
 def _report(
     found: Any,
     name: str,
+    show: Callable[[], None],
     out: Path | None,
     as_json: bool,
     extra: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a result's record, table and picture to `out`, and print the record if asked to."""
+    """Present a result, with its record, table and picture as files."""
     from capsule_sym._records import dumps
 
-    text = dumps(finite(found.to_dict() | dict(extra or {}))) if out or as_json else ""
-    if out is not None:
-        texts = {f"{name}.json": text + "\n"}
-        columns = getattr(found, "columns", {})
-        if columns:
-            texts[f"{name}.csv"] = table_of(found)
-        drawn = columns and len(next(iter(columns.values())))
-        write_all(out, texts, {f"{name}.svg": (name, found)} if drawn else {})
-    if as_json:
-        click.echo(text)
+    columns = getattr(found, "columns", {})
 
+    def record() -> dict[str, Any]:
+        text: dict[str, Any] = finite(found.to_dict() | dict(extra or {}))
+        return text
 
-def write_all(out: Path, texts: Mapping[str, str], pictures: Mapping[str, tuple[str, Any]]) -> None:
-    """Write files, and pictures as (kind, result), by name; tell which, and what is not drawn."""
-    from capsule_sym._records import write
+    def texts() -> dict[str, str]:
+        files = {f"{name}.json": dumps(record()) + "\n"}
+        return files | ({f"{name}.csv": table_of(found)} if columns else {})
 
-    paths = write(texts, out)
-    try:
-        for file, (kind, found) in pictures.items():
-            _draw(kind, found, out / file)
-            paths.append(out / file)
-    except NotInstalled as missing:
-        click.echo(f"no picture: {missing}", err=True)
-    click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+    drawn = columns and len(next(iter(columns.values())))
+    pictures = {f"{name}.svg": drawing(name, found)} if drawn else {}
+    present.result(record, show, as_json, out, texts, pictures)
 
 
 def table_of(found: Any) -> str:
@@ -397,34 +299,32 @@ def table_of(found: Any) -> str:
     return table(rows, list(lists))
 
 
-def _draw(name: str, found: Any, path: Path) -> None:
-    """Write the picture of a result: front, steering or fit."""
-    from capsule_sym._figures import design
-    from capsule_sym._figures.style import save_figure
+def drawing(name: str, found: Any) -> Callable[[], Figure]:
+    """What draws a result: a front, a steering or a fit."""
 
-    pictures: dict[str, Callable[[Any], Figure]] = {
-        "front": design.plot_front,
-        "steering": design.plot_steering,
-        "fit": design.plot_residuals,
-    }
-    save_figure(pictures[name](found), path)
+    def draw() -> Figure:
+        from capsule_sym._figures import design
+
+        pictures: dict[str, Callable[[Any], Figure]] = {
+            "front": design.plot_front,
+            "steering": design.plot_steering,
+            "fit": design.plot_residuals,
+        }
+        return pictures[name](found)
+
+    return draw
 
 
 def _end(found: Any) -> None:
     """Exit with 3, and the reason, where there is no result."""
     if not found.success:
-        _fail(found.status.value, found.message)
-
-
-def _fail(status: str, message: str) -> NoReturn:
-    click.echo(f"{status}: {message}", err=True)
-    raise click.exceptions.Exit(NO_RESULT)
+        present.fail(f"{found.status.value}: {found.message}")
 
 
 @contextmanager
 def telling(text: str) -> Iterator[Callable[[str], object]]:
     """Shows on stderr, where that is a terminal, that work goes on, and what it says of itself."""
-    with make_progress() as bar:
+    with present.make_progress() as bar:
         task = bar.add_task(text, total=None)
         yield lambda said: bar.update(task, description=f"{text}: {said}".removeprefix(": "))
 
@@ -450,75 +350,73 @@ def units_of(system: Parameters | PhysicalParameters) -> dict[str, str]:
 
 
 def _print_optimum(found: Optimum) -> None:
-    from rich.table import Table
-
-    units = units_of(found.system)
-    console, grid = make_console(), Table.grid(padding=(0, 2))
     if not found.over:
         return
+    units = units_of(found.system)
     kind = "greatest" if found.maximised else "least"
-    grid.add_row(f"{kind} {found.metric}", with_unit(found.value, units.get(found.metric, "")))
+    rows = [(f"{kind} {found.metric}", with_unit(found.value, units.get(found.metric, "")))]
     for name, value in found.over.items():
         held = f"  (bound: {found.bounds[name]:.4g} a unit)" if name in found.bounds else ""
-        grid.add_row(name, f"{value:.9g} {units.get(name, '')}".rstrip() + held)
-    if not found.itinerary:  # a cell of the survey, where there was no time for more
-        console.print(grid)
-        return
-    grid.add_row("itinerary", " ".join(found.itinerary))
-    for name, value in found.metrics.items():
-        grid.add_row(name.replace("_", " "), with_unit(value, units.get(name, "")))
-    for one in found.constraints:
-        told = f"holds it, {one.multiplier:.4g} a unit" if one.active else f"{one.slack:.4g} left"
-        grid.add_row("constraint", f"{one.text}: {told}")
-    if found.border is not None:
-        grid.add_row("on a border", " | ".join(found.border))
-    tightest = found.tightest
-    grid.add_row("largest multiplier", f"{found.multiplier:.6g}")
-    grid.add_row(
-        "next change", f"{tightest.inequality}: {tightest.distance:.3g} of the bounds away"
-    )
-    for name, slope in found.slopes.items():
-        grid.add_row(f"by {name}", f"{slope:.6g}")
-    grid.add_row("residual", f"{found.residual:.1e}")
-    console.print(grid)
+        rows.append((name, f"{value:.9g} {units.get(name, '')}".rstrip() + held))
+    if found.itinerary:  # else a cell of the survey, where there was no time for more
+        rows.append(("itinerary", " ".join(found.itinerary)))
+        for name, value in found.metrics.items():
+            rows.append((name.replace("_", " "), with_unit(value, units.get(name, ""))))
+        for one in found.constraints:
+            held = f"holds it, {one.multiplier:.4g} a unit"
+            told = held if one.active else f"{one.slack:.4g} left"
+            rows.append(("constraint", f"{one.text}: {told}"))
+        if found.border is not None:
+            rows.append(("on a border", " | ".join(found.border)))
+        near = found.tightest
+        rows += [
+            ("largest multiplier", f"{found.multiplier:.6g}"),
+            ("next change", f"{near.inequality}: {near.distance:.3g} of the bounds away"),
+            *((f"by {name}", f"{slope:.6g}") for name, slope in found.slopes.items()),
+            ("residual", f"{found.residual:.1e}"),
+        ]
+    present.grid(rows)
 
 
 def _print_front(found: Front) -> None:
     if not found.points:
         return
     units = units_of(found.points[0].system)
-    first, second = found.metrics
-    names = list(found.points[0].over)
     heads = [
         f"{name} ({unit})" if (unit := units.get(name, "")) else name
-        for name in (first, second, *names)
+        for name in (*found.metrics, *found.points[0].over)
     ]
-    shown = make_table(*heads, "itinerary", right=heads, gap=2)
-    for value, cost, point in zip(found.values, found.costs, found.points, strict=True):
-        numbers = [value, cost, *point.over.values()]
-        shown.add_row(*(f"{number:.6g}" for number in numbers), " ".join(point.itinerary))
-    make_console().print(shown)
+    rows = (
+        (
+            *(f"{number:.6g}" for number in (value, cost, *point.over.values())),
+            " ".join(point.itinerary),
+        )
+        for value, cost, point in zip(found.values, found.costs, found.points, strict=True)
+    )
+    present.table((*heads, "itinerary"), rows, right=heads, gap=2)
 
 
 def print_steering(found: Steering) -> None:
     """Print both drives and the way between them."""
-    from rich.table import Table
-
     units = units_of(found.forward.system)
-    grid = Table.grid(padding=(0, 2))
 
     def drive(at: Mapping[str, float]) -> str:
         return ", ".join(
             f"{name} = {value:.6g} {units.get(name, '')}".rstrip() for name, value in at.items()
         )
 
-    for way, one in (("forward", found.forward), ("backward", found.backward)):
-        if one.over:
-            speed = with_unit(one.value, units.get("velocity", ""))
-            grid.add_row(way, speed, drive(one.over), " ".join(one.itinerary))
-    console = make_console()
-    if grid.row_count:
-        console.print(grid)
+    ways = ("forward", found.forward), ("backward", found.backward)
+    present.grid(
+        (
+            way,
+            with_unit(one.value, units.get("velocity", "")),
+            drive(one.over),
+            " ".join(one.itinerary),
+        )
+        for way, one in ways
+        if one.over
+    )
+    console = present.make_console()
     console.print(f"{found.status.value}: {found.message}")
     for at in found.path:
         console.print(f"  {drive(at)}")
@@ -529,14 +427,17 @@ def print_steering(found: Steering) -> None:
 
 def _print_fit(found: Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
     units = units_of(found.system)
-    shown = make_table("unknown", "value", "error", *(["95 %"] if ranges else []), gap=2)
-    for name, value in found.values.items():
-        unit = units.get(name, "")
-        interval = [f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []
-        told = f"{value:.9g} {unit}".rstrip()
-        shown.add_row(name, told, f"{found.standard_errors[name]:.2g}", *interval)
-    console = make_console()
-    console.print(shown)
+    rows = (
+        (
+            name,
+            f"{value:.9g} {units.get(name, '')}".rstrip(),
+            f"{found.standard_errors[name]:.2g}",
+            *([f"{ranges[name][0]:.6g} to {ranges[name][1]:.6g}"] if ranges else []),
+        )
+        for name, value in found.values.items()
+    )
+    present.table(("unknown", "value", "error", *(["95 %"] if ranges else [])), rows, gap=2)
+    console = present.make_console()
     console.print(f"{found.status.value}: {found.message}")
     console.print(f"noise {found.noise:.3g} of a column's spread, {found.evaluations} runs")
     for one in found.open_combinations:

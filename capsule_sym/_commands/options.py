@@ -1,13 +1,12 @@
-"""What several commands share: options, consoles, tables and progress bars."""
+"""Options that several commands share, and what they mean."""
 
 from __future__ import annotations
 
 import math
 import os
 import re
-import sys
-from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection
+from functools import wraps
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -20,31 +19,26 @@ from capsule_sym.generated.facts import DEFAULTS, DRIVEN, LABELS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rich.console import Console
-    from rich.progress import Progress, ProgressColumn
-    from rich.table import Table
-
     from capsule_sym._parameters import Parameters, PhysicalParameters
-    from capsule_sym._study.data import Track
 
 _Command = TypeVar("_Command", bound=Callable[..., None])
-_Item = TypeVar("_Item")
 
 json_option = click.option(
     "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
 )
 
 
-def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
-    """Say on stderr which files were written, or with --json on stdout: each path and its size."""
-    if as_json:
-        import json
-
-        files = [{"path": str(path), "bytes": path.stat().st_size} for path in paths]
-        click.echo(json.dumps({**more, "files": files}))
-        return
-    for path in paths:
-        click.echo(f"wrote {path}", err=True)
+def count_option(
+    flag: str,
+    default: int,
+    help: str,
+    least: int | None = None,
+    most: int | None = None,
+    **more: Any,
+) -> Callable[[_Command], _Command]:
+    """An option that takes a whole number within limits, if there are any."""
+    kind = click.INT if least is None else click.IntRange(least, most)
+    return click.option(flag, type=kind, default=default, show_default=True, help=help, **more)
 
 
 def state_option(text: str) -> Callable[[_Command], _Command]:
@@ -140,7 +134,9 @@ def ranges() -> dict[str, tuple[float, ...]]:
     return dict(click.get_current_context().meta.get(_RANGES, {}))
 
 
-def ranged_parameter_options(counted: bool = False) -> Callable[[_Command], _Command]:
+def ranged_parameter_options(
+    counted: bool = False,
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """`parameter_options` of which each takes a range too, and ranges of a device's parameters.
 
     `ranges` gives them.
@@ -153,7 +149,7 @@ def ranged_parameter_options(counted: bool = False) -> Callable[[_Command], _Com
         "k2": "Stiffness of the second spring (N/m)",
     }
 
-    def decorate(command: _Command) -> _Command:
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
         for name, text in reversed(device.items()):
             command = click.option(
                 f"--{name.replace('_', '-')}",
@@ -167,146 +163,64 @@ def ranged_parameter_options(counted: bool = False) -> Callable[[_Command], _Com
     return decorate
 
 
-def parameter_options(command: _Command, kind: Any = float) -> _Command:
-    """Add --params for a file, and an option for each of the parameters."""
-    command = click.option(
+def parameter_options(command: Callable[..., None], kind: Any = float) -> Callable[..., None]:
+    """Add --params for a file, and an option for each parameter: the command gets a `System`."""
+
+    @wraps(command)
+    def called(file: str | None, **given: Any) -> None:
+        dimensionless = {name: given.pop(name) for name in DEFAULTS}
+        command(system=System(file, dimensionless), **given)
+
+    called = click.option(
         "--params",
         "file",
         type=click.Path(),
         metavar="FILE.toml",
         help="Parameters from a file, dimensionless (options above override it) or physical in SI "
         "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
-    )(command)
+    )(called)
     for name, default in reversed(DEFAULTS.items()):
         text = f"{LABELS[name].capitalize()}.  [default: {default:g}]"
         flags = dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}"))
-        command = click.option(*flags, name, type=kind, help=text)(command)
-    return command
+        called = click.option(*flags, name, type=kind, help=text)(called)
+    return called
 
 
-def chosen_parameters(
-    file: str | None, dimensionless: dict[str, float | None]
-) -> tuple[Parameters, PhysicalParameters | None]:
-    """The parameters of a file and of options, with those of the device if it is given in SI units.
+class System:
+    """The parameters that a command line chooses: of a file, of options, or by default."""
 
-    Raises InvalidInput for values that are not allowed, for options beside SI units, and for ranges
-    of a device's parameters where there is none.
-    """
-    from capsule_sym._parameters import Parameters, load_parameters
+    def __init__(self, file: str | None, dimensionless: dict[str, float | None]) -> None:
+        self.file = file
+        self.given = {name: v for name, v in dimensionless.items() if v is not None}
 
-    given = {name: value for name, value in dimensionless.items() if value is not None}
-    try:
-        loaded = Parameters() if file is None else load_parameters(file)
-    except InvalidInput as error:
-        if error.field != "file":
-            raise
-        raise InvalidInput("--params", error.value, error.allowed) from error
-    if isinstance(loaded, Parameters):
-        for name, ends in ranges().items():
-            if name in DRIVEN:
-                text = ":".join(f"{end:g}" for end in ends)
-                raise InvalidInput(name, text, "absent unless --params is a device")
-        return loaded.replace(**given), None
-    for name, value in given.items():
-        raise InvalidInput(name, value, f"absent where {file} is in SI units")
-    return loaded.dimensionless(), loaded
+    @property
+    def chosen(self) -> bool:
+        """Whether any of them is not by default."""
+        return self.file is not None or bool(self.given)
 
+    def load(self) -> tuple[Parameters, PhysicalParameters | None]:
+        """The parameters, with those of the device if the file is in SI units.
 
-def make_console(stderr: bool = False, width: int = 110) -> Console:
-    """A console on stdout or stderr, `width` columns wide where that is no terminal."""
-    from rich.console import Console
+        Raises InvalidInput for values that are not allowed, for options beside SI units, and for
+        ranges of a device's parameters where there is none.
+        """
+        from capsule_sym._parameters import Parameters, load_parameters
 
-    file = sys.stderr if stderr else sys.stdout
-    return Console(file=file, width=None if file.isatty() else width, highlight=False)
-
-
-def make_table(*columns: str, right: Collection[str] = (), gap: int = 1) -> Table:
-    """An empty table with a line below its head, the columns in `right` flush right."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
-    for name in columns:
-        table.add_column(name, justify="right" if name in right else "left")
-    return table
-
-
-def make_progress(*columns: ProgressColumn) -> Progress:
-    """Progress bars on stderr where that is a terminal, gone in the end."""
-    from rich.constrain import Constrain
-    from rich.progress import Progress
-
-    from capsule_sym._processes import deferred
-
-    console = make_console(stderr=True)
-
-    class Bars(Progress):
-        # Bars of which Ctrl-C left a part are not found again, and stay on the screen.
-        def start(self) -> None:
-            try:
-                with deferred():
-                    super().start()
-            except KeyboardInterrupt:  # nobody else ends what did not begin
-                self.stop()
+        try:
+            loaded = Parameters() if self.file is None else load_parameters(self.file)
+        except InvalidInput as error:
+            if error.field != "file":
                 raise
-
-        @deferred()
-        def stop(self) -> None:
-            super().stop()
-
-        @deferred()
-        def refresh(self) -> None:
-            super().refresh()
-
-        def get_renderables(self) -> Iterator[Constrain]:
-            # The ^C that a terminal shows has room, lest it begins a line and the bars stay.
-            yield Constrain(self.make_tasks_table(self.tasks), console.width - 3)
-
-    return Bars(
-        *columns,
-        console=console,
-        disable=not console.is_terminal,
-        transient=True,
-        # What is printed meanwhile goes above the bars if it goes to the terminal at all.
-        redirect_stdout=sys.stdout.isatty(),
-    )
-
-
-@contextmanager
-def tracking(lines: bool = False) -> Iterator[Track]:
-    """Gives a `Track` with progress bars on stderr, one below another where it is nested.
-
-    With `lines`, stderr has a line for each item of the outermost one where it is no terminal.
-    """
-    with make_progress() as progress:
-        depth = 0
-
-        def track(
-            items: Iterable[Any], text: str | Callable[[Any], str], total: float | None
-        ) -> Iterator[Any]:
-            nonlocal depth
-            first = text if isinstance(text, str) else ""
-            task = progress.add_task(first, total=total)
-            depth += 1
-            try:
-                for done, item in enumerate(items):
-                    said = text if isinstance(text, str) else text(item)
-                    progress.update(task, description=said, completed=done)
-                    if lines and depth == 1 and progress.disable:
-                        count = f" ({done + 1} of {total:.0f})" if total else ""
-                        click.echo(f"{said}{count}", err=True)
-                    yield item
-            finally:
-                depth -= 1
-                progress.remove_task(task)
-
-        yield track
-
-
-def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_Item]:
-    """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
-    with tracking() as tracked:
-        yield from tracked(items, text, total)
+            raise InvalidInput("--params", error.value, error.allowed) from error
+        if isinstance(loaded, Parameters):
+            for name, ends in ranges().items():
+                if name in DRIVEN:
+                    text = ":".join(f"{end:g}" for end in ends)
+                    raise InvalidInput(name, text, "absent unless --params is a device")
+            return loaded.replace(**self.given), None
+        for name, value in self.given.items():
+            raise InvalidInput(name, value, f"absent where {self.file} is in SI units")
+        return loaded.dimensionless(), loaded
 
 
 # pathlib takes a fifteenth of the time of --help: it is imported where there is a path.
@@ -409,12 +323,6 @@ def is_given(name: str) -> bool:
 
 
 _NOT_GIVEN = (None, ParameterSource.DEFAULT, ParameterSource.DEFAULT_MAP)
-
-
-def interrupted(file: Path | None) -> KeyboardInterrupt:
-    """Ctrl-C that says what is kept: the work so far, where a file has it."""
-    kept = f"{file} has what is done, and the same command goes on from there"
-    return KeyboardInterrupt(*[kept] * (file is not None and file.exists()))
 
 
 def require(extra: str, *names: str) -> None:

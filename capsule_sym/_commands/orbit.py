@@ -1,57 +1,34 @@
-"""The command `orbit`, and what the commands of orbits share."""
+"""The command `orbit`."""
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._commands.options import (
-    certify_option,
-    check_beside,
-    chosen_parameters,
-    json_option,
-    make_console,
-    make_progress,
-    max_seconds_option,
-    out_option,
-    parameter_options,
-    state_option,
-)
+from capsule_sym._commands import options, present
+from capsule_sym._commands.certify import certify_found
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
-    from capsule_sym._enclosures.certificates.certify import Certified
-    from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.search import BoxSearch
     from capsule_sym._orbits.shooting.orbit import Orbit
     from capsule_sym._orbits.shooting.search import FoundOrbits
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
-settling_option = state_option("State at phase 0 from which the motion settles.")
-tables_option = out_option("Write the JSON and its tables as CSV here.")
+settling_option = options.state_option("State at phase 0 from which the motion settles.")
+tables_option = options.out_option("Write the JSON and its tables as CSV here.")
 
 
 @click.command("orbit")
-@parameter_options
+@options.parameter_options
 @settling_option
-@click.option(
-    "--starts",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="Search from so many random states too: finds unstable and coexisting orbits.",
+@options.count_option(
+    "--starts", 0, "Search from so many random states too: finds unstable and coexisting orbits.", 0
 )
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="Decides the random states of --starts.",
-)
+@options.count_option("--seed", 0, "Decides the random states of --starts.", 0)
 @click.option(
     "--box",
     nargs=3,
@@ -66,11 +43,11 @@ tables_option = out_option("Write the JSON and its tables as CSV here.")
     metavar="NAME LOW HIGH",
     help="With --box: follow each orbit in a parameter too, to others and to isolas.",
 )
-@max_seconds_option()
-@certify_option("the orbit")
-@json_option
+@options.max_seconds_option()
+@options.certify_option("the orbit")
+@options.json_option
 def orbit(
-    file: str | None,
+    system: options.System,
     state: tuple[float, float, float],
     starts: int,
     seed: int,
@@ -79,7 +56,6 @@ def orbit(
     max_seconds: float,
     certify: Path | None,
     as_json: bool,
-    **dimensionless: float | None,
 ) -> None:
     """Close the periodic orbit on which the motion settles, exactly.
 
@@ -100,70 +76,43 @@ def orbit(
     from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
 
-    parameters, device = chosen_parameters(file, dimensionless)
-    check_beside("along", needs=("box",))
-    check_beside("seed", needs=("starts",))
-    check_beside("starts", never=("box",))
-    check_beside("state", never=("starts", "box"))
-    found: Sequence[Orbit]
-    search: BoxSearch | FoundOrbits | None = None
+    parameters, device = system.load()
+    options.check_beside("along", needs=("box",))
+    options.check_beside("seed", needs=("starts",))
+    options.check_beside("starts", never=("box",))
+    options.check_beside("state", never=("starts", "box"))
     limit = Watch(max_seconds)
+    search: BoxSearch | FoundOrbits | None = None
+    found: Sequence[Orbit]
     if box is not None:
-        search = _search_box(parameters, device, box, along, max_seconds, as_json)
-        found = search.orbits
+        search = boxes = _search_box(parameters, box, along, max_seconds)
+        found = boxes.orbits
+        present.result(
+            lambda: _box_record(boxes, device), lambda: _print_box(boxes, device), as_json
+        )
     elif starts:
-        found = search = _search(parameters, starts, seed, max_seconds)
-        if as_json:
+        search = found = _search(parameters, starts, seed, max_seconds)
+
+        def record() -> dict[str, Any]:
             orbits = [_record(one, device) for one in found]
-            click.echo(dumps({"orbits": orbits, "status": str(search.status)}))
-        else:
+            return {"orbits": orbits, "status": str(search.status)}
+
+        def show() -> None:
             for one in found:
-                _print_orbit(one, _record(one, device))
+                _print_orbit(one, device)
             click.echo(f"{len(found)} orbits from {search.searched} random states")
+
+        present.result(record, show, as_json)
     else:
-        settled = solve_orbit(parameters, state, max_seconds=max_seconds)
-        if as_json:
-            click.echo(
-                dumps(_record(settled, device) if settled.success else failure_record(settled))
-            )
-        if not settled.success:
-            _give_up(settled)
-        if not as_json:
-            _print_orbit(settled, _record(settled, device))
-        found = [settled]
+        one = solve_orbit(parameters, state, max_seconds=max_seconds)
+        if as_json and not one.success:
+            click.echo(dumps(failure_record(one)))
+        found = [checked(one)]
+        present.result(lambda: _record(one, device), lambda: _print_orbit(one, device), as_json)
     if certify is not None:
         certify_found(certify, found, limit)
     if search is not None and search.status == "time-limit":
-        click.echo(f"the search ends ({search.status}): {search.message}", err=True)
-        raise click.exceptions.Exit(3)
-
-
-def certify_found(path: Path, found: Sequence[Certified], limit: Watch) -> None:
-    """Write the certificates of what was found; exits with 4 where something is not proved.
-
-    A file is left as it was where nothing is proved.
-    """
-    from capsule_sym._enclosures.certificates.certify import certificates
-
-    proved, failed = certificates(found, limit)
-    if proved or not failed:
-        _write_certificates(path, proved)
-    if failed:
-        click.echo(f"not proved: {'; '.join(failed)}", err=True)
-        raise click.exceptions.Exit(4)
-
-
-def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
-    from capsule_sym._files import write_whole
-    from capsule_sym._records import dumps
-
-    write_whole(path, dumps({"certificates": list(proved)}) + "\n", "--certify")
-    claims = "existence, uniqueness, itinerary"
-    if any(one["kind"] == "run" for one in proved):
-        claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
-    else:
-        claims += f"; {sum(bool(one['stable']) for one in proved)} stable"
-    click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
+        present.fail(f"the search ends ({search.status}): {search.message}")
 
 
 def _record(one: Orbit, device: PhysicalParameters | None) -> dict[str, Any]:
@@ -176,43 +125,43 @@ def _record(one: Orbit, device: PhysicalParameters | None) -> dict[str, Any]:
 
 def _search_box(
     parameters: Parameters,
-    device: PhysicalParameters | None,
     box: tuple[float, float, float],
     along: tuple[str, float, float] | None,
     max_seconds: float,
-    as_json: bool,
 ) -> BoxSearch:
-    from capsule_sym._orbits.continuation.records import branch_record
     from capsule_sym._orbits.continuation.search import search_box
-    from capsule_sym._records import dumps
 
     name, ends = (None, None) if along is None else (along[0].replace("-", "_"), along[1:])
-    found = search_box(parameters, box, along=name, ends=ends, max_seconds=max_seconds)
-    if as_json:
-        record = {
-            "orbits": [_record(one, device) for one in found.orbits],
-            "settled": list(found.settled),
-            "open": found.open,
-            "status": str(found.status),
-            "searched": found.message,
-            "isolas": [branch_record(one) for one in found.isolas],
-        }
-        click.echo(dumps(record))
-    else:
-        for one, count in zip(found.orbits, found.settled, strict=True):
-            _print_orbit(one, _record(one, device))
-            click.echo(f"{count} of {found.starts} starts settle on it\n")
-        for branch in found.isolas:
-            values = [point.value for point in branch.points]
-            click.echo(f"isola in {branch.parameter} from {min(values):.6g} to {max(values):.6g}")
-        click.echo(found.message)
-    return found
+    return search_box(parameters, box, along=name, ends=ends, max_seconds=max_seconds)
+
+
+def _box_record(found: BoxSearch, device: PhysicalParameters | None) -> dict[str, Any]:
+    from capsule_sym._orbits.continuation.records import branch_record
+
+    return {
+        "orbits": [_record(one, device) for one in found.orbits],
+        "settled": list(found.settled),
+        "open": found.open,
+        "status": str(found.status),
+        "searched": found.message,
+        "isolas": [branch_record(one) for one in found.isolas],
+    }
+
+
+def _print_box(found: BoxSearch, device: PhysicalParameters | None) -> None:
+    for one, count in zip(found.orbits, found.settled, strict=True):
+        _print_orbit(one, device)
+        click.echo(f"{count} of {found.starts} starts settle on it\n")
+    for branch in found.isolas:
+        values = [point.value for point in branch.points]
+        click.echo(f"isola in {branch.parameter} from {min(values):.6g} to {max(values):.6g}")
+    click.echo(found.message)
 
 
 def _search(parameters: Parameters, starts: int, seed: int, max_seconds: float) -> FoundOrbits:
     from capsule_sym._orbits.shooting.search import search_orbits
 
-    with make_progress() as progress:
+    with present.make_progress() as progress:
         task = progress.add_task("Searching", total=starts)
         return search_orbits(
             parameters,
@@ -223,47 +172,38 @@ def _search(parameters: Parameters, starts: int, seed: int, max_seconds: float) 
         )
 
 
-def settled(parameters: Parameters, state: Sequence[float], max_seconds: float = math.inf) -> Orbit:
-    """The orbit on which the motion settles from a state; exits with 3 where there is none."""
-    from capsule_sym._orbits.shooting.search import solve_orbit
-
-    found = solve_orbit(parameters, state, max_seconds=max_seconds)
-    if found.success:
-        return found
-    _give_up(found)
+def checked(found: Orbit) -> Orbit:
+    """The orbit that was looked for; exits with 3 where there is none."""
+    if not found.success:
+        present.fail(f"no orbit ({found.status.value}): {found.message}")
+    return found
 
 
-def _give_up(found: Orbit) -> NoReturn:
-    click.echo(f"no orbit ({found.status.value}): {found.message}", err=True)
-    raise click.exceptions.Exit(3)
-
-
-def _print_orbit(one: Orbit, record: dict[str, Any]) -> None:
+def _print_orbit(one: Orbit, device: PhysicalParameters | None) -> None:
     from rich.markup import escape
-    from rich.table import Table
 
     from capsule_sym._map.steady import shown_progression
     from capsule_sym._orbits.metrics.performance import METRICS
 
-    console = make_console()
-    table = Table.grid(padding=(0, 2))
-    table.add_row("itinerary", " ".join(record["itinerary"]))
-    table.add_row("global map", one.motion.global_map)
-    table.add_row("period number", str(record["period_number"]))
-    table.add_row("section", f"phase {record['phase']:.12g}, state {_numbers(record['state'])}")
-    table.add_row("durations", _numbers(record["durations"]))
-    multipliers = [_complex(*pair) for pair in record["multipliers"]]
-    stable = "stable" if record["stable"] else "unstable"
-    table.add_row("multipliers", f"{'  '.join(multipliers)}  ({stable})")
-    tightest = record["admissibility"]
-    table.add_row("tightest", f"{tightest['inequality']}: {tightest['value']:.6g}")
+    record = _record(one, device)
+    tightest, stable = record["admissibility"], "stable" if record["stable"] else "unstable"
+    multipliers = "  ".join(_complex(*pair) for pair in record["multipliers"])
+    rows = {
+        "itinerary": " ".join(record["itinerary"]),
+        "global map": one.motion.global_map,
+        "period number": str(record["period_number"]),
+        "section": f"phase {record['phase']:.12g}, state {_numbers(record['state'])}",
+        "durations": _numbers(record["durations"]),
+        "multipliers": f"{multipliers}  ({stable})",
+        "tightest": f"{tightest['inequality']}: {tightest['value']:.6g}",
+    }
     drifts = shown_progression(one.motion) != 0
     values = {name: record[name]["value"] for name in METRICS} | record.get("si", {})
     for name, value in values.items():
         none = not drifts and name.startswith(("velocity", "progression"))
-        table.add_row(escape(name.replace("_", " ")), f"{0 if none else value:.12g}")
-    console.print(table)
-    console.print()
+        rows[escape(name.replace("_", " "))] = f"{0 if none else value:.12g}"
+    present.grid(rows.items())
+    click.echo()
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -13,20 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from capsule_sym._commands.options import (
-    Range,
-    check_beside,
-    chosen_parameters,
-    json_option,
-    make_console,
-    make_progress,
-    max_seconds_option,
-    parameter_options,
-    ranged_parameter_options,
-    ranges,
-    require,
-    state_option,
-)
+from capsule_sym._commands import options, present
+from capsule_sym.generated.facts import DEFAULTS
 
 if TYPE_CHECKING:
     from capsule_sym._parameters import Parameters, PhysicalParameters
@@ -41,8 +29,8 @@ _EXTRA = ("sweep", "xarray", "zarr", "filelock")
 def _running(command: _Command) -> _Command:
     """The options that say where results go and what runs the cells."""
     for option in (
-        json_option,
-        max_seconds_option(),
+        options.json_option,
+        options.max_seconds_option(),
         click.option("--dask", metavar="ADDRESS", help="Run on a Dask cluster; local starts one."),
         click.option("--workers", type=int, help="Chunks at a time.  [default: one per core]"),
         click.option(
@@ -64,13 +52,13 @@ def _running(command: _Command) -> _Command:
 
 
 def _check_run() -> None:
-    check_beside("any_core", needs=("resume",))
-    check_beside("executor", never=("dask",))
+    options.check_beside("any_core", needs=("resume",))
+    options.check_beside("executor", never=("dask",))
 
 
 @click.command("sweep")
 @click.argument("plan", metavar="[FILE.toml]", required=False)
-@ranged_parameter_options(counted=True)
+@options.ranged_parameter_options(counted=True)
 @click.option("--periods", type=int, help="Excitation periods to run.  [default: 300]")
 @click.option("--compute", metavar="NAMES", help="What is computed, such as itinerary,energies.")
 @click.option(
@@ -84,19 +72,13 @@ def _check_run() -> None:
 @_running
 def sweep(
     plan: str | None,
-    file: str | None,
+    system: options.System,
     periods: int | None,
     compute: str | None,
     store: str,
     stride: int | None,
     as_json: bool,
-    executor: str,
-    workers: int | None,
-    dask: str | None,
-    resume: bool,
-    any_core: bool,
-    max_seconds: float,
-    **dimensionless: float | None,
+    **how: Any,
 ) -> None:
     """Run every cell of the sweep in FILE.toml, or over ranges, and keep the results in DIR.
 
@@ -120,24 +102,24 @@ def sweep(
     written when it is finished: an interrupted sweep goes on with --resume. DIR/results.zarr opens
     with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
-    require(*_EXTRA)
+    options.require(*_EXTRA)
     from capsule_sym._sweeps.execution import run_sweep
     from capsule_sym._sweeps.plan import load_sweep
     from capsule_sym._sweeps.refinement import refine_sweep
     from capsule_sym._sweeps.results import info_record
 
-    check_beside("compute", never=("stride",))
-    over = ranges()
+    options.check_beside("compute", never=("stride",))
+    over = options.ranges()
     settings = {"periods": periods, "compute": compute and compute.split(",")}
     settings = {name: value for name, value in settings.items() if value is not None}
     if plan is not None:
-        for name in (*over, *dimensionless, *settings, "file"):
-            check_beside(name, never=("plan",))
+        for name in (*over, *DEFAULTS, *settings, "file"):
+            options.check_beside(name, never=("plan",))
         loaded = load_sweep(plan)
     else:
-        loaded = _over(over, *chosen_parameters(file, dimensionless), settings)
+        loaded = _over(over, *system.load(), settings)
     _check_run()
-    with _executor(executor, workers, dask, resume, any_core, max_seconds) as given:
+    with _executor(**how) as given:
         if stride is None:
             summary = run_sweep(loaded, store, **given)
             record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
@@ -173,44 +155,38 @@ def _over(
     return read_plan({**base, "axes": axes, **settings})
 
 
-_WINDOW = Range(counted=True)
+_WINDOW = options.Range(counted=True)
 
 
 @click.command("basin")
-@parameter_options
+@options.parameter_options
 @click.option("--x-r", type=_WINDOW, help="Starts along x_r.")
 @click.option("--v-r", type=_WINDOW, help="Starts along v_r.")
 @click.option("--v-c", type=_WINDOW, help="Starts along v_c.")
 @click.option("--phase", type=_WINDOW, help="Starts along the phase.")
-@state_option("What no axis changes of the start.")
+@options.state_option("What no axis changes of the start.")
 @click.option("--periods", default=300, show_default=True, help="Excitation periods to run.")
 @click.option("--tolerance", default=1e-9, show_default=True, help="Within which a motion repeats.")
 @_running
 def basin(
-    file: str | None,
-    x_r: tuple[float, float, int] | None,
-    v_r: tuple[float, float, int] | None,
-    v_c: tuple[float, float, int] | None,
-    phase: tuple[float, float, int] | None,
+    system: options.System,
     state: tuple[float, float, float],
     periods: int,
     tolerance: float,
     as_json: bool,
     store: str,
-    executor: str,
-    workers: int | None,
-    dask: str | None,
-    resume: bool,
-    any_core: bool,
-    max_seconds: float,
-    **dimensionless: float | None,
+    x_r: tuple[float, float, int] | None,
+    v_r: tuple[float, float, int] | None,
+    v_c: tuple[float, float, int] | None,
+    phase: tuple[float, float, int] | None,
+    **how: Any,
 ) -> None:
     """Run a basin of attraction and tell its attractors.
 
     Starts lie on a grid over any of x_r, v_r, v_c and phase. Every attractor is an orbit closed by
     Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
     """
-    require(*_EXTRA)
+    options.require(*_EXTRA)
     from capsule_sym._sweeps.axes import Axis
     from capsule_sym._sweeps.basin import run_basin
     from capsule_sym._sweeps.results import info_record
@@ -221,9 +197,9 @@ def basin(
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
     _check_run()
-    parameters, _ = chosen_parameters(file, dimensionless)
+    parameters, _ = system.load()
     chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
-    with _executor(executor, workers, dask, resume, any_core, max_seconds) as given:
+    with _executor(**how) as given:
         summary, _ = run_basin(chosen, store, **given)
     record = {**_summary(summary, periods), **info_record(Path(store))}
     _tell(record, as_json)
@@ -231,25 +207,24 @@ def basin(
 
 @click.command("sweep-info")
 @click.option("--check", is_flag=True, help="Compare every file with its checksum; exit 1 if not.")
-@json_option
+@options.json_option
 @click.argument("store", metavar="DIR")
 def sweep_info(store: str, check: bool, as_json: bool) -> None:
     """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
-    require(*_EXTRA)
+    options.require(*_EXTRA)
     from capsule_sym._sweeps.results import damaged_parts, info_record
 
     record = info_record(Path(store), check)
-    _show(record, as_json)
+    present.result(lambda: record, lambda: _show(record), as_json)
     if damaged_parts(record):
         raise click.exceptions.Exit(1)
 
 
 def _tell(record: dict[str, Any], as_json: bool) -> None:
     """Prints what a run did; exits with 3, and how to go on, where the time was over."""
-    _show(record, as_json)
+    present.result(lambda: record, lambda: _show(record), as_json)
     if record["status"] == "time-limit":
-        click.echo(f"the run ends ({record['status']}): {record['message']}", err=True)
-        raise click.exceptions.Exit(3)
+        present.fail(f"the run ends ({record['status']}): {record['message']}")
 
 
 def _ended(result: Any) -> dict[str, Any]:
@@ -269,23 +244,9 @@ def _summary(summary: Any, periods: int) -> dict[str, Any]:
 
 
 @contextmanager
-def _executor(
-    executor: str,
-    workers: int | None,
-    dask: str | None,
-    resume: bool,
-    any_core: bool,
-    max_seconds: float,
-) -> Iterator[dict[str, Any]]:
+def _executor(workers: int | None, dask: str | None, **how: Any) -> Iterator[dict[str, Any]]:
     """The arguments of `run_sweep`, with a progress bar."""
-    given: dict[str, Any] = {
-        "executor": executor,
-        "workers": workers,
-        "resume": resume,
-        "any_core": any_core,
-        "max_seconds": max_seconds,
-        "command": shlex.join(["capsule-sym", *sys.argv[1:]]),
-    }
+    given = {**how, "workers": workers, "command": shlex.join(["capsule-sym", *sys.argv[1:]])}
     try:
         with _progress() as progress, _dask(dask, workers) as cluster:
             yield {**given, **cluster, "progress": progress}
@@ -307,7 +268,7 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
     if address is None:
         yield {}
         return
-    require("sweep", "distributed")
+    options.require("sweep", "distributed")
     from capsule_sym._sweeps.cluster import client_of
     from capsule_sym._sweeps.execution import MOST_WORKERS
 
@@ -331,7 +292,7 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
             done = f"{task.completed:,.0f} of {task.total:,.0f} cells"
             return Text(f"{done}, {task.speed or 0:,.0f} a second")
 
-    with make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
+    with present.make_progress(Cells(), BarColumn(bar_width=20), TimeRemainingColumn()) as bar:
         task = bar.add_task("", total=None)
         total = -1
 
@@ -346,16 +307,11 @@ def _progress() -> Iterator[Callable[[int, int], None]]:
         yield show
 
 
-def _show(record: dict[str, Any], as_json: bool) -> None:
+def _show(record: dict[str, Any]) -> None:
     """Prints a record."""
-    from capsule_sym._records import dumps
-
-    if as_json:
-        click.echo(dumps(record))
-        return
-    screen = make_console()
+    screen = present.make_console()
     for part in record.get("rounds", ()):
-        _show(part, as_json)
+        _show(part)
     for axis in record.get("axes", ()):
         names = ", ".join(axis["quantities"])
         screen.print(

@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from capsule_sym._commands.options import (
-    WritablePath,
-    check_beside,
-    json_option,
-    make_console,
-    make_progress,
-    make_table,
-    require,
-)
+from capsule_sym._commands import options, present
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
@@ -33,12 +25,12 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--write",
-    type=WritablePath(file=True),
+    type=options.WritablePath(file=True),
     metavar="FILE.md",
     help="Write the report with formulas here.",
 )
 @click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
-@json_option
+@options.json_option
 def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) -> None:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
@@ -48,11 +40,13 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
     """
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
-    check_beside("only", never=("write", "freeze"))
-    require("proof", "sympy")
+    options.check_beside("only", never=("write", "freeze"))
+    options.require("proof", "sympy")
     start = perf_counter()
     text = TextColumn("{task.description}")
-    with make_progress(text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()) as progress:
+    with present.make_progress(
+        text, BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()
+    ) as progress:
         task = progress.add_task("importing SymPy", total=None)
         from capsule_sym._symbolic import frozen
         from capsule_sym._symbolic import verify as theory
@@ -90,8 +84,8 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
     for difference in changed:
         click.echo(f"not as expected: {difference}", err=True)
     if unproved:
-        click.echo(f"not proved: {', '.join(unproved)}", err=True)
-    if unproved or changed:
+        present.fail(f"not proved: {', '.join(unproved)}", 1)
+    if changed:
         raise click.exceptions.Exit(1)
 
 
@@ -111,8 +105,10 @@ def prove_motions() -> None:
 def _print_reached(results: Sequence[Result], seconds: float) -> None:
     from capsule_sym._symbolic.reached import rows
 
-    table = make_table("", "reached", "", "goal", "from")
     marks = {True: "yes", False: "no", None: "–"}
-    for row in rows(results, seconds):
-        table.add_row(row.what, row.reached, marks[row.met], row.goal, row.source)
-    make_console(stderr=True).print(table)
+    told = (
+        (row.what, row.reached, marks[row.met], row.goal, row.source)
+        for row in rows(results, seconds)
+    )
+    console = present.make_console(stderr=True)
+    present.table(("", "reached", "", "goal", "from"), told, console=console)

@@ -115,7 +115,7 @@ def test_progress_is_gone_in_the_end(
 
 INTERRUPTED_WHILE_DRAWN = """
 import os, signal, threading
-from capsule_sym._commands.options import make_progress
+from capsule_sym._commands.present import make_progress
 
 bars = make_progress()
 drawn, render = [], type(bars).get_renderables

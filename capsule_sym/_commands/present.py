@@ -1,0 +1,203 @@
+"""How commands present what they find: JSON, tables, files, pictures, and progress meanwhile."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+
+import click
+
+from capsule_sym._errors import NotInstalled
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+    from rich.console import Console
+    from rich.progress import Progress, ProgressColumn
+    from rich.table import Table
+
+    from capsule_sym._study.data import Track
+
+_Item = TypeVar("_Item")
+
+
+def result(
+    record: Callable[[], Mapping[str, Any]],
+    show: Callable[[], object],
+    as_json: bool,
+    out: Path | None = None,
+    texts: Callable[[], Mapping[str, str]] = dict,
+    pictures: Mapping[str, Callable[[], Figure]] = MappingProxyType({}),
+) -> None:
+    """Write files and pictures by name to a folder, if there is one, and print the result.
+
+    That is its record as JSON, or what `show` prints. stderr says what was written, and why a
+    picture is missing.
+    """
+    from capsule_sym._records import dumps, write
+
+    if out is not None:
+        paths = write(texts(), out)
+        try:
+            for name, draw in pictures.items():
+                from capsule_sym._figures.style import save_figure
+
+                save_figure(draw(), out / name)
+                paths.append(out / name)
+        except NotInstalled as missing:
+            click.echo(f"no picture: {missing}", err=True)
+        click.echo(f"wrote {', '.join(map(str, paths))}", err=True)
+    if as_json:
+        click.echo(dumps(dict(record())))
+    else:
+        show()
+
+
+def fail(message: str, status: int = 3) -> NoReturn:
+    """Say on stderr why there is no result, or not the whole one, and exit."""
+    click.echo(message, err=True)
+    raise click.exceptions.Exit(status)
+
+
+def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
+    """Say on stderr which files were written, or with --json on stdout: each path and its size."""
+    if as_json:
+        import json
+
+        files = [{"path": str(path), "bytes": path.stat().st_size} for path in paths]
+        click.echo(json.dumps({**more, "files": files}))
+        return
+    for path in paths:
+        click.echo(f"wrote {path}", err=True)
+
+
+def make_console(stderr: bool = False, width: int = 110) -> Console:
+    """A console on stdout or stderr, `width` columns wide where that is no terminal."""
+    from rich.console import Console
+
+    file = sys.stderr if stderr else sys.stdout
+    return Console(file=file, width=None if file.isatty() else width, highlight=False)
+
+
+def make_table(*columns: str, right: Collection[str] = (), gap: int = 1) -> Table:
+    """An empty table with a line below its head, the columns in `right` flush right."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="right" if name in right else "left")
+    return table
+
+
+def table(
+    columns: Iterable[str],
+    rows: Iterable[Iterable[str]],
+    right: Collection[str] = (),
+    gap: int = 1,
+    console: Console | None = None,
+) -> None:
+    """Print a table of these rows."""
+    made = make_table(*columns, right=right, gap=gap)
+    for row in rows:
+        made.add_row(*row)
+    (console or make_console()).print(made)
+
+
+def grid(rows: Iterable[Iterable[str]]) -> None:
+    """Print rows in columns without a head, if there are any."""
+    from rich.table import Table
+
+    made = Table.grid(padding=(0, 2))
+    for row in rows:
+        made.add_row(*row)
+    if made.row_count:
+        make_console().print(made)
+
+
+def make_progress(*columns: ProgressColumn) -> Progress:
+    """Progress bars on stderr where that is a terminal, gone in the end."""
+    from rich.constrain import Constrain
+    from rich.progress import Progress
+
+    from capsule_sym._processes import deferred
+
+    console = make_console(stderr=True)
+
+    class Bars(Progress):
+        # Bars of which Ctrl-C left a part are not found again, and stay on the screen.
+        def start(self) -> None:
+            try:
+                with deferred():
+                    super().start()
+            except KeyboardInterrupt:  # nobody else ends what did not begin
+                self.stop()
+                raise
+
+        @deferred()
+        def stop(self) -> None:
+            super().stop()
+
+        @deferred()
+        def refresh(self) -> None:
+            super().refresh()
+
+        def get_renderables(self) -> Iterator[Constrain]:
+            # The ^C that a terminal shows has room, lest it begins a line and the bars stay.
+            yield Constrain(self.make_tasks_table(self.tasks), console.width - 3)
+
+    return Bars(
+        *columns,
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+        # What is printed meanwhile goes above the bars if it goes to the terminal at all.
+        redirect_stdout=sys.stdout.isatty(),
+    )
+
+
+@contextmanager
+def tracking(lines: bool = False) -> Iterator[Track]:
+    """Gives a `Track` with progress bars on stderr, one below another where it is nested.
+
+    With `lines`, stderr has a line for each item of the outermost one where it is no terminal.
+    """
+    with make_progress() as progress:
+        depth = 0
+
+        def track(
+            items: Iterable[Any], text: str | Callable[[Any], str], total: float | None
+        ) -> Iterator[Any]:
+            nonlocal depth
+            first = text if isinstance(text, str) else ""
+            task = progress.add_task(first, total=total)
+            depth += 1
+            try:
+                for done, item in enumerate(items):
+                    said = text if isinstance(text, str) else text(item)
+                    progress.update(task, description=said, completed=done)
+                    if lines and depth == 1 and progress.disable:
+                        count = f" ({done + 1} of {total:.0f})" if total else ""
+                        click.echo(f"{said}{count}", err=True)
+                    yield item
+            finally:
+                depth -= 1
+                progress.remove_task(task)
+
+        yield track
+
+
+def track(items: Iterable[_Item], text: str, total: float | None) -> Iterator[_Item]:
+    """The items, with a progress bar on stderr where that is a terminal, gone in the end."""
+    with tracking() as tracked:
+        yield from tracked(items, text, total)
+
+
+def interrupted(file: Path | None) -> KeyboardInterrupt:
+    """Ctrl-C that says what is kept: the work so far, where a file has it."""
+    kept = f"{file} has what is done, and the same command goes on from there"
+    return KeyboardInterrupt(*[kept] * (file is not None and file.exists()))

@@ -1,0 +1,145 @@
+"""The command `run`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from capsule_sym._commands import options, present
+from capsule_sym._commands.certify import certify_found
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from capsule_sym._map import Segment, SteadyMotion, Trajectory
+    from capsule_sym._parameters import PhysicalParameters
+
+
+@click.command("run")
+@options.parameter_options
+@options.state_option("State at the start.")
+@click.option(
+    "--phase",
+    type=float,
+    default=0.0,
+    help="Time at the start, within the excitation period 2π/ω.  [default: 0]",
+)
+@click.option(
+    "--periods", type=int, default=100, show_default=True, help="Excitation periods to run."
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["c", "numpy", "mpmath"]),
+    show_default="c where it was compiled, else numpy",
+    help="Double precision (c, numpy), or 50 digits.",
+)
+@options.max_seconds_option(120.0)
+@options.certify_option("every switch of the run, and its end,")
+@options.json_option
+def run(
+    system: options.System,
+    state: tuple[float, float, float],
+    phase: float,
+    periods: int,
+    backend: str | None,
+    max_seconds: float,
+    certify: Path | None,
+    as_json: bool,
+) -> None:
+    """Run the map and show the steady motion that it ends in.
+
+    All quantities are dimensionless; states are x_r v_r v_c. With physical parameters the results
+    are also given in SI units.
+
+    In the JSON, "segments" are those of the whole run, and "itinerary", "global_map",
+    "period_number" and "progression" describe the steady motion at its end; they are null if
+    there is none. "progression" is the advance of the capsule per excitation period. "stopped" is
+    there only if the run ended early, and says why. Exits with 4 where --certify does not prove it.
+    """
+    from capsule_sym._map import simulate
+    from capsule_sym._native import Watch
+    from capsule_sym._records import physical_record, run_record
+
+    limit = Watch(max_seconds)
+    parameters, physical = system.load()
+    go = partial(
+        simulate, parameters, state, phase, periods, backend=backend, max_seconds=max_seconds
+    )
+    try:
+        if sys.stderr.isatty():
+            with present.make_progress() as bar:
+                task = bar.add_task("Running", total=periods)
+                trajectory = go(progress=lambda turns: bar.update(task, completed=turns))
+        else:
+            trajectory = go()
+    except KeyboardInterrupt:
+        kept = "nothing is kept, but a run that --max-seconds stops shows what it found"
+        raise KeyboardInterrupt(kept) from None
+    motion = trajectory.steady() if trajectory.success else None
+
+    def record() -> dict[str, Any]:
+        found = run_record(trajectory, motion)
+        if physical:
+            found["physical"] = physical_record(physical, trajectory, motion)
+        return found
+
+    present.result(record, lambda: _print(trajectory, motion, physical), as_json)
+    if certify is not None:
+        certify_found(certify, [trajectory], limit)
+
+
+def _print(
+    trajectory: Trajectory, motion: SteadyMotion | None, physical: PhysicalParameters | None
+) -> None:
+    from capsule_sym._map.steady import shown_progression
+
+    console = present.make_console()
+    values = trajectory.parameters.to_dict().items()
+    console.print("  ".join(f"{name} = {value:.6g}" for name, value in values))
+    console.print()
+    if motion is None:
+        (periods, phase), _ = trajectory.final
+        if not trajectory.success:
+            console.print(f"Stopped at phase {float(phase):.5f} after {periods} periods,")
+            console.print(f"{trajectory.message}.")
+        else:
+            console.print(f"Not steady within {periods} periods.")
+        console.print("The segments of the last period:")
+        segments = [s for s in trajectory.segments if s.end >= (periods - 1, phase)]
+        _show_segments(segments, physical)
+        return
+    console.print("The segments of the steady motion:")
+    _show_segments(motion.segments, physical)
+    console.print()
+    console.print(f"global map     {motion.global_map}")
+    console.print(f"period number  {motion.period_number}")
+    progression = shown_progression(motion)
+    console.print(f"progression    {progression:.10g} per excitation period")
+    if physical:
+        advance = physical.displacement(progression)
+        period = physical.time(trajectory.parameters.period)
+        console.print(f"               {advance:.6g} m in {period:.6g} s")
+        console.print(f"velocity       {advance / period:.6g} m/s on average")
+
+
+def _show_segments(segments: Sequence[Segment], physical: PhysicalParameters | None) -> None:
+    def row(segment: Segment) -> tuple[str, ...]:
+        duration = float(segment.duration)
+        if physical:
+            duration = 1e3 * physical.time(duration)
+        values = (segment.start.phase, duration, *segment.start_state)
+        return (
+            f"{segment.name} {segment.mode}",
+            segment.local_map if segment.source and segment.target else "",
+            segment.source,
+            segment.target,
+            *(f"{float(value):.5f}" for value in values),
+        )
+
+    numbers = ("phase", "ms" if physical else "duration", "x_r", "v_r", "v_c")
+    names = ("segment", "local map", "entry", "exit", *numbers)
+    present.table(names, map(row, segments), right=numbers, gap=0)
