@@ -25,7 +25,10 @@ PAGE = ROOT / "capsule_sym" / "_explorer" / "page.html"
 NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
 MODEL = ROOT / "generated" / "page" / "model.ts"
 
-LIBRARY = ("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c")
+LIBRARY = (
+    *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "shooting.c"),
+    *("sensitivities.c", "orbit.c", "metrics.c", "peaks.c"),
+)
 """What of the C library the page needs: no lanes, no fused multiply-adds."""
 FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O3", "-ffp-contract=off"),

@@ -21,6 +21,8 @@ include "capsule_interface.pxi"
 cdef extern from "capsule.h":
     int CAPSULE_UNKNOWNS(int count)
     int CAPSULE_COLUMNS(int count)
+    size_t CAPSULE_SYSTEM_ROOM(size_t count)
+    size_t CAPSULE_ITINERARY_ROOM(size_t count)
 
 cdef extern from *:
     """
@@ -215,7 +217,7 @@ cdef class Fields:
         Columns are the unknowns and the parameters.
         """
         cdef capsule_itinerary itinerary = self._itinerary(fields, periods, mirrored, z.shape[0])
-        block = np.empty(capsule_system_room(itinerary.count))
+        block = np.empty(CAPSULE_SYSTEM_ROOM(itinerary.count))
         cdef double[::1] numbers = block
         cdef capsule_system system = capsule_system_in(&numbers[0], itinerary.count)
         if capsule_evaluate_itinerary(&self.map.parameters, &itinerary, &z[0], &system) != DONE:
@@ -234,8 +236,8 @@ cdef class Fields:
         z = np.array(z, dtype=float)
         at = z
         cdef capsule_itinerary itinerary = self._itinerary(fields, periods, mirrored, len(z))
-        block = np.empty(capsule_system_room(itinerary.count))
-        room = np.empty(capsule_itinerary_room(itinerary.count))
+        block = np.empty(CAPSULE_SYSTEM_ROOM(itinerary.count))
+        room = np.empty(CAPSULE_ITINERARY_ROOM(itinerary.count))
         cdef double[::1] numbers = block, workspace = room
         cdef capsule_system system = capsule_system_in(&numbers[0], itinerary.count)
         cdef capsule_itinerary_request request

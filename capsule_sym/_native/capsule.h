@@ -235,6 +235,10 @@ typedef struct {
 capsule_stop capsule_solve_orbit(const capsule_map *map, const double state[3], int periods,
                                  const capsule_orbit_request *request, capsule_orbit *orbit);
 
+/* Adds to `energies` the drive's work, the damper's and the friction's loss in segments of a run. */
+capsule_stop capsule_add_energies(const capsule_map *map, const capsule_segment *segments, size_t count,
+                                  capsule_watch *watch, double energies[3]);
+
 /* The itinerary of a periodic motion: the fields, 1 to 6, of its segments in cyclic order, over so many
    excitation periods. One guard alone takes each field over to the next; a single field is a sticking one.
    If `mirrored`, it is that of the first half of a motion that is its own mirror image, over an odd number
@@ -266,7 +270,10 @@ typedef struct {
 } capsule_system;
 
 /* How many doubles these arrays take together, and the arrays laid out one after another in a block. */
-size_t capsule_system_room(int count);
+#define CAPSULE_SYSTEM_ROOM(count)                                                                 \
+    ((count) * (sizeof(capsule_segment_flow) / sizeof(double)) +                                   \
+     (((count) + 1) * CAPSULE_STATE_COUNT + CAPSULE_UNKNOWNS(count) + 4) * CAPSULE_COLUMNS(count) + \
+     CAPSULE_UNKNOWNS(count) + CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT)
 capsule_system capsule_system_in(double *block, int count);
 
 /* Evaluates the equations of an itinerary at unknowns z. */
@@ -280,12 +287,13 @@ capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsu
 
 /* How an itinerary is to be solved. */
 typedef struct {
-    double *workspace;       /* of capsule_itinerary_room(count) */
+    double *workspace;       /* of CAPSULE_ITINERARY_ROOM(count) */
     const double *direction; /* or null: how the parameters move, in place of the unknown that is held */
     int held;                /* that unknown, from 0 */
     capsule_watch *watch;    /* or null */
 } capsule_itinerary_request;
-size_t capsule_itinerary_room(int count);
+#define CAPSULE_ITINERARY_ROOM(count)                                                              \
+    (2 * CAPSULE_SYSTEM_ROOM(count) + CAPSULE_UNKNOWNS(count) * (CAPSULE_UNKNOWNS(count) + 4))
 
 /* Solves the equations of an itinerary near z by damped steps of Newton's method, for parameters that
    stay, or that move along a direction while an unknown keeps its value: a segment of duration 0 is

@@ -37,11 +37,11 @@ static const struct {
 
 enum { VELOCITY, PROGRESSION, WORK, DAMPER, FRICTION, PEAK_FORCE };
 
-/* Adds the damper's loss in a segment, and the integral of its derivatives at times that stay: those
+/* Adds the damper's loss in a segment, the drive's work if that is asked for, and the integral of its derivatives at times that stay: those
    by its ends cancel from segment to segment. */
 static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segment *s, double start,
                              const capsule_orbit_request *request, capsule_slopes *at, double *loss,
-                             double slopes[SLOPES])
+                             double *work, double slopes[SLOPES])
 {
     const capsule_constants *c = &run->map->field[s->field - 1];
     const double type = 2.0 * c->rate * s->duration;
@@ -71,6 +71,12 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
             double by_delta, by_zeta, by_beta;
             const double weight = width * RULE[rule].pair[n < half ? half - 1 - n : n - half][1];
             *loss += weight * damper * v_r;
+            if (work) {
+                double drive, rate;
+                const double angle = s->start_angle + c->omega * (times[n] - start);
+                forcing_terms(c, cos(angle), sin(angle), &drive, &rate);
+                *work += weight * drive * (v_r + states[n][2]);
+            }
             if (!request->gradients)
                 continue;
             for (int k = 0; k < SLOPES; k++)
@@ -138,7 +144,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         slip += way * s->advance;
         lost += friction * s->advance;
         if (request->energies)
-            stop = add_loss(run, s, start, request, &at, &loss, slopes[DAMPER]);
+            stop = add_loss(run, s, start, request, &at, &loss, NULL, slopes[DAMPER]);
         if (stop != CAPSULE_DONE)
             return stop;
         if (!request->gradients)
@@ -186,4 +192,24 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
             for (int k = 0; k < SLOPES; k++)
                 slopes[m][k] = NAN;
     return CAPSULE_DONE;
+}
+
+capsule_stop capsule_add_energies(const capsule_map *map, const capsule_segment *segments, size_t count,
+                                  capsule_watch *watch, double energies[3])
+{
+    const capsule_closed_run run = {.map = map, .segments = segments, .count = count};
+    const capsule_orbit_request request = {.watch = watch};
+    capsule_stop stop = CAPSULE_DONE;
+    if (!map || !segments || !energies)
+        return CAPSULE_REFUSED;
+    for (size_t i = 0; i < count && stop == CAPSULE_DONE; i++) {
+        const capsule_segment *s = &segments[i];
+        if (s->field < 1 || s->field > CAPSULE_FIELD_COUNT)
+            return CAPSULE_REFUSED;
+        const capsule_constants *c = &map->field[s->field - 1];
+        const double start = ((double)s->start_period * TWO_PI + s->start_angle) / c->omega;
+        energies[2] += friction_at(c, DRIFT_OF[s->field - 1]) * s->advance;
+        stop = add_loss(&run, s, start, &request, NULL, &energies[1], &energies[0], NULL);
+    }
+    return stop;
 }

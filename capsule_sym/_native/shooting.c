@@ -296,13 +296,6 @@ capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsu
     return CAPSULE_DONE;
 }
 
-size_t capsule_system_room(int count)
-{
-    const size_t n = (size_t)count, unknowns = CAPSULE_UNKNOWNS(n), columns = CAPSULE_COLUMNS(n);
-    return n * (sizeof(capsule_segment_flow) / sizeof(double)) + (n + 1) * STATES * columns + unknowns +
-           unknowns * columns + 4 * columns + STATES * STATES;
-}
-
 /* The next `count` numbers of a block. */
 static double *taken(double **block, size_t count)
 {
@@ -333,12 +326,6 @@ typedef struct {
     double *z, *trial, *matrix, *order, *step, *following;
     capsule_system at, ahead;
 } search;
-
-size_t capsule_itinerary_room(int count)
-{
-    const size_t unknowns = CAPSULE_UNKNOWNS((size_t)count);
-    return 2 * capsule_system_room(count) + unknowns * (unknowns + 4);
-}
 
 /* An entry of the derivative by the unknowns, among which the parameter stands for what is held. */
 static double slope(const search *s, int row, int unknown)
@@ -526,8 +513,8 @@ capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
     search s = {.itinerary = itinerary, .request = request, .parameters = *parameters, .count = n,
                 .unknowns = unknowns, .columns = CAPSULE_COLUMNS(n), .z = z,
                 .held = request->direction ? request->held : -1};
-    s.at = capsule_system_in(taken(&block, capsule_system_room(n)), n);
-    s.ahead = capsule_system_in(taken(&block, capsule_system_room(n)), n);
+    s.at = capsule_system_in(taken(&block, CAPSULE_SYSTEM_ROOM((size_t)n)), n);
+    s.ahead = capsule_system_in(taken(&block, CAPSULE_SYSTEM_ROOM((size_t)n)), n);
     s.matrix = taken(&block, (size_t)unknowns * (size_t)unknowns);
     s.order = taken(&block, (size_t)unknowns);
     s.step = taken(&block, (size_t)unknowns);

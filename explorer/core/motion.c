@@ -1,56 +1,14 @@
-/* What a periodic motion is worth, its multipliers, and the bifurcations next to it. */
+/* The motion that a run comes to. One that settles slowly is found by Newton's method on the map of a few
+   periods. */
 #include <math.h>
 #include <string.h>
 
 #include "page.h"
 
-#define NODES 16
-
-/* Gauss-Legendre nodes and weights on (0, 1), by Newton's method on the Legendre polynomial. */
-static double node[NODES], weight[NODES];
-static void make_nodes(void)
-{
-    for (int i = 0; i < NODES && node[NODES - 1] == 0.0; i++) {
-        double x = cos(3.141592653589793 * (NODES - i - 0.25) / (NODES + 0.5)), slope = 1.0;
-        for (int k = 0; k < 8; k++) {
-            double p = 1.0, last = 0.0;
-            for (int n = 1; n <= NODES; n++) {
-                const double next = ((2 * n - 1) * x * p - (n - 1) * last) / n;
-                last = p;
-                p = next;
-            }
-            slope = NODES * (x * p - last) / (x * x - 1.0);
-            x -= p / slope;
-        }
-        node[i] = (1.0 + x) / 2.0;
-        weight[i] = 1.0 / ((1.0 - x * x) * slope * slope);
-    }
-}
-
-/* The rule has no error above rounding on panels of 12 over twice the segment's fastest rate. */
-void page_energies(int first, int n, double out[3])
-{
-    make_nodes();
-    memset(out, 0, 3 * sizeof *out);
-    for (int i = first; i < first + n; i++) {
-        const capsule_segment *s = &page.segments[i];
-        const capsule_constants *c = &page.map.field[s->field - 1];
-        const capsule_start from = {s->start[0], s->gap, s->start[1], s->start[2],
-                                    s->margin, s->cosine, s->sine};
-        const int panels = 1 + (int)(c->rate * s->duration / 6.0);
-        const double h = s->duration / panels;
-        for (int k = 0; k < panels * NODES; k++) {
-            const double time = h * (k / NODES + node[k % NODES]), w = h * weight[k % NODES];
-            double change[3] = {0.0, 0.0, 0.0};
-            capsule_flow(c, &from, time, change);
-            const double v_r = change[1], v_c = c->drift != 0.0 ? from.v_c + change[2] : 0.0;
-            const double drive = c->alpha * cos(s->start_angle + c->omega * time);
-            out[0] += w * drive * (v_r + v_c);
-            out[1] += w * 2.0 * c->zeta * v_r * v_r;
-            out[2] += w * c->f_b * fabs(v_c);
-        }
-    }
-}
+#define NEAR 0.05 /* how near a state must be to that some periods before */
+#define FAR 3.2   /* and the motion to the run */
+#define LONGEST 8 /* periods of a motion that is looked for */
+#define TRIES 3
 
 int page_cycle(void)
 {
@@ -60,93 +18,86 @@ int page_cycle(void)
     return -1;
 }
 
-static page_orbit orbit;
-
-/* The orbit of the recorded motion: whether it closed, its monodromy, x_c's advance, residual, the
-   first segment's number among the recorded ones, energies over the motion's period, switches. */
-EXPORT(closed) int closed(void)
+capsule_stop page_steady(double tolerance)
 {
-    const int first = page_cycle();
-    if (first < 0 ||
-        !page_orbit_from(page.segments + first, page.motion.switches, page.motion.period_number, &orbit))
-        return 0;
-    double energies[3];
-    page_energies(first, page.motion.switches, energies);
-    const int done = page_close(&orbit, given, -1);
-    memcpy(numbers, orbit.monodromy, sizeof orbit.monodromy);
-    numbers[9] = orbit.advance;
-    numbers[10] = orbit.residual;
-    numbers[11] = first;
-    memcpy(numbers + 12, energies, sizeof energies);
-    numbers[15] = page.motion.switches;
-    return done ? 1 : -1;
+    static capsule_event events[2 * ROOM];
+    return capsule_steady(&page.map, &page.state, page.strobe + 1, page.strobes, tolerance, events,
+                          2 * ROOM, &page_watch, &page.motion, &page.open);
 }
 
-/* The orbit that `closed` left, followed to other parameters: its monodromy; 0 where it is lost. */
-EXPORT(follow) int follow(void)
+static double distance(const double *one, const double *other)
 {
-    const int done = page_close(&orbit, given, -1);
-    memcpy(numbers, orbit.monodromy, sizeof orbit.monodromy);
-    return done;
+    double most = 0.0;
+    for (int i = 0; i < CAPSULE_STATE_COUNT; i++)
+        most = fmax(most, fabs(one[i] - other[i]));
+    return most;
 }
 
-/* The bifurcation at which segment `zero` of the orbit that `closed` left has the duration 0, by the
-   parameter `free`. What is found: its value, the state, P, the fields about it, residual, steps. */
-EXPORT(bifurcation) int bifurcation(int zero, int free)
+/* Periods after which the last states come near to each other again; 0 if they do not. */
+static int nearly(void)
 {
-    page_orbit event = orbit;
-    double values[7];
-    memcpy(values, given, sizeof values);
-    event.zero = zero;
-    event.h[zero] = 0.0;
-    if (!page_close(&event, values, free))
+    for (int m = 1; m <= LONGEST && 2 * m < page.strobes; m++)
+        if (distance(page.strobe[page.strobes], page.strobe[page.strobes - m]) <= NEAR)
+            return m;
+    return 0;
+}
+
+/* Whether deviations die away: a high power of the matrix is small. */
+static int contracts(const double *matrix)
+{
+    enum { N = CAPSULE_STATE_COUNT };
+    double power[N][N], most = 0.0;
+    memcpy(power, matrix, sizeof power);
+    for (int k = 0; k < 10; k++) {
+        double square[N][N] = {{0}};
+        for (int i = 0; i < N * N * N; i++)
+            square[i / (N * N)][i % N] += power[i / (N * N)][i / N % N] * power[i / N % N][i % N];
+        memcpy(power, square, sizeof power);
+    }
+    for (int i = 0; i < N * N; i++)
+        most = fmax(most, fabs(power[i / N][i % N]));
+    return most < 1.0;
+}
+
+/* Takes the run to the stable motion of m periods that Newton's method leads to, if that is near. */
+static int jump(int m)
+{
+    const capsule_orbit_request request = {.segments = page.segments, .room = ROOM, .watch = &page_watch};
+    const double *state = page.strobe[page.strobes], position = page.state.position;
+    capsule_orbit orbit;
+    page.count = 0;
+    if (capsule_solve_orbit(&page.map, state, m, &request, &orbit) != CAPSULE_DONE ||
+        (orbit.status != CAPSULE_CLOSED && orbit.status != CAPSULE_CHANGED) ||
+        !contracts(orbit.monodromy) || !(distance(orbit.state, state) <= FAR))
         return 0;
-    const int n = event.n;
-    const double row[] = {values[free], event.event[0], event.event[1], event.event[2],
-                          event.event_force, event.field[(zero + n - 1) % n], event.field[zero],
-                          event.field[(zero + 1) % n], event.residual, event.steps};
-    memcpy(numbers, row, sizeof row);
+    page.state = capsule_state_at(&page.map, orbit.state[0], orbit.state[1], orbit.state[2], 0.0);
+    page.state.position = position;
     return 1;
 }
 
-/* The orbit that `closed` left, or the one found last along its branch, with a part of its start held:
-   0 to 2 the state, 3 the angle. So a branch is followed through its folds, where no parameter could
-   be held. The monodromy, and the value of the parameter `free`; 0, and the orbit as it was, where it
-   is lost. */
-EXPORT(along) int along(int pin, double at, int free)
+capsule_stop page_motion(double tolerance)
 {
-    page_orbit next = orbit;
-    double values[7];
-    memcpy(values, given, sizeof values);
-    next.pin = pin, next.pinned = at;
-    if (!page_close(&next, values, free))
-        return 0;
-    memcpy(given, values, sizeof values);
-    next.pin = -1;
-    orbit = next;
-    memcpy(numbers, orbit.monodromy, sizeof orbit.monodromy);
-    numbers[9] = values[free];
-    return 1;
-}
-
-/* State and angle at the start of the orbit. */
-EXPORT(orbit_start) void orbit_start(void)
-{
-    memcpy(numbers, orbit.start, sizeof orbit.start);
-    numbers[3] = orbit.angle;
-}
-
-/* State and angle in the middle of the orbit's first segment, where no guard is near. */
-EXPORT(orbit_within) void orbit_within(void)
-{
-    double at[4];
-    page_within(&orbit, given, at);
-    memcpy(numbers, at, sizeof at);
-}
-
-/* Durations of the orbit's segments. */
-EXPORT(durations) int durations(void)
-{
-    memcpy(numbers, orbit.h, (size_t)orbit.n * sizeof(double));
-    return orbit.n;
+    page.by_newton = 0;
+    const capsule_stop stop = page_steady(tolerance);
+    if (stop != CAPSULE_DONE || page.motion.period_number || page.motion.never)
+        return stop;
+    const capsule_state run = page.state;
+    const capsule_motion none = page.motion;
+    static double states[STROBES + 1][CAPSULE_STATE_COUNT];
+    const int strobes = page.strobes;
+    memcpy(states, page.strobe, sizeof states);
+    for (int k = 0; k < TRIES; k++) {
+        const int m = nearly();
+        if (!m || !jump(m) || page_settle(STROBES) != CAPSULE_DONE)
+            break;
+        if (page_steady(tolerance) == CAPSULE_DONE && page.motion.period_number) {
+            page.by_newton = 1;
+            return CAPSULE_DONE;
+        }
+    }
+    page.state = run;
+    page.motion = none;
+    page.strobes = strobes;
+    memcpy(page.strobe, states, sizeof states);
+    return CAPSULE_DONE;
 }

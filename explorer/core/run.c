@@ -15,7 +15,7 @@ static int late(void *about)
 page_run page;
 capsule_watch page_watch = {.ask = late};
 double numbers[NUMBERS];
-double given[7];
+double given[CAPSULE_PARAMETER_COUNT];
 
 EXPORT(numbers_at) double *numbers_at(void) { return numbers; }
 EXPORT(given_at) double *given_at(void) { return given; }
@@ -23,8 +23,8 @@ EXPORT(digest) const char *digest(void) { return capsule_digest(); }
 
 EXPORT(prepare) void prepare(void)
 {
-    const capsule_parameters p = {given[0], given[1], given[2], given[3],
-                                  given[4], given[5], given[6]};
+    capsule_parameters p;
+    memcpy(&p, given, sizeof p);
     capsule_map_remake(&p, &page.map);
 }
 
@@ -36,42 +36,35 @@ EXPORT(start) void start(double x_r, double v_r, double v_c, double phase)
     page.count = 0;
 }
 
-/* Goes on for so many periods; the last STROBES states at their ends are kept. */
-capsule_stop page_settle(double periods)
+/* Goes on for so many periods, and counts those that are passed. */
+static capsule_stop go_on(double periods, capsule_request *request)
 {
-    const double last = fmin(periods, STROBES);
-    const int64_t first = (int64_t)(periods - last);
-    capsule_request request = {.position = 1, .watch = &page_watch};
     size_t written;
     page.passed += (double)page.state.period;
     page.state.period = 0;
-    if (first > 0) {
-        const capsule_stop stop =
-            capsule_run(&page.map, &page.state, first, &request, &written, &page.open);
-        if (stop != CAPSULE_DONE)
-            return stop;
-        page.passed += (double)first;
-        page.state.period = 0;
-    }
-    request.strobe = page.strobe;
-    page.strobes = (int)last;
-    const capsule_stop stop =
-        capsule_run(&page.map, &page.state, (int64_t)last, &request, &written, &page.open);
+    const capsule_stop stop = capsule_run(&page.map, &page.state, (int64_t)periods, request, &written,
+                                          &page.open);
     if (stop == CAPSULE_DONE) {
-        page.passed += last;
+        page.passed += (double)page.state.period;
         page.state.period = 0;
     }
     return stop;
 }
+
+/* Goes on for so many periods; the last STROBES states at their ends are kept. */
+capsule_stop page_settle(double periods)
+{
+    const double last = fmin(periods, STROBES), first = floor(periods - last);
+    capsule_request request = {.position = 1, .watch = &page_watch};
+    const capsule_stop stop = first > 0.0 ? go_on(first, &request) : CAPSULE_DONE;
+    if (stop != CAPSULE_DONE)
+        return stop;
+    request.strobe = page.strobe;
+    page.strobes = (int)last;
+    return go_on(last, &request);
+}
 EXPORT(settle) int settle(double periods) { return page_settle(periods); }
 
-/* The periodic motion that the run has come to; `page.motion` says which. */
-capsule_stop page_steady(double tolerance)
-{
-    static capsule_event events[2 * ROOM];
-    return capsule_steady(&page.map, &page.state, page.strobe + 1, page.strobes, tolerance, events,
-                          2 * ROOM, &page_watch, &page.motion, &page.open);
-}
 EXPORT(steady) int steady(double tolerance)
 {
     const capsule_stop stop = page_motion(tolerance);
@@ -126,34 +119,24 @@ EXPORT(segments) int segments(void)
 #define POINT_NUMBERS 7
 EXPORT(points) int points(double step)
 {
+    enum { MOST = 4096 };
+    static double times[MOST + 2], states[MOST + 2][CAPSULE_STATE_COUNT + 1];
     const double full = 6.283185307179586, omega = page.map.parameters.omega;
     int rows = 0;
     for (size_t i = 0; i < page.count; i++) {
         const capsule_segment *s = &page.segments[i];
         const capsule_constants *c = &page.map.field[s->field - 1];
-        const capsule_start from = {s->start[0], s->gap, s->start[1], s->start[2],
-                                    s->margin, s->cosine, s->sine};
         const double begin = ((double)s->start_period * full + s->start_angle) / omega;
-        const int pieces = 1 + (int)fmin(ceil(s->duration / step), 4096.0);
+        const int pieces = 1 + (int)fmin(ceil(s->duration / step), MOST);
+        for (int k = 0; k <= pieces; k++)
+            times[k] = begin + s->duration * k / pieces;
+        capsule_evaluate(&page.map, s, 1, 0, times, (size_t)pieces + 1, states, NULL);
         for (int k = 0; k <= pieces; k++) {
             if ((rows + 1) * POINT_NUMBERS > NUMBERS)
                 return rows;
-            const double h = s->duration * k / pieces;
-            double change[3] = {0.0, 0.0, 0.0}, advance = 0.0, state[3];
-            capsule_flow(c, &from, h, change);
-            if (c->drift != 0.0)
-                advance = capsule_flow_advance(c, &from, change[0], h);
-            state[0] = from.x_r + change[0];
-            state[1] = change[1];
-            state[2] = c->drift != 0.0 ? from.v_c + change[2] : 0.0;
-            if (k == 0)
-                memcpy(state, s->start, sizeof state);
-            if (k == pieces)
-                memcpy(state, s->end, sizeof state);
-            const double gap = k == 0 ? s->gap : state[0] - c->delta;
-            const double force = capsule_margin_at(c, state[0], gap, state[1]) + c->friction;
-            const double row[POINT_NUMBERS] = {(double)i, begin + h, state[0], state[1],
-                                               state[2], s->position + advance, force};
+            const double *at = states[k];
+            const double force = capsule_margin_at(c, at[0], at[0] - c->delta, at[1]) + c->friction;
+            const double row[POINT_NUMBERS] = {(double)i, times[k], at[0], at[1], at[2], at[3], force};
             memcpy(numbers + rows++ * POINT_NUMBERS, row, sizeof row);
         }
     }

@@ -11,6 +11,9 @@
 #define ITINERARY_ROOM ROOM /* as long as what is recorded: no itinerary is cut */
 #define BLOCK 64
 
+static int stick(int field) { return page.map.field[field - 1].drift == 0.0; }
+static int contact(int field) { return page.map.field[field - 1].contact != 0.0; }
+
 /* Whether the run repeats to the last bit: as it is a function of its state, what follows is known.
    The number of periods after which it does, or 0. */
 static int repeats(void)
@@ -52,7 +55,6 @@ static int put_itinerary(double *to, int room, int first)
 /* One column, from where `start` put the run: see the reader in src/core.ts for its numbers. */
 EXPORT(column) int column(double periods, double tolerance)
 {
-    static page_orbit orbit;
     double *const states = numbers + HEAD, *const impacts = states + 3 * STATES;
     double *const itinerary = impacts + IMPACTS;
     memset(numbers, 0, HEAD * sizeof *numbers);
@@ -84,11 +86,11 @@ EXPORT(column) int column(double periods, double tolerance)
     }
     if (first < 0 || n < 1) {
         /* Of a motion that never leaves its field there is no segment to measure. */
-        const int stick = page.motion.never && page.motion.field % 3 == 2;
-        numbers[4] = stick ? 0.0 : NAN;
+        const int rests = page.motion.never && stick(page.motion.field);
+        numbers[4] = rests ? 0.0 : NAN;
         numbers[5] = NAN;
-        numbers[6] = page.motion.never ? (double)stick : NAN;
-        numbers[7] = page.motion.never ? (double)(page.motion.field > 3) : NAN;
+        numbers[6] = page.motion.never ? (double)rests : NAN;
+        numbers[7] = page.motion.never ? (double)(contact(page.motion.field)) : NAN;
         return CAPSULE_DONE;
     }
     double spent = 0.0, rest = 0.0, touch = 0.0, advance = 0.0;
@@ -97,14 +99,14 @@ EXPORT(column) int column(double periods, double tolerance)
         const capsule_segment *s = &page.segments[i];
         spent += s->duration;
         advance += s->advance;
-        rest += s->field % 3 == 2 ? s->duration : 0.0;
-        touch += s->field > 3 ? s->duration : 0.0;
-        if (s->field > 3 && page.segments[i - 1].field <= 3 && hits < IMPACTS)
+        rest += stick(s->field) ? s->duration : 0.0;
+        touch += contact(s->field) ? s->duration : 0.0;
+        if (contact(s->field) && !contact(page.segments[i - 1].field) && hits < IMPACTS)
             impacts[hits++] = s->start[1];
     }
     const double turns = spent * page.map.parameters.omega / 6.283185307179586;
-    double energies[3];
-    page_energies(first, n, energies);
+    double energies[3] = {0.0};
+    capsule_add_energies(&page.map, page.segments + first, (size_t)n, NULL, energies);
     numbers[4] = m ? page.motion.advance / m : advance / turns;
     numbers[5] = energies[0] / turns;
     numbers[6] = rest / spent;
@@ -112,11 +114,7 @@ EXPORT(column) int column(double periods, double tolerance)
     numbers[9] = hits;
     if (m) {
         numbers[10] = put_itinerary(itinerary, ITINERARY_ROOM, first);
-        if (page_orbit_from(page.segments + first, n, m, &orbit)) {
-            page_linearize(&orbit, given);
-            memcpy(itinerary + ITINERARY_ROOM, orbit.monodromy, sizeof orbit.monodromy);
-            numbers[14] = 1;
-        }
+        numbers[14] = page_monodromy(first, itinerary + ITINERARY_ROOM);
     }
     return CAPSULE_DONE;
 }
@@ -154,7 +152,7 @@ EXPORT(cell) int cell(double periods)
     numbers[2] = page.motion.never ? page.motion.field : 0;
     /* Of a motion that never leaves its field there is no cycle to measure. */
     numbers[3] = m                                                   ? page.motion.advance / m
-                 : page.motion.never && page.motion.field % 3 == 2 ? 0.0
+                 : page.motion.never && stick(page.motion.field) ? 0.0
                                                                    : NAN;
     numbers[4] = 0;
     put_mean(numbers + 5);

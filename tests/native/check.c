@@ -237,6 +237,9 @@ static int nulls(void)
     REFUSED(capsule_solve_orbit(&map, start, 1, NULL, &orbit))
     REFUSED(capsule_solve_orbit(&map, start, 1, &zero_wish, &orbit))
     REFUSED(capsule_solve_orbit(&map, start, 1, &orbit_request, NULL))
+    REFUSED(capsule_add_energies(NULL, segments, 1, NULL, strobe[0]))
+    REFUSED(capsule_add_energies(&map, NULL, 1, NULL, strobe[0]))
+    REFUSED(capsule_add_energies(&map, segments, 1, NULL, NULL))
     REFUSED(capsule_slopes_start(NULL))
     capsule_slopes_start(&slopes);
 #define NONE(call)                                                                                 \
@@ -355,6 +358,12 @@ static int orbits(void)
                 sum += orbit.gradients[k];
             if (!isfinite(sum) || orbit.segments > MOST || orbit.damper_loss < 0.0)
                 return failed("an orbit is not finite", &p);
+            double energies[3] = {0.0};
+            capsule_add_energies(&map, segments, (size_t)orbit.segments, NULL, energies);
+            const double size = 1e-10 * (1.0 + fabs(energies[0]));
+            if (!(fabs(energies[0] - energies[1] - energies[2]) < size) ||
+                !(fabs(energies[1] - orbit.damper_loss * (1 + i % 2)) < size))
+                return failed("the work is not what is lost", &p);
             state = capsule_state_at(&map, orbit.state[0], orbit.state[1], orbit.state[2], 0);
             capsule_run(&map, &state, 1 + i % 2, &plain, &count, &open);
             if (!(fabs(state.x_r - orbit.state[0]) + fabs(state.v_c - orbit.state[2]) < 1e-9) ||
@@ -374,15 +383,13 @@ static int orbits(void)
 /* Itineraries from anywhere, some with a segment that is held at no duration: what is solved closes. */
 static int itineraries(void)
 {
-    enum { TRIED = 200, MOST = 6, SYSTEM = 1200, WORKSPACE = 3000 };
+    enum { TRIED = 200, MOST = 6 };
     static const int32_t FIELDS[][MOST] = {{5, 2}, {5, 4, 5, 2}, {5, 4, 1, 2}, {4, 1, 3, 6}, {5},
                                            {5, 4, 1, 2, 3, 6}, {1, 2}, {5, 1}, {7}};
     static const int COUNT[] = {2, 4, 4, 4, 1, 6, 2, 2, 1};
-    static double block[SYSTEM], workspace[WORKSPACE];
+    static double block[CAPSULE_SYSTEM_ROOM(MOST)], workspace[CAPSULE_ITINERARY_ROOM(MOST)];
     double direction[CAPSULE_PARAMETER_COUNT] = {1.0};
     int solved = 0;
-    if (capsule_system_room(MOST) > SYSTEM || capsule_itinerary_room(MOST) > WORKSPACE)
-        return failed("rooms of itineraries", &(capsule_parameters){0});
     for (int i = 0; i < TRIED; i++) {
         const int which = i % 9, n = COUNT[which], mirrored = which == 6;
         const capsule_itinerary itinerary = {FIELDS[which], n, 1, mirrored};
