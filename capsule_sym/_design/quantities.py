@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from capsule_sym._design.units import DEVICE, slopes_of
+from capsule_sym._design.units import slopes_of, varied
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
@@ -65,7 +65,8 @@ def dimensionless(system: System) -> Parameters:
 
 def dimensionless_slopes(system: System) -> Matrix:
     """Derivatives (7, k) of the dimensionless parameters by the k parameters of the system."""
-    return np.eye(7) if isinstance(system, Parameters) else slopes_of(system).parameters
+    own = isinstance(system, Parameters)
+    return np.eye(len(PARAMETERS)) if own else slopes_of(system).parameters
 
 
 def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
@@ -81,40 +82,29 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     }
     if isinstance(system, Parameters):
         return found | own
-    by = slopes_of(system)
-    length = Slope(system.length_scale, system.length_scale * by.length)
-    rate = Slope(system.natural_frequency, system.natural_frequency * by.rate)
-    stiff = Slope(system.k1, np.eye(len(DEVICE))[DEVICE.index("k1")])
-    force = stiff * length
-    scaled = {}
+    by, device = slopes_of(system).parameters, varied(system)
     for name, metric in found.items():
-        unit = METRIC_UNITS[name]
-        here = Slope(metric.value, metric.slope @ by.parameters)
-        if math.isinf(metric.value):
-            scaled[name] = here
-            continue
-        for power, one in ((unit.force, force), (unit.length, length), (unit.rate, rate)):
-            here = here * one**power
-        scaled[name] = here
-    return scaled | own
+        found[name] = Slope(metric.value, metric.slope @ by)
+        if not math.isinf(metric.value):
+            found[name] = found[name] * device.scale(name)
+    return found | own
 
 
 def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slope]:
     """The dimensionless metrics, those derived from others too, by the seven parameters."""
-    found = dict(metrics)
-    omega, f_b = (
-        Slope(getattr(p, name), np.eye(7)[PARAMETERS.index(name)]) for name in ("omega", "f_b")
-    )
-    velocity, work = found["velocity"], found["work"]
+    rows = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
+    omega, f_b = (Slope(getattr(p, name), rows[name]) for name in ("omega", "f_b"))
+    velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1
-    way = forward * found["progression"]
-    found["speed"] = forward * velocity
-    found["power"] = mean_power(work, omega)
+    way = forward * metrics["progression"]
     # A capsule that stands still goes no way at any cost; with no work it has no ratio.
-    nowhere = Slope(math.inf, np.zeros(7))
-    found["speed_per_work"] = way / work if work.value > 0 else Slope(0.0, np.zeros(7))
-    found["cost_of_transport"] = work / (f_b * way) if way.value > 0 else nowhere
-    return found
+    nowhere = Slope(math.inf, 0.0 * work.slope)
+    return dict(metrics) | {
+        "speed": forward * velocity,
+        "power": mean_power(work, omega),
+        "speed_per_work": way / work if work.value > 0 else 0 * work,
+        "cost_of_transport": work / (f_b * way) if way.value > 0 else nowhere,
+    }
 
 
 class Limit(NamedTuple):

@@ -33,16 +33,21 @@ class _Varied(SimpleNamespace):
     friction_force = PhysicalParameters.friction_force
     natural_frequency = PhysicalParameters.natural_frequency
     length_scale = PhysicalParameters.length_scale
+    ratios = PhysicalParameters.ratios
+    scale = PhysicalParameters.scale
+
+
+@lru_cache(maxsize=16)
+def varied(device: PhysicalParameters) -> Any:
+    """The device with derivatives by its fields, of each of them and of all units."""
+    own = zip(DEVICE, np.eye(len(DEVICE)), strict=True)
+    return _Varied(**{name: Slope(getattr(device, name), row) for name, row in own})
 
 
 @lru_cache(maxsize=16)
 def slopes_of(device: PhysicalParameters) -> Slopes:
     """How parameters and units change with each physical parameter."""
-    own = np.eye(len(DEVICE))
-    varied: Any = _Varied(
-        **{name: Slope(getattr(device, name), row) for name, row in zip(DEVICE, own, strict=True)}
-    )
-    ratios = PhysicalParameters.ratios(varied)
-    found = [(ratios[name] + 0 * varied.k1).slope for name in PARAMETERS]
-    length, rate = varied.length_scale, varied.natural_frequency
+    own, none = varied(device), np.zeros(len(DEVICE))
+    found = [getattr(own.ratios()[name], "slope", none) for name in PARAMETERS]
+    length, rate = own.length_scale, own.natural_frequency
     return Slopes(np.array(found), length.slope / length.value, rate.slope / rate.value)
