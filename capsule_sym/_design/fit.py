@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._design.counts import FOLLOW, SEED, STARTS, STEPS
 from capsule_sym._design.least_squares import LOSSES, Least, Profile, least
 from capsule_sym._design.measured import measured
-from capsule_sym._design.quantities import System, values_of
+from capsule_sym._design.quantities import System, record, values_of
 from capsule_sym._design.residuals import OF_START, Problem
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
@@ -119,22 +119,11 @@ class Fit:
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
-        return {
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
-            "evaluations": self.evaluations,
-            "values": self.values,
-            "standard_errors": self.standard_errors,
-            "covariance": self.covariance.tolist(),
-            "parameters": values_of(self.system),
-            "state": list(self.state),
-            "phase": self.phase,
-            "noise": self.noise,
-            "singular_values": self.singular_values.tolist(),
-            "open_combinations": list(self.open_combinations),
-            "border": self.border,
-        }
+        return (
+            record(self, "success status message evaluations values standard_errors covariance")
+            | {"parameters": values_of(self.system)}
+            | record(self, "state phase noise singular_values open_combinations border")
+        )
 
     @property
     def columns(self) -> dict[str, NDArray[Any]]:

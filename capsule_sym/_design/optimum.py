@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-from capsule_sym._design.quantities import System, values_of
+from capsule_sym._design.quantities import System, record, values_of
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters
 
@@ -123,25 +123,12 @@ class Optimum:
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
         device = isinstance(self.system, PhysicalParameters)
-        return {
-            "metric": self.metric,
-            "maximised": self.maximised,
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
-            "value": self.value,
-            "over": self.over,
-            "parameters": values_of(self.system),
-            "metrics": self.metrics,
-            "units": {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {},
-            "itinerary": list(self.itinerary),
-            "residual": self.residual,
-            "constraints": [asdict(one) for one in self.constraints],
-            "bounds": self.bounds,
-            "slopes": self.slopes,
-            "multiplier": self.multiplier,
-            "tightest": self.tightest._asdict(),
-            "border": list(self.border) if self.border else None,
-            "sides": list(self.sides) if self.sides else None,
-            "statistics": self.statistics,
-        }
+        units = {name: unit.name for name, unit in METRIC_UNITS.items()} if device else {}
+        return (
+            record(self, "metric maximised success status message value over")
+            | {"parameters": values_of(self.system)}
+            | record(self, "metrics")
+            | {"units": units}
+            | record(self, "itinerary residual constraints bounds slopes multiplier tightest")
+            | record(self, "border sides statistics")
+        )

@@ -20,7 +20,7 @@ from capsule_sym._design.optimise import checked_survey, named, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
-from capsule_sym._design.quantities import Function, Limit, System, function_of
+from capsule_sym._design.quantities import Function, Limit, System, function_of, record
 from capsule_sym._design.survey import Survey
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._map.labelled import Labelled
@@ -94,18 +94,10 @@ class Front(Labelled):
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
-        return {
-            "metrics": list(self.metrics),
-            "maximised": self.maximised,
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
-            "points": [
-                point.to_dict() | {"cost": float(cost)}
-                for point, cost in zip(self.points, self.costs, strict=True)
-            ],
-            "statistics": self.statistics,
-        }
+        pairs = zip(self.points, self.costs.tolist(), strict=True)
+        points = [point.to_dict() | {"cost": cost} for point, cost in pairs]
+        told = record(self, "metrics maximised success status message")
+        return told | {"points": points, "statistics": self.statistics}
 
 
 def pareto(

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,6 +58,27 @@ def real(value: object) -> bool:
 def values_of(system: System) -> dict[str, float]:
     """The parameters of a system with their values."""
     return {name: getattr(system, name) for name in names_of(system)}
+
+
+def record(result: object, names: str) -> dict[str, Any]:
+    """Attributes of a result by names with spaces between, as numbers, texts, lists and dicts."""
+    return {name: _plain(getattr(result, name)) for name in names.split()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Parameters | PhysicalParameters):
+        return values_of(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Enum):
+        return str(value)
+    if is_dataclass(value):
+        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+    if hasattr(value, "_asdict"):
+        return value._asdict()
+    if isinstance(value, Mapping):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 def dimensionless(system: System) -> Parameters:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.optimise import checked_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
-from capsule_sym._design.quantities import System
+from capsule_sym._design.quantities import System, record
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
@@ -128,17 +128,14 @@ class Steering(Labelled):
 
     def to_dict(self) -> dict[str, Any]:
         """The results by name, of numbers, texts and lists."""
-        return {
-            "success": self.success,
-            "status": str(self.status),
-            "message": self.message,
-            "forward": self.forward.to_dict(),
-            "backward": self.backward.to_dict(),
-            "path": list(self.path),
-            "breaks": [{"by": one.by, "at": one.at, "why": one.why} for one in self.breaks],
-            "points": {name: column.tolist() for name, column in self.columns.items()},
-            "statistics": self.statistics,
-        }
+        drives = {"forward": self.forward.to_dict(), "backward": self.backward.to_dict()}
+        points = {name: column.tolist() for name, column in self.columns.items()}
+        return (
+            record(self, "success status message")
+            | drives
+            | record(self, "path breaks")
+            | {"points": points, "statistics": self.statistics}
+        )
 
     def _drive(self, orbit: Orbit) -> Drive:
         return drive_at(self.forward.system, self.names, orbit.parameters)
