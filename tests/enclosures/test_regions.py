@@ -99,6 +99,20 @@ def test_exponential_over_a_patch_holds_the_flow_at_its_corners() -> None:
     assert float(max(abs(x) for row in floats(found.e) for x in row)) < 1e-3
 
 
+@pytest.mark.parametrize("index", range(1, 7))
+def test_rates_over_a_patch_are_those_of_its_places(index: int) -> None:
+    patch = patch_at(1.64, 3.3, (2e-3, 2e-1))
+    flow = patch_orbits._Flow(index, patch.given, patch.alpha.hull, patch.gamma)
+    bare = Form(flow.A.p, flow.A.e * 0)
+    missed = 0
+    for x, y in PLACES:
+        exact = Field(index, patch.given | {"gamma": patch.gamma.c + ball(0.2) * y}).A
+        for i, j in product(range(6), repeat=2):
+            assert at(flow.A[i, j], x, y).overlaps(exact[i, j])
+            missed += not at(bare[i, j], x, y).overlaps(exact[i, j])
+    assert (missed > 0) == (index not in (2, 5))  # no rate at rest depends on gamma
+
+
 @pytest.mark.parametrize(("alpha", "gamma"), [(1.2, 3.3), (1.9, 2.0), (0.005, 3.0)])
 def test_patch_holds_the_orbits_of_its_corners(alpha: float, gamma: float) -> None:
     radii = (1e-3, 1e-2)

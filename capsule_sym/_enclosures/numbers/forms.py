@@ -135,7 +135,7 @@ class Form:
             rest = rest + one * high
         return Form(found, rest)
 
-    def _composed(self, terms: Sequence[Any], last: Any) -> Form:
+    def composed(self, terms: Sequence[Any], last: Any) -> Form:
         """The sum of terms_k d^k with d this form off its middle; `last` times |d|^3 is left."""
         away = Form((self.c * 0, *self.p[1:]), self.e)
         found = away * terms[DEGREE]
@@ -152,7 +152,7 @@ class Form:
         """One over a number."""
         share = 1 / self.c
         terms = [share * (-share) ** k for k in range(DEGREE + 1)]
-        return self._composed(terms, (-share) ** (DEGREE + 1) / self.hull)
+        return self.composed(terms, (-share) ** (DEGREE + 1) / self.hull)
 
     def sin_cos(self) -> tuple[Form, Form]:
         """Sine and cosine of a number."""
@@ -160,10 +160,10 @@ class Form:
         wide_sine, wide_cosine = self.hull.sin_cos()
         order = DEGREE + 1
         return (
-            self._composed(
+            self.composed(
                 _derivatives(sine, cosine)[:order], _derivatives(wide_sine, wide_cosine)[order]
             ),
-            self._composed(
+            self.composed(
                 _derivatives(cosine, -sine)[:order], _derivatives(wide_cosine, -wide_sine)[order]
             ),
         )

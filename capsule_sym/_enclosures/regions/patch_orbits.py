@@ -18,6 +18,7 @@ from itertools import product
 from math import log
 
 import numpy as np
+from flint import arb_series
 
 from capsule_sym._enclosures.case import EXACT
 from capsule_sym._enclosures.numbers.balls import (
@@ -32,8 +33,9 @@ from capsule_sym._enclosures.numbers.balls import (
     thin,
     upper,
 )
-from capsule_sym._enclosures.numbers.fields import SIZE, Field
+from capsule_sym._enclosures.numbers.fields import SIZE, Field, generated
 from capsule_sym._enclosures.numbers.forms import (
+    DEGREE,
     MONOMIALS,
     Form,
     exponential,
@@ -81,22 +83,31 @@ class TooLarge(Unproved):
 
 
 class _Flow:
-    """A field over a patch: its rates and its flow as forms, its guards as balls."""
+    """A field over a patch: its rates and its flow as forms, its guards as balls.
+
+    No field's rates and no guard depends on alpha, and no guard on gamma.
+    """
 
     def __init__(self, index: int, given: Mapping[str, Ball], alpha: Ball, gamma: Form) -> None:
         self.index = index
         self._whole = Field(index, {**given, "alpha": alpha, "gamma": gamma.hull})
         self.stick, self.guards = self._whole.stick, self._whole.guards
-        # A field is linear in 1/gamma, here 1 and 2; no field depends on alpha.
-        one, other = (Field(index, {**given, "gamma": ball(x)}).A for x in (1, "0.5"))
-        slope = other - one
-        self.A = (slope if self.stick else slope * gamma.inverse()) + (one - slope)
+        near, over = (_rates(index, given, value) for value in (gamma.c, gamma.hull))
+        self.A = gamma.composed(near[: DEGREE + 1], over[DEGREE + 1])
 
     def flow(self, h: Form) -> Form:
         """exp(A h)."""
-        if self.stick:  # no parameter of the patch is in stick
+        if not self._whole.depends("gamma"):
             return shifted(self._whole.A, h, self._whole.flow)
         return exponential(self.A, h)
+
+
+def _rates(index: int, given: Mapping[str, Ball], gamma: Ball) -> list[Matrix]:
+    """The matrix of a field about a gamma: the coefficients of its Taylor series."""
+    values = {**given, "gamma": arb_series([gamma, 1], prec=DEGREE + 2)}
+    entries = generated.RATES[index - 1](*(values[name] for name in generated.PARAMETERS))
+    series = [(i, j, x + 0 * values["gamma"]) for i, j, x in entries]
+    return [matrix(SIZE, SIZE, ((i, j, x[k]) for i, j, x in series)) for k in range(DEGREE + 2)]
 
 
 class PatchOrbits:
