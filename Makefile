@@ -22,7 +22,7 @@ paper: $(READY)  ## the main job: the paper's case study, and results/report.htm
 	@$(MAKE) -j2 --no-print-directory results/verify.json results/hardcases.json
 	$(BIN)/capsule-sym report
 
-sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),$(at)/*.* $(at)/*/*.*)))
+sources = $(filter-out %.pyc,$(wildcard $(foreach at,$(1),$(addprefix $(at),/*.* /*/*.* /*/*/*.*))))
 within = $(call sources,$(addprefix capsule_sym/,$(1)))
 PROVED := capsule_sym/paper.toml $(call within,_symbolic _enclosures _orbits _map _native generated)
 results/verify.json: $(READY) $(PROVED)

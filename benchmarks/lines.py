@@ -103,7 +103,7 @@ def _of_python(text: str) -> Iterator[tuple[int, str, int]]:
 def _of_cython(text: str) -> Iterator[tuple[int, str, int]]:
     """The same of Cython, by indentation."""
     lines = text.splitlines()
-    head = re.compile(r"( *)(?:cp?def|def)\b[^=]*?(\w+)\(")
+    head = re.compile(r"( *)(?:cp?def|def)\b(?! class)[^=]*?(\w+)\(")
     for number, line in enumerate(lines):
         if begin := head.match(line):
             last = closed = number
@@ -173,7 +173,7 @@ def homes() -> list[str]:
         path.relative_to(ROOT).as_posix()
         for path in files("capsule_sym", "codegen", "explorer/src", "matlab")
         if path.suffix in {".py", ".toml", ".c", ".h", ".ts", ".in", ".m"}
-        and path.name != "paper.toml"
+        and "paper" not in path.as_posix()
         and has_facts(path.read_text(encoding="utf-8"))
     ]
 

@@ -14,13 +14,10 @@ from functools import cache
 from typing import Any, Protocol
 
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.promised import GUARD_DIGITS, MOST_DIGITS
 from capsule_sym._parameters import Parameters
 
 Number = Any  # float, or a number of the mpmath kernels
-DIGITS = 50
-GUARD_DIGITS = 10
-MOST_DIGITS = DIGITS + GUARD_DIGITS
-"""What 50 digits are computed with."""
 
 
 class Backend(Protocol):

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym._map.checks import check_count
+from capsule_sym._errors import NotInstalled
 from capsule_sym._parameters import UNITS
 from capsule_sym.generated.facts import LABELS, STATE
 
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-    from capsule_sym._map.trajectory import Trajectory
     from capsule_sym._parameters import PhysicalParameters
 
 _NAMES = {
@@ -44,7 +42,6 @@ _NAMES = {
 }
 """What the columns of all tables mean. Those that have no name here keep their own."""
 _COUNTED = ("period", "evaluations", "period_number")
-_MOST_POINTS = 100_000
 _MOST_ROWS = 8  # of a table in a notebook
 
 
@@ -146,26 +143,3 @@ def package(name: str, extra: str) -> Any:
         return import_module(name)
     except ModuleNotFoundError as error:
         raise NotInstalled(error, extra) from error
-
-
-def draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
-    """A run drawn into axes: displacements over time, or the phase portrait."""
-    if of not in ("displacements", "phase"):
-        raise InvalidInput("of", of, "displacements or phase")
-    check_count("points", points, 2)
-    if axes is None:
-        axes = package("matplotlib.pyplot", "plot").subplots()[1]
-    period, (first, last) = run.parameters.period, run.span
-    count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
-    times = np.linspace(first, last, count)
-    x_r, v_r, _, x_c = run(times, position=True).T
-    if of == "phase":
-        axes.plot(x_r, v_r)
-        axes.axvline(run.parameters.delta, color="0.7", zorder=0)
-        axes.set(xlabel="$x_r$", ylabel="$v_r$")
-        return axes
-    axes.plot(times / period, x_r, label="$x_r$")
-    axes.plot(times / period, x_c, label="$x_c$")
-    axes.set(xlabel=r"time $\omega\tau/2\pi$ (periods)", ylabel="displacement")
-    axes.legend()
-    return axes

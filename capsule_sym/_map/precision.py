@@ -19,7 +19,7 @@ from typing import Any
 from mpmath import MPContext
 from mpmath.libmp.libelefun import ln2_fixed, pi_fixed
 
-from capsule_sym._map.backend import MOST_DIGITS
+from capsule_sym._map.promised import MOST_DIGITS
 
 _KERNELS = "capsule_sym.generated.mp.kernels"
 _FUNCTIONS = ("cos", "exp", "expm1", "sin", "sqrt")

@@ -3,25 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, Outcome
 from capsule_sym._map.backend import Number
 from capsule_sym._map.checks import check_count, is_real
 from capsule_sym._map.drift import UNIT, drifts
 from capsule_sym._map.itinerary import cyclic_start
-from capsule_sym._map.segments import Instant, Segment
+from capsule_sym._map.segments import Instant, Records, Segment
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
 
-if TYPE_CHECKING:
-    from capsule_sym._map.trajectory import Trajectory
-
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
+
+
+class _Run(Protocol):
+    """What is read of a run that has ended, such as a `Trajectory`."""
+
+    @property
+    def parameters(self) -> Parameters: ...
+    @property
+    def segments(self) -> Sequence[Segment]: ...
+    @property
+    def records(self) -> Records: ...
+    @property
+    def stroboscopic(self) -> NDArray[Any]: ...
+    @property
+    def final(self) -> tuple[Instant, tuple[Number, Number, Number]]: ...
+    @property
+    def success(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -69,7 +85,7 @@ def shown_progression(motion: SteadyMotion) -> float:
     return float(motion.progression) if drifting else 0.0
 
 
-def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMotion | None:
+def steady_motion(run: _Run, tolerance: float, longest: int) -> SteadyMotion | None:
     """The periodic motion at the end of a run, as `Trajectory.steady` gives it."""
     if not (is_real(tolerance) and 0 < tolerance < math.inf):
         raise InvalidInput("tolerance", tolerance, "a finite number > 0")
@@ -103,7 +119,7 @@ def steady_motion(run: Trajectory, tolerance: float, longest: int) -> SteadyMoti
     return None
 
 
-def _rests(run: Trajectory, tolerance: float) -> bool:
+def _rests(run: _Run, tolerance: float) -> bool:
     """Whether it is proved that the run stays this near to rest for ever, and never slips."""
     p, (x_r, v_r, v_c) = run.parameters, map(float, run.final[1])
     loaded = formulas.load_force(p) != 0
@@ -116,7 +132,7 @@ def _rests(run: Trajectory, tolerance: float) -> bool:
     return size <= tolerance and force < min(formulas.friction_guard(p, way, 0) for way in (-1, 1))
 
 
-def _rest(run: Trajectory) -> Segment:
+def _rest(run: _Run) -> Segment:
     """The last excitation period, at rest."""
     last, zero = run.segments[-1], run.segments[-1].duration * 0
     gap = zero - run.parameters.delta
@@ -140,7 +156,7 @@ def _rest(run: Trajectory) -> Segment:
     )
 
 
-def _last_period(run: Trajectory) -> Segment:
+def _last_period(run: _Run) -> Segment:
     """The last excitation period of a run that ends without switches, as a segment."""
     last, state = run.segments[-1], tuple(run.stroboscopic[-2].tolist())
     x_r, v_r, v_c = state
@@ -162,7 +178,7 @@ def _last_period(run: Trajectory) -> Segment:
     )
 
 
-def _last_periods(run: Trajectory, period_number: int, back: int) -> tuple[Segment, ...]:
+def _last_periods(run: _Run, period_number: int, back: int) -> tuple[Segment, ...]:
     """The segments that end in the given number of whole periods before the run's end."""
     ends, switched = run.records["end_period"], run.records["target"] != 0
     stop = int(ends[-1]) - back * period_number

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map import evaluation
 from capsule_sym._map.backend import Number
-from capsule_sym._map.labelled import Labelled, draw, lock
+from capsule_sym._map.checks import check_count
+from capsule_sym._map.labelled import Labelled, lock, package
 from capsule_sym._map.segments import (
     Instant,
     Records,
@@ -53,6 +54,9 @@ class Statistics(NamedTuple):
     segments: int = 0
     evaluations: int = 0
     escalations: int = 0
+
+
+_MOST_POINTS = 100_000  # of a run that is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,5 +265,28 @@ class Trajectory(Labelled):
         Each period has so many `points`, the whole run at most 10^5. Gives the axes, new ones where
         none are given. Raises InvalidInput for another `of`, ImportError without matplotlib.
         """
-        drawn: Axes = draw(self, axes, of, points)
+        drawn: Axes = _draw(self, axes, of, points)
         return drawn
+
+
+def _draw(run: Trajectory, axes: Any, of: str, points: int) -> Any:
+    """A run drawn into axes: displacements over time, or the phase portrait."""
+    if of not in ("displacements", "phase"):
+        raise InvalidInput("of", of, "displacements or phase")
+    check_count("points", points, 2)
+    if axes is None:
+        axes = package("matplotlib.pyplot", "plot").subplots()[1]
+    period, (first, last) = run.parameters.period, run.span
+    count = int(min(_MOST_POINTS, 2 + points * (last - first) / period))
+    times = np.linspace(first, last, count)
+    x_r, v_r, _, x_c = run(times, position=True).T
+    if of == "phase":
+        axes.plot(x_r, v_r)
+        axes.axvline(run.parameters.delta, color="0.7", zorder=0)
+        axes.set(xlabel="$x_r$", ylabel="$v_r$")
+        return axes
+    axes.plot(times / period, x_r, label="$x_r$")
+    axes.plot(times / period, x_c, label="$x_c$")
+    axes.set(xlabel=r"time $\omega\tau/2\pi$ (periods)", ylabel="displacement")
+    axes.legend()
+    return axes

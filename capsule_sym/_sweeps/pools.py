@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import contextmanager
 
 from capsule_sym._errors import CapsuleError
 from capsule_sym._native import Watch
@@ -47,7 +45,7 @@ class Pool:
         self.executor.shutdown(wait=False, cancel_futures=True)
 
 
-class _Threads(Pool):
+class Threads(Pool):
     def __init__(self, workers: int) -> None:
         super().__init__(ThreadPoolExecutor(workers))
         self.watch = Watch()
@@ -60,7 +58,7 @@ class _Threads(Pool):
         super().abandon()
 
 
-class _Processes(Pool):
+class Processes(Pool):
     def __init__(self, workers: int) -> None:
         self.processes = spawning(workers)
         super().__init__(self.processes)
@@ -71,26 +69,3 @@ class _Processes(Pool):
 
     def abandon(self) -> None:
         end(self.processes)
-
-
-@contextmanager
-def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
-    """The pool of a kind, or around an executor that is given and stays open.
-
-    Left by an exception, such as an interrupt, it does not wait for the chunks under way.
-    """
-    if isinstance(executor, Executor):
-        if type(executor).__module__.partition(".")[0] == "distributed":
-            from capsule_sym._sweeps.cluster import DaskPool
-
-            yield DaskPool(executor)
-        else:
-            yield Pool(executor)
-        return
-    pool = _Threads(workers) if executor == "threads" else _Processes(workers)
-    try:
-        yield pool
-    except BaseException:
-        pool.abandon()
-        raise
-    pool.executor.shutdown()

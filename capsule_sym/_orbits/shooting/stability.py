@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,22 @@ from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import Matrix, Vector
-from capsule_sym._orbits.shooting.itinerary import drift
-from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.equations import Matrix, ShootingSystem, Vector
+from capsule_sym._orbits.shooting.itinerary import Itinerary, drift
 from capsule_sym.generated import formulas
+
+
+class Orbit(Protocol):
+    """What is read of an orbit that was found."""
+
+    @property
+    def itinerary(self) -> Itinerary: ...
+    @property
+    def values(self) -> tuple[Number, ...]: ...
+    @property
+    def system(self) -> ShootingSystem: ...
+    @property
+    def backend(self) -> str: ...
 
 
 def field(c: Any, state: Vector, cosine: Number) -> Vector:
