@@ -189,11 +189,11 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
     double *number = workspace->run[slot].number;
     int field = workspace->run[slot].field, key = workspace->run[slot].key;
     double *guess = &workspace->run[slot].guess[field - 1][key];
-    const int crossing = out->crossing >> l & 1, open = out->open >> l & 1;
+    const int crosses = out->crossing >> l & 1, open = out->open >> l & 1;
     const int expansions = ++workspace->run[slot].expansions - open;
     /* A switch after many expansions, whose roundings add up, is moved to where the closed form from
        the segment's start has it. */
-    if ((out->undetermined >> l & 1) || (crossing && expansions > MOST_SUMMED) ||
+    if ((out->undetermined >> l & 1) || (crosses && expansions > MOST_SUMMED) ||
         (open && level + 1 == CAPSULE_LEVELS)) {
         start_run(w, slot, start_of(workspace, slot), 1);
         return;
@@ -216,12 +216,12 @@ static void finish_step(batch_progress *w, int slot, int level, const capsule_ou
         if (period == w->periods) {
             const capsule_state last = {.x_r = end[0], .gap = end[1], .v_r = end[2],
                                         .v_c = end[3], .position = end[4], .period = period,
-                                        .field = crossing ? 0 : field};
+                                        .field = crosses ? 0 : field};
             finish_run(w, slot, CAPSULE_DONE, &last);
             return;
         }
     }
-    if (crossing) {
+    if (crosses) {
         const int left = field;
         *guess = number[LASTED];
         key = number[GAP_ZEROS] > 0.0;

@@ -5,25 +5,62 @@ CONTRACTED
 #include "step.h"
 
 #if defined(__AVX__) && WIDTH == 4
-inlined void transpose(const bound *r, bound *v)
+#define TRANSPOSED 1
+typedef __m256d quads; /* four numbers of a run */
+inlined quads row_of(double *const *runs, int l, int i) { return _mm256_loadu_pd(runs[l] + i); }
+inlined void put(double *const *runs, int some_lanes, int l, int i, quads v)
 {
-    const bound a = _mm256_unpacklo_pd(r[0], r[1]), b = _mm256_unpackhi_pd(r[0], r[1]);
-    const bound c = _mm256_unpacklo_pd(r[2], r[3]), d = _mm256_unpackhi_pd(r[2], r[3]);
-    v[0] = _mm256_permute2f128_pd(a, c, 0x20);
-    v[1] = _mm256_permute2f128_pd(b, d, 0x20);
-    v[2] = _mm256_permute2f128_pd(a, c, 0x31);
-    v[3] = _mm256_permute2f128_pd(b, d, 0x31);
+    if (some_lanes >> l & 1)
+        _mm256_storeu_pd(runs[l] + i, v);
+}
+#define JOINED(a, b, halves) _mm256_permute2f128_pd(a, b, halves ? 0x31 : 0x20)
+#define LOW(a, b) _mm256_unpacklo_pd(a, b)
+#define HIGH_OF(a, b) _mm256_unpackhi_pd(a, b)
+#elif defined(__AVX512DQ__) && WIDTH == 8
+#define TRANSPOSED 1
+typedef __m512d quads; /* four numbers of a run, and of that four lanes on */
+inlined quads row_of(double *const *runs, int l, int i)
+{
+    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(runs[l] + i)),
+                              _mm256_loadu_pd(runs[l + 4] + i), 1);
+}
+inlined void put(double *const *runs, int some_lanes, int l, int i, quads v)
+{
+    if (some_lanes >> l & 1)
+        _mm256_storeu_pd(runs[l] + i, _mm512_castpd512_pd256(v));
+    if (some_lanes >> (l + 4) & 1)
+        _mm256_storeu_pd(runs[l + 4] + i, _mm512_extractf64x4_pd(v, 1));
+}
+#define JOINED(a, b, halves)                                                                       \
+    _mm512_permutex2var_pd(a, halves ? _mm512_set_epi64(15, 14, 7, 6, 11, 10, 3, 2)                \
+                                     : _mm512_set_epi64(13, 12, 5, 4, 9, 8, 1, 0), b)
+#define LOW(a, b) _mm512_unpacklo_pd(a, b)
+#define HIGH_OF(a, b) _mm512_unpackhi_pd(a, b)
+#else
+#define TRANSPOSED 0
+#endif
+
+#if TRANSPOSED
+/* Rows of four lanes to lanes of four rows, and back. */
+inlined void transpose(const quads *r, quads *v)
+{
+    const quads a = LOW(r[0], r[1]), b = HIGH_OF(r[0], r[1]);
+    const quads c = LOW(r[2], r[3]), d = HIGH_OF(r[2], r[3]);
+    v[0] = JOINED(a, c, 0);
+    v[1] = JOINED(b, d, 0);
+    v[2] = JOINED(a, c, 1);
+    v[3] = JOINED(b, d, 1);
 }
 #endif
 
 /* The numbers of each run, from rows to lanes. */
 inlined void load(double *const *runs, bound *v)
 {
-#if defined(__AVX__) && WIDTH == 4
+#if TRANSPOSED
     for (int i = 0; i < CAPSULE_RUN_NUMBERS; i += 4) {
-        const bound rows[4] = {_mm256_loadu_pd(runs[0] + i), _mm256_loadu_pd(runs[1] + i),
-                               _mm256_loadu_pd(runs[2] + i), _mm256_loadu_pd(runs[3] + i)};
-        transpose(rows, v + i);
+        const quads rows[4] = {row_of(runs, 0, i), row_of(runs, 1, i), row_of(runs, 2, i),
+                               row_of(runs, 3, i)};
+        transpose(rows, (quads *)v + i);
     }
 #else
     for (int i = 0; i < CAPSULE_RUN_NUMBERS; i++)
@@ -35,13 +72,12 @@ inlined void load(double *const *runs, bound *v)
 /* And back, of some lanes. */
 inlined void store(const bound *v, int some_lanes, double *const *runs)
 {
-#if defined(__AVX__) && WIDTH == 4
+#if TRANSPOSED
     for (int i = 0; i < CAPSULE_RUN_NUMBERS; i += 4) {
-        bound rows[4];
-        transpose(v + i, rows);
+        quads rows[4];
+        transpose((const quads *)v + i, rows);
         for (int l = 0; l < 4; l++)
-            if (some_lanes >> l & 1)
-                _mm256_storeu_pd(runs[l] + i, rows[l]);
+            put(runs, some_lanes, l, i, rows[l]);
     }
 #else
     for (int l = 0; l < WIDTH; l++)

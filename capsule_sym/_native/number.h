@@ -2,8 +2,8 @@
    each lane, or with WIDE a double-double, whose 106 bits decide what double precision leaves open.
 
    A `real` is a value, a `bound` what errors are measured by (a double for each lane), an `entry`
-   what a table holds, and a `mask` a truth for each lane. Bounds and masks have the compiler's own
-   operators, but for masks' negation. */
+   what a table holds, and a `mask` a truth for each lane. Bounds have the compiler's own operators of
+   arithmetic, masks & and |; bounds are compared by gt, ge, lt, le, eq and ne. */
 #ifndef CAPSULE_NUMBER_H
 #define CAPSULE_NUMBER_H
 
@@ -42,57 +42,70 @@ typedef int mask;
 #define bits_of(m) (m)
 #define not(m) (!(m))
 #define none 0
+#define gt(a, b) ((a) > (b))
+#define ge(a, b) ((a) >= (b))
+#define lt(a, b) ((a) < (b))
+#define le(a, b) ((a) <= (b))
+#define eq(a, b) ((a) == (b))
+#define ne(a, b) ((a) != (b))
 inlined bound pick(mask m, bound a, bound b) { return m ? a : b; }
 inlined bound size_of(bound a) { return fabs(a); }
 inlined bound larger(bound a, bound b) { return a > b ? a : b; }
 inlined bound smaller(bound a, bound b) { return a < b ? a : b; }
 #else
 typedef double bound __attribute__((vector_size(8 * WIDTH)));
-typedef int64_t mask __attribute__((vector_size(8 * WIDTH)));
+typedef int64_t whole_lanes __attribute__((vector_size(8 * WIDTH)));
 #define all(a) ((double)(a) - (bound){0})
-#define not(m) (~(m))
-#define none ((mask){0})
 #ifdef __AVX__
 #include <immintrin.h>
 #endif
+inlined bound size_of(bound a) { return (bound)((whole_lanes)a & INT64_MAX); }
+#if defined(__AVX512DQ__) && WIDTH == 8
+/* A bit for each lane: these processors compare into registers of their own. */
+typedef __mmask8 mask;
+#define not(m) ((mask)~(m))
+#define none ((mask)0)
+#define gt(a, b) _mm512_cmp_pd_mask(a, b, _CMP_GT_OQ)
+#define ge(a, b) _mm512_cmp_pd_mask(a, b, _CMP_GE_OQ)
+#define lt(a, b) _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ)
+#define le(a, b) _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ)
+#define eq(a, b) _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ)
+#define ne(a, b) _mm512_cmp_pd_mask(a, b, _CMP_NEQ_UQ)
+inlined bound pick(mask m, bound a, bound b) { return _mm512_mask_blend_pd(m, b, a); }
+inlined bound larger(bound a, bound b) { return _mm512_max_pd(a, b); }
+inlined bound smaller(bound a, bound b) { return _mm512_min_pd(a, b); }
+inlined int bits_of(mask m) { return m; }
+#else
+typedef whole_lanes mask;
+#define not(m) (~(m))
+#define none ((mask){0})
+#define gt(a, b) ((a) > (b))
+#define ge(a, b) ((a) >= (b))
+#define lt(a, b) ((a) < (b))
+#define le(a, b) ((a) <= (b))
+#define eq(a, b) ((a) == (b))
+#define ne(a, b) ((a) != (b))
+#if defined(__AVX__) && WIDTH == 4
+inlined bound pick(mask m, bound a, bound b) { return _mm256_blendv_pd(b, a, (bound)m); }
+inlined bound larger(bound a, bound b) { return _mm256_max_pd(a, b); }
+inlined bound smaller(bound a, bound b) { return _mm256_min_pd(a, b); }
+inlined int bits_of(mask m) { return _mm256_movemask_pd((bound)m); }
+#else
 inlined bound pick(mask m, bound a, bound b)
 {
-#if defined(__AVX__) && WIDTH == 4
-    return _mm256_blendv_pd(b, a, (bound)m);
-#else
     return (bound)((m & (mask)a) | (~m & (mask)b));
-#endif
 }
-inlined bound size_of(bound a) { return (bound)((mask)a & INT64_MAX); }
-inlined bound larger(bound a, bound b)
-{
-#if defined(__AVX__) && WIDTH == 4
-    return _mm256_max_pd(a, b);
-#else
-    return pick(a > b, a, b);
-#endif
-}
-inlined bound smaller(bound a, bound b)
-{
-#if defined(__AVX__) && WIDTH == 4
-    return _mm256_min_pd(a, b);
-#else
-    return pick(a < b, a, b);
-#endif
-}
+inlined bound larger(bound a, bound b) { return pick(a > b, a, b); }
+inlined bound smaller(bound a, bound b) { return pick(a < b, a, b); }
 inlined int bits_of(mask m)
 {
-#if defined(__AVX__) && WIDTH == 4
-    return _mm256_movemask_pd((bound)m);
-#elif defined(__AVX512DQ__) && WIDTH == 8
-    return _mm512_movepi64_mask((__m512i)m);
-#else
     int bits = 0;
     for (int l = 0; l < WIDTH; l++)
         bits |= (int)(m[l] & 1) << l;
     return bits;
-#endif
 }
+#endif
+#endif
 inlined int some(mask m) { return bits_of(m) != 0; }
 #endif
 
@@ -263,7 +276,7 @@ inlined void sine_cosine(bound angle, bound rest, bound *sine, bound *cosine)
         c = c * z + C[i];
     s = r * z * s + r;
     c = 1.0 - (0.5 * z - z * z * c);
-    const mask one = quarters == 1.0, two = quarters == 2.0, three = quarters == 3.0;
+    const mask one = eq(quarters, all(1.0)), two = eq(quarters, all(2.0)), three = eq(quarters, all(3.0));
     const mask swapped = one | three;
     const bound a = pick(swapped, c, s), b = pick(swapped, s, c);
     const bound turned_s = pick(two | three, -a, a), turned_c = pick(one | two, -b, b);

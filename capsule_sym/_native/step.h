@@ -69,11 +69,11 @@ inlined expansion expand(const segment *c, const segment_sizes *b, const table *
     e.slope = num(0.0);
     if (drift) {
         e.slope = mul(v_c_rate(c, s->margin), num(t->reach));
-        e.second_own += pick(s->second_zeros < 2.0, margin_error * t->reach_per_gamma, all(0.0));
+        e.second_own += pick(lt(s->second_zeros, all(2.0)), margin_error * t->reach_per_gamma, all(0.0));
         e.second_rounding = e.second_own + s->v_c_error +
                             s->energy_error * t->v_c_per_energy + UNIT * v_c;
     } else {
-        e.second_own += pick(s->second_zeros == 0.0, margin_error, all(0.0));
+        e.second_own += pick(eq(s->second_zeros, all(0.0)), margin_error, all(0.0));
         e.second_rounding = e.second_own + t->force_per_energy * s->energy_error;
     }
     e.x_rounding = e.x_own + s->energy_error * t->x_per_energy;
@@ -98,10 +98,10 @@ typedef struct {
    the start is off by less, as s^zeros. With `twice` zeros may be 2. */
 inlined isolation certify(const guard *g, double r, int twice)
 {
-    const mask begun = g->zeros > 0.0, skipped = g->zeros == 2.0;
+    const mask begun = gt(g->zeros, all(0.0)), skipped = eq(g->zeros, all(2.0));
     const real base = choose(begun, num(0.0), g->first);
     const bound error = g->rounding + g->tail * (r * r * r);
-    const mask starts = begun | (near_to(g->first) > g->rounding);
+    const mask starts = begun | gt(near_to(g->first), g->rounding);
     bound value[DEGREE];
     for (int j = 0; j < DEGREE; j++)
         value[j] = near_to(add(base, g->form[j]));
@@ -110,20 +110,20 @@ inlined isolation certify(const guard *g, double r, int twice)
     bound least = value[0];
     for (int j = 1; j < DEGREE; j++)
         least = smaller(least, value[j]);
-    const mask above = starts & (least > error);
+    const mask above = starts & gt(least, error);
     if (!some(not(above)))
         return (isolation){above, none, all(r), all(r), all(r)};
-    mask below = value[0] < 0.0, turned = none;
+    mask below = lt(value[0], all(0.0)), turned = none;
     bound index = pick(below, all(0.0), all(1.0)), nearest = size_of(value[0]);
     for (int j = 1; j < DEGREE; j++) {
         const mask before = below;
-        below = value[j] < 0.0;
+        below = lt(value[j], all(0.0));
         turned |= before & not(below);
         index += pick(below, all(0.0), all(1.0));
         nearest = smaller(nearest, size_of(value[j]));
     }
     isolation f;
-    const mask proved = starts & not(turned) & (nearest > error);
+    const mask proved = starts & not(turned) & gt(nearest, error);
     f.clear = proved & not(below);
     f.crossing = proved & below;
     f.from = pick(f.clear, all(r), all(0.0));
@@ -222,8 +222,8 @@ inlined mask out_of_range(const guard *g, const expansion *e, int slipping)
 {
     const bound range = g->range, rounding = g->rounding, tail = g->tail;
     const bound slope = slipping ? g->sign * near_to(e->slope) : all(0.0);
-    return (g->zeros == 0.0) &
-           (near_to(g->first) + smaller(slope, all(0.0)) > (range + rounding) + tail);
+    return eq(g->zeros, all(0.0)) &
+           gt(near_to(g->first) + smaller(slope, all(0.0)), (range + rounding) + tail);
 }
 
 /* What follows a switch off the lines: the drift's way, and where that stays open. `bound_at` is 1
@@ -234,14 +234,14 @@ inlined bound direction_after(const segment *c, const segment_sizes *b, const po
     const bound x = size_of(near_to(s->x_r)), gap = size_of(near_to(s->gap));
     const bound v = size_of(near_to(s->v_r)), terms = force_size(b, x, gap, v);
     const real pull = force(c, s->x_r, s->gap, s->v_r);
-    const mask rests = near_to(s->v_c) == 0.0, at_bound = bound_at != 0.0;
-    const bound side = pick(near_to(pull) > 0.0, all(1.0), all(-1.0));
+    const mask rests = eq(near_to(s->v_c), all(0.0)), at_bound = ne(bound_at, all(0.0));
+    const bound side = pick(gt(near_to(pull), all(0.0)), all(1.0), all(-1.0));
     const bound within = near_to(friction_guard(c, wide(-side), pull));
-    const mask close = size_of(within) <= 16.0 * UNIT * (terms + friction_bounds(b));
+    const mask close = le(size_of(within), 16.0 * UNIT * (terms + friction_bounds(b)));
     *undetermined = (rests & not(at_bound) & close) |
-               ((near_to(s->gap) == 0.0) & (near_to(s->v_r) == 0.0));
-    const bound at_rest = pick(at_bound, bound_at, pick(within < 0.0, side, all(0.0)));
-    return pick(rests, at_rest, pick(near_to(s->v_c) > 0.0, all(1.0), all(-1.0)));
+               (eq(near_to(s->gap), all(0.0)) & eq(near_to(s->v_r), all(0.0)));
+    const bound at_rest = pick(at_bound, bound_at, pick(lt(within, all(0.0)), side, all(0.0)));
+    return pick(rests, at_rest, pick(gt(near_to(s->v_c), all(0.0)), all(1.0), all(-1.0)));
 }
 
 /* What became of a step. */
@@ -304,14 +304,14 @@ inlined void step(const segment *c, const segment_sizes *b, const table *t, int 
     const mask lower =
         drift ? none
               : found[SECOND].crossing &
-                    (not(found[FIRST].crossing) | (found[SECOND].near < found[FIRST].near));
+                    (not(found[FIRST].crossing) | lt(found[SECOND].near, found[FIRST].near));
     mask is_gap, both, corner = none;
     {
         const mask by_friction = drift ? found[FIRST].crossing
                                      : found[FIRST].crossing | found[SECOND].crossing;
         const bound index = pick(lower, found[last_guard].near, found[FIRST].near);
         both = found[GAP].crossing & by_friction;
-        is_gap = found[GAP].crossing & (not(by_friction) | (index >= found[GAP].near));
+        is_gap = found[GAP].crossing & (not(by_friction) | ge(index, found[GAP].near));
     }
 #if WIDTH == 1
     double horizon = r;
@@ -367,7 +367,7 @@ again:
         const isolation *f = &found[is_gap ? GAP : lower ? last_guard : FIRST];
         low = f->from, high = f->to;
 #endif
-        start = pick((guess > low) & (guess < high) & (size_of(guess - start) < 0.125), guess, start);
+        start = pick(gt(guess, low) & lt(guess, high) & lt(size_of(guess - start), all(0.125)), guess, start);
         at = choose(active, wide(start), wide(all(r)));
         for (int round = 0; some(active); round++) {
             /* Even and odd parts apart: two chains of half the length. */
@@ -388,11 +388,11 @@ again:
             const real fall = sub(mul(wide(zeros), value), mul(at, rate));
             const real by_much = over(mul(at, value), fall);
             const bound on = near_to(by_much), here = near_to(at);
-            const mask positive = sign * near_to(value) > 0.0;
+            const mask positive = gt(sign * near_to(value), zero);
             low = pick(active & positive, here, low);
             high = pick(active & not(positive), here, high);
-            const mask close = active & ((size_of(on) <= ROOT_UNIT * here) |
-                                         (on * on * bend <= UNIT * size_of(near_to(fall))));
+            const mask close = active & (le(size_of(on), ROOT_UNIT * here) |
+                                         le(on * on * bend, UNIT * size_of(near_to(fall))));
             last = choose(close, by_much, last);
             falling = pick(active, sign * near_to(fall), falling);
             active &= not(close);
@@ -402,7 +402,7 @@ again:
                 break;
             }
             const real next = add(at, by_much);
-            const mask inside = (near_to(next) > low) & (near_to(next) < high);
+            const mask inside = gt(near_to(next), low) & lt(near_to(next), high);
             at = choose(active, choose(inside, next, wide(0.5 * (low + high))), at);
         }
         at = choose(sure, add(at, last), at);
@@ -410,7 +410,7 @@ again:
         steepness = falling / here;
         const bound reached = smaller(one, here + here), r2 = reached * reached;
         const bound rounding = pick(is_gap, g[GAP].rounding, g[FIRST].rounding) *
-                               pick(zeros > 0.0, pick(zeros > 1.0, r2, reached), one);
+                               pick(gt(zeros, zero), pick(gt(zeros, one), r2, reached), one);
         const bound tail = pick(is_gap, g[GAP].tail, g[FIRST].tail);
         /* Simple: |g'| keeps half its size as far as `straight` either way, for |g''| <= bend; and
            there the bounds that were counted have their one crossing each. */
@@ -419,7 +419,7 @@ again:
         /* Twice the rounding is 12 units of the root's own or more, for a slope's terms are counted in
            it: so it holds what the root is rounded by as well. */
         error = (rounding + rounding) / steepness;
-        const mask simple = (steepness > 0.0) & (0.5 * steepness * straight > apart + apart);
+        const mask simple = gt(steepness, zero) & gt(0.5 * steepness * straight, apart + apart);
         open |= sure & not(simple);
         sure &= simple;
     }
@@ -443,7 +443,7 @@ again:
         const bound near_zero =
             pick(other_is_gap, g[GAP].rounding + g[GAP].tail, g[FIRST].rounding + g[FIRST].tail) +
             error * most;
-        const mask later = value > near_zero;
+        const mask later = gt(value, near_zero);
         corner = sure & both & not(later);
         sure &= not(corner);
         open |= corner;
@@ -483,7 +483,7 @@ again:
 #if WIDTH == 1
                         & (horizon == 1.0) & (level == 0)
 #else
-                        & (level == 0 ? ~none : none)
+                        & (level == 0 ? not(none) : none)
 #endif
         ;
     real x_change = whole ? num(0.0) : m.x, speed = whole ? num(0.0) : add(a[0], m.slope);
@@ -502,7 +502,7 @@ again:
     real angle = add(s->angle, turned);
     const real added = sub(angle, s->angle);
     bound rest = near_to(add(sub(s->angle, sub(angle, added)), sub(turned, added)));
-    const mask passed = (near_to(angle) >= TWO_PI) & not(open);
+    const mask passed = ge(near_to(angle), all(TWO_PI)) & not(open);
     if (some(passed)) {
 #ifdef WIDE
         angle = sub(angle, (real){TWO_PI, TWO_PI_REST});
@@ -544,9 +544,9 @@ again:
     out->at_gap = at_gap;
     out->bound_at = outside;
     to->gap_zeros = pick(at_gap, one, zero);
-    const mask slips = crossing & (near_to(to->v_c) == 0.0) & (out->way != 0.0);
-    to->second_zeros = pick(slips, pick(outside != 0.0, all(2.0), one), zero);
-    to->margin = choose(crossing & (outside != 0.0), num(0.0),
+    const mask slips = crossing & eq(near_to(to->v_c), zero) & ne(out->way, zero);
+    to->second_zeros = pick(slips, pick(ne(outside, zero), all(2.0), one), zero);
+    to->margin = choose(crossing & ne(outside, zero), num(0.0),
                         sub(force(c, to->x_r, to->gap, to->v_r), friction_at(c, wide(out->way))));
 
     if (ends && some(passed)) {

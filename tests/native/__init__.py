@@ -9,14 +9,20 @@ LIBRARY, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
 EXAMPLE = ROOT / "docs" / "howto" / "example.c"
 
 
-def built(directory: Path, program: str, *flags: str, change: tuple[str, str, str] | None) -> Path:
-    """A program with the library, one text of whose sources is changed: (file, old, new)."""
+def place_of(text: str, directory: Path, name: str = "") -> Path:
+    """The source in a directory that has a text, which must be there once in all."""
+    sources = [path for path in directory.iterdir() if path.suffix in (".c", ".h")]
+    found = {path: path.read_text().count(text) for path in sources}
+    assert sum(found.values()) == 1, f"{name or text}: {sum(found.values())} places"
+    return max(found, key=lambda path: found[path])
+
+
+def built(directory: Path, program: str, *flags: str, change: tuple[str, str] | None) -> Path:
+    """A program with the library, one text of whose sources is changed: (old, new)."""
     shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
     if change:
-        name, old, new = change
-        text = (directory / name).read_text()
-        assert old in text
-        (directory / name).write_text(text.replace(old, new))
+        place = place_of(change[0], directory)
+        place.write_text(place.read_text().replace(*change))
     (directory / "program.c").write_text(program)
     sources = [file.name for file in directory.glob("*.c")]
     command = ["cc", "-std=c99", "-O1", "-ffp-contract=off", "-I.", f"-I{KERNELS}", *flags]

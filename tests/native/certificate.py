@@ -19,7 +19,7 @@ import numpy as np
 from mpmath import MPContext
 
 from capsule_sym import Parameters
-from tests.native import KERNELS, LIBRARY
+from tests.native import KERNELS, LIBRARY, place_of
 
 HERE = Path(__file__).parent
 WIDTHS = {"1": 1, "4": 4, "8": 8, "106 bits": 1}
@@ -45,10 +45,9 @@ PROBED = np.dtype(
 
 
 class Mutant(NamedTuple):
-    """A text of the library's sources that makes way for another."""
+    """A text of the library's sources, in one place of them, that makes way for another."""
 
     name: str
-    file: str
     old: str
     new: str
 
@@ -60,10 +59,9 @@ def build(directory: Path, mutants: tuple[Mutant, ...]) -> ctypes.CDLL:
     """
     shutil.copytree(LIBRARY, directory, ignore=shutil.ignore_patterns("build", "__pycache__"))
     numbered = sorted(enumerate(mutants, start=1), key=lambda pair: -len(pair[1].old))
-    for number, (name, file, old, new) in numbered:  # a text that holds another comes before it
-        path = directory / file
+    for number, (name, old, new) in numbered:  # a text that holds another comes before it
+        path = place_of(old, directory, name)
         text = path.read_text()
-        assert text.count(old) == 1, f"{name}: {text.count(old)} places in {file}"
         if old.startswith("#define"):
             head, value = old.rsplit(" ", 1)
             text = text.replace(old, f"{head} (capsule_weak == {number} ? {new} : {value})")

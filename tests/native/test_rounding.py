@@ -29,7 +29,7 @@ int planes(const double *p, double x_r, double phase, int *plane)
 """
 
 
-def mismatched(directory: Path, change: tuple[str, str, str] | None) -> int:
+def mismatched(directory: Path, change: tuple[str, str] | None) -> int:
     """How many starts at rest on x_r = delta, beside v_r' = 0, lie on another plane than the one
     that a run leaves by the field it begins with."""
     planes = ctypes.CDLL(
@@ -62,7 +62,7 @@ def test_a_start_from_the_rounded_angle_is_noticed(tmp_path: Path) -> None:
     exact = "state.plane = state.field = capsule_code_here(0)->field_at(map, &state);"
     lost = "double rest = state.angle_rest; state.angle_rest = 0.0;"
     rounded = f"{lost} {exact} state.angle_rest = rest;"
-    assert mismatched(tmp_path / "rounded", ("run.c", exact, rounded)) > 0
+    assert mismatched(tmp_path / "rounded", (exact, rounded)) > 0
 
 
 @pytest.mark.skipif(core is None, reason="the C core was not compiled")
