@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -179,14 +179,15 @@ def steer(
         Optimiser(program_of("velocity", bounds, system, way, *given), "velocity")
         for way in (True, False)
     )
-    steering = _Steering(points)
+    ways, done = list[_Way](), False
     with Watch(checked_seconds(max_seconds)):
         forward.run(survey)
         backward.run(survey)
         if progress is not None:
             progress("the way between the drives")
-        steering.join(forward.result, backward.result, bounds)
-    return steering.result(forward.result, backward.result)
+        _join(forward.result, backward.result, bounds, points, ways)
+        done = True
+    return _steered(forward.result, backward.result, ways, done)
 
 
 def _drives(system: System) -> tuple[str, str]:
@@ -195,87 +196,81 @@ def _drives(system: System) -> tuple[str, str]:
 
 def usual_drive(system: System) -> dict[str, tuple[float, float]]:
     """The bounds of a drive unless others are given."""
-    force, rate = 1.0, 1.0
+    units = (1.0, 1.0)
     if isinstance(system, PhysicalParameters):
-        force, rate = system.friction_force, system.natural_frequency
-    names = _drives(system)
-    return {names[0]: (0.1 * force, 2.0 * force), names[1]: (0.5 * rate, 1.5 * rate)}
+        units = system.friction_force, system.natural_frequency
+    shares = (0.1, 2.0), (0.5, 1.5)
+    named = zip(_drives(system), shares, units, strict=True)
+    return {name: (low * unit, high * unit) for name, (low, high), unit in named}
 
 
-class _Steering:
-    """The path between two drives, and what was tried before it."""
+@dataclass
+class _Way:
+    """A way by a corner or straight: its branches so far, and where it is broken."""
 
-    def __init__(self, points: int) -> None:
-        self.points = points
-        self.breaks: list[Break] = []
-        self.branches: list[Branch] = []
-        """Of the way that is tried."""
-        self.straight: list[Branch] = []
-        """Of the first way."""
-        self.path: list[Drive] = []
-        self.done = False
+    corner: Drive | None
+    branches: list[Branch] = field(default_factory=list)
+    broken: Break | None = None
+    whole: bool = False
 
-    def join(
-        self, forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
-    ) -> None:
-        """Try the ways between two optima that drive both ways."""
-        if _unlike(forward, backward) is None:
-            for corner in (None, *_corners(forward, backward, bounds)):
-                self.branches = []
-                broken = self.along(forward, backward, corner)
-                if broken is None:
-                    self.path = [forward.over, *([corner] if corner else []), backward.over]
-                    break
-                self.breaks.append(broken)
-                self.straight = self.straight or self.branches
-        self.done = True
 
-    def along(self, forward: Optimum, backward: Optimum, corner: Drive | None) -> Break | None:
-        """Follow the orbits along a way; where it is broken, None if it is whole."""
-        orbit, system = forward.orbits[0], forward.system
-        for target in ([corner] if corner else []) + [backward.over]:
-            branch = _stretch(orbit, _parameters(system, target), self.points)
-            check_time()
-            if branch is None:  # the corner is where the stretch begins
-                continue
-            self.branches.append(branch)
-            broken = _broken(branch)
-            if broken is not None:
-                at = drive_at(system, tuple(forward.over), broken[0])
-                return Break(corner, at, broken[1])
-            orbit = branch.points[-1].orbit
-        if not same(orbit, backward.orbits[0]):
-            why = f"the path ends on another orbit than the best, {orbit.itinerary}"
-            return Break(corner, dict(backward.over), why)
-        return None
+def _join(
+    forward: Optimum,
+    backward: Optimum,
+    bounds: Mapping[str, Sequence[float]],
+    points: int,
+    ways: list[_Way],
+) -> None:
+    """Try ways between two optima that drive both ways, until one is whole; adds them to `ways`."""
+    if _unlike(forward, backward) is not None:
+        return
+    for corner in (None, *_corners(forward, backward, bounds)):
+        ways.append(_Way(corner))
+        ways[-1].broken = _followed(forward, backward, points, ways[-1])
+        ways[-1].whole = ways[-1].broken is None
+        if ways[-1].whole:
+            return
 
-    def result(self, forward: Optimum, backward: Optimum) -> Steering:
-        """What was found between the two."""
-        status, message = self.ended(forward, backward)
-        whole = status is SteeringStatus.CONNECTED
-        branches = self.branches if whole else self.straight or self.branches
-        return Steering(
-            forward,
-            backward,
-            tuple(self.path),
-            tuple(self.breaks),
-            tuple(branches),
-            status,
-            message,
-        )
 
-    def ended(self, forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str]:
-        """How it ended, and the same as a sentence."""
-        if (unlike := _unlike(forward, backward)) is not None:
-            return unlike
-        tried = len(self.breaks)
-        if not self.done:
-            message = f"the time is over: of the paths that were tried {tried} are broken"
-            return SteeringStatus.TIME_LIMIT, message
-        if self.path:
-            message = "a path of stable orbits leads from one drive to the other"
-            return SteeringStatus.CONNECTED, message
-        return SteeringStatus.BROKEN, f"every path that was tried is broken: {self.breaks[0].why}"
+def _followed(forward: Optimum, backward: Optimum, points: int, way: _Way) -> Break | None:
+    """Follow the orbits along a way, and return where it is broken; None if it is whole."""
+    orbit, system, corner = forward.orbits[0], forward.system, way.corner
+    for target in ([corner] if corner else []) + [backward.over]:
+        branch = _stretch(orbit, _parameters(system, target), points)
+        check_time()
+        if branch is None:  # the corner is where the stretch begins
+            continue
+        way.branches.append(branch)
+        broken = _broken(branch)
+        if broken is not None:
+            return Break(corner, drive_at(system, tuple(forward.over), broken[0]), broken[1])
+        orbit = branch.points[-1].orbit
+    if not same(orbit, backward.orbits[0]):
+        why = f"the path ends on another orbit than the best, {orbit.itinerary}"
+        return Break(corner, dict(backward.over), why)
+    return None
+
+
+def _steered(forward: Optimum, backward: Optimum, ways: Sequence[_Way], done: bool) -> Steering:
+    """Result of the ways that were tried, all of them or as many as there was time for."""
+    breaks = tuple(way.broken for way in ways if way.broken is not None)
+    path: tuple[Drive, ...] = ()
+    shown = next((way for way in ways if way.branches), None)
+    if (unlike := _unlike(forward, backward)) is not None:
+        status, message = unlike
+    elif not done:
+        status = SteeringStatus.TIME_LIMIT
+        message = f"the time is over: of the paths that were tried {len(breaks)} are broken"
+    elif ways[-1].whole:
+        shown = ways[-1]
+        path = (forward.over, *([shown.corner] if shown.corner else []), backward.over)
+        status = SteeringStatus.CONNECTED
+        message = "a path of stable orbits leads from one drive to the other"
+    else:
+        status = SteeringStatus.BROKEN
+        message = f"every path that was tried is broken: {breaks[0].why}"
+    branches = tuple(shown.branches) if shown else ()
+    return Steering(forward, backward, path, breaks, branches, status, message)
 
 
 def _unlike(forward: Optimum, backward: Optimum) -> tuple[SteeringStatus, str] | None:
@@ -351,8 +346,5 @@ def drive_at(system: System, names: Sequence[str], parameters: Parameters) -> Dr
     """The drive of a system that has these dimensionless parameters."""
     if isinstance(system, Parameters):
         return {name: getattr(parameters, name) for name in names}
-    found = {
-        "P_d": parameters.alpha * system.friction_force,
-        "Omega": parameters.omega * system.natural_frequency,
-    }
-    return {name: found[name] for name in names}
+    ties = {name: system.tie(name) for name in names}
+    return {name: getattr(parameters, tied) / factor for name, (tied, factor) in ties.items()}
