@@ -20,7 +20,7 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
-from capsule_sym._orbits.continuation.branches import run as branch_run
+from capsule_sym._orbits.continuation.branches import branch as branch_run
 from capsule_sym._orbits.continuation.families.arclength import least_between, least_slope_between
 from capsule_sym._orbits.continuation.points.kinds import (
     ADDING,

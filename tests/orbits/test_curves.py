@@ -15,7 +15,7 @@ from capsule_sym import (
     continue_orbit,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._orbits.continuation.curves.run import CurveRun
+from capsule_sym._orbits.continuation.curves.curve import CurveRun
 from capsule_sym._orbits.continuation.families.arclength import corrected
 from capsule_sym._orbits.continuation.families.states import Axis, Problem
 from capsule_sym._orbits.continuation.families.stepping import Continuation

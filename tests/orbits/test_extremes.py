@@ -9,7 +9,15 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
-from capsule_sym import Ending, Parameters, continue_orbit, simulate, solve_orbit
+from capsule_sym import (
+    ContinuationSettings,
+    Ending,
+    Parameters,
+    continue_orbit,
+    simulate,
+    solve_orbit,
+)
+from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.search import endings
 
 _ROUGH = {"alpha": 1.2, "omega": 0.8, "zeta": 0.05, "beta": 1.5, "gamma": 3.3}
@@ -102,3 +110,18 @@ def test_a_branch_goes_on_to_a_large_force() -> None:
 def test_a_branch_goes_on_far_away(parameter: str, to: float) -> None:
     branch = continue_orbit(solve_orbit(Parameters()), parameter, to)
     assert branch.status is Ending.REACHED, branch.message
+
+
+def test_steps_grow_with_the_period_of_slow_forcing() -> None:
+    start = solve_orbit(Parameters())
+    branch = continue_orbit(start, "omega", 0.01)
+    assert branch.status is Ending.REACHED
+    # Of 0.2 beside durations of hundreds there would be 560.
+    assert sum(point.value < 0.05 for point in branch.points) < 300
+    assert is_admissible(branch.points[-1].orbit)
+    # Larger steps pass the same events.
+    coarse = ContinuationSettings(largest_share=0.05)
+    again = continue_orbit(start, "omega", 0.01, settings=coarse)
+    assert len(again.points) < len(branch.points)
+    events = [[(one.type, round(one.value, 9)) for one in b.bifurcations] for b in (branch, again)]
+    assert events[0] == events[1]

@@ -53,10 +53,7 @@ def steps(**settings: float) -> int:
 
 def test_smaller_steps_make_more_points() -> None:
     """As many as the length of the branch over that of a step; twice as many if it is halved."""
-    few, many, most = (
-        steps(first_step=size, largest_step=size, largest_share=1e-9)
-        for size in (0.02, 0.01, 0.005)
-    )
+    few, many, most = (steps(first_step=size, largest_step=size) for size in (0.02, 0.01, 0.005))
     assert 1.8 < (many - 2) / (few - 2) < 2.2
     assert 1.8 < (most - 2) / (many - 2) < 2.2
     assert steps(least_cosine=1 - 1e-6) > 2 * steps()
@@ -66,11 +63,13 @@ def test_a_larger_tolerance_of_newtons_method_is_less_exact() -> None:
     """Its square is left as an error, which the residual has."""
 
     def residual(tolerance: float) -> float:
-        chosen = ContinuationSettings(newton_tolerance=tolerance, rounding_step=1e-16)
+        chosen = ContinuationSettings(
+            newton_tolerance=tolerance, residual_tolerance=tolerance, rounding_step=1e-16
+        )
         branch = continue_orbit(settled(alpha=0.9), "alpha", 0.95, points=2, settings=chosen)
         return max(float(point.orbit.residual) for point in branch.points)
 
-    assert residual(1e-10) < 1e-13 < 1e-9 < residual(1e-3)
+    assert residual(1e-13) < 1e-13 < 1e-9 < residual(1e-3)
 
 
 def test_settings_reach_all_that_follows() -> None:

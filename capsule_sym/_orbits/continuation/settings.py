@@ -33,9 +33,12 @@ class ContinuationSettings:
     """Length below which no step is tried. Larger: branches end sooner where they turn sharply."""
     largest_step: float = _real(0.2, 100.0)
     """Length of the largest step. Larger: fewer points, and events may be missed."""
-    largest_share: float = _real(4e-3, 1.0)
-    """Length of the largest step over the largest entry of u, if that allows more. Larger: fewer
-    points of slow motions, whose durations are long, and events may be missed."""
+    largest_share: float = _real(0.02, 1.0)
+    """Growth of that length with the largest entry of u beyond `slow_size`. Larger: fewer points of
+    slow motions, whose durations are long, and events may be missed."""
+    slow_size: float = _real(50.0, 1e6)
+    """Entry of u, such as a duration, from which on steps are longer. Larger: more points of slow
+    motions."""
     least_cosine: float = _real(0.95, 1.0)
     """Least cosine of the angle between tangents before and after a step. Larger: more points."""
     newton_steps: int = _whole(8, 100)
@@ -44,6 +47,9 @@ class ContinuationSettings:
     newton_tolerance: float = _real(1e-10, 1e-3)
     """Newton step over the size of u that ends the method; its square is left as error. Larger:
     points that are less exact."""
+    residual_tolerance: float = _real(1e-13, 1e-3)
+    """Largest entry of the residual over the size of u, above which Newton's method goes on.
+    Larger: points that are less exact, next to a segment of duration 0 above all."""
     rounding_step: float = _real(1e-6, 1e-3)
     """The same, where the residual is rounding already. Larger: points that are less exact."""
     least_searched_step: float = _real(1e-5, 10.0)

@@ -1,9 +1,10 @@
-"""Branches of periodic orbits in one parameter, as results."""
+"""A branch of periodic orbits in one parameter, and the run that fills it."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
 
@@ -12,10 +13,37 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.families.states import Axis, Ending
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, sorted_multipliers
-from capsule_sym._orbits.shooting.admissibility import Inequality
-from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
+from capsule_sym._orbits.continuation.families.arclength import Vector
+from capsule_sym._orbits.continuation.families.family import Family
+from capsule_sym._orbits.continuation.families.states import (
+    Axis,
+    Ending,
+    Event,
+    Neighbour,
+    SmoothEvent,
+    State,
+    Step,
+    Stop,
+)
+from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.points.bifurcation import (
+    Bifurcation,
+    solution_fields,
+    sorted_multipliers,
+)
+from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at
+from capsule_sym._orbits.continuation.points.kinds import (
+    DURATIONS,
+    HIGHER,
+    INITIALS,
+    PERIOD_DOUBLING,
+    place,
+)
+from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
+from capsule_sym._orbits.shooting.identity import same, same_start
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
+from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
 
 _Point = TypeVar("_Point")
 
@@ -106,3 +134,185 @@ class Branch(Labelled):
         ends = " to ".join(f"{p.value:.6g}" for p in (self.points[:1] + self.points[-1:]))
         counts = f"{len(self.points)} points, {len(self.bifurcations)} bifurcations"
         return f"<Branch in {self.parameter} from {ends}: {counts}, ended {self.status}>"
+
+
+class BranchRun(Run):
+    """One run along a branch, from unknowns u of a continuation on, to the side of `along`."""
+
+    def __init__(
+        self, continuation: Continuation, u: Vector, along: Vector, points: int, origin: str = ""
+    ) -> None:
+        super().__init__(continuation, points, continuation.settings.most_points)
+        self.start, self.along, self.origin = u, along, origin
+        (self.axis,) = continuation.axes
+        self.points: list[BranchPoint] = []
+        self.bifurcations: list[Bifurcation] = []
+
+    def go(self, neighbour: Neighbour | None = None) -> Branch:
+        """Follow the branch to its end; it may begin beside a point, with what lies between."""
+
+        def begin() -> State:
+            state = self.continuation.state(self.start, self.along)
+            if neighbour is not None:
+                self.record_between(neighbour)
+            return state
+
+        ending, detail = self.follow(begin)
+        points, found = tuple(self.points), labelled(self.bifurcations)
+        return Branch(self.axis, points, found, ending, detail, self.origin)
+
+    def _value(self, orbit: Orbit) -> float:
+        return self.axis.value(orbit.values)
+
+    def add(self, state: State) -> None:
+        tightest = self.continuation.tightest(state)
+        if self.axis.path.ties:
+            _ = state.orbit.parameters  # refuses what lies between the values that were tried
+        orbit = whole_orbit(state.orbit)
+        self.points.append(BranchPoint(self._value(orbit), orbit, tightest))
+
+    def reach_border(self, state: State) -> None:
+        ending = Ending.REACHED
+        if state.u[-1] < 0.5 and self.start[-1] < self.problem.settings.neighbour_step:
+            # It runs the other way: to an orbit beyond a fold, however near, or along itself
+            # with the halves of a doubled orbit exchanged.
+            end, first = whole_orbit(state.orbit), self.points[0].orbit
+            returned = same(end, first) and not same_start(end, first)
+            ending = Ending.RETURNED if returned else Ending.TURNED_BACK
+        raise Stop(ending, self.problem.where(state.orbit))
+
+    def check(self, old: State, step: Step) -> None:
+        """Raises Stop where the halves of a period-doubled orbit have become one."""
+        new, found = step.state, None
+        if step.event is None:
+            found = halved(self.continuation, old.orbit, new.orbit)
+        if found is None:
+            return
+        orbit = found.orbit
+        self._record(
+            old, new, None, found, type=PERIOD_DOUBLING, uncertainty=max(self.errors(found))
+        )
+        halves, where = f"the two halves of {old.orbit.itinerary}", self.problem.where(orbit)
+        raise Stop(Ending.PERIOD_HALVED, f"{halves} become one at {where}")
+
+    def record_smooth(self, one: SmoothEvent, old: State, new: State) -> None:
+        found, kept = one.solution, one.solution.orbit.itinerary.mirrored
+        fields: dict[str, Any] = {} if one.solved else {"status": OrbitStatus.NOT_CONVERGED}
+        error, symmetry = max(self.errors(found)), KEPT if kept else ""
+        fields |= {"type": one.type, "uncertainty": error, "symmetry": symmetry}
+        self._record(old, new, new, found, **fields)
+
+    def _record(
+        self, old: State, new: State, beyond: State | None, found: EventSolution, **fields: Any
+    ) -> None:
+        """Record a bifurcation between two states, with the state on its other side."""
+        solved, after = solution_fields(found), beyond and beyond.orbit
+        located = {
+            "parameter": self.axis.name,
+            "path": self.axis.path,
+            "value": self._value(solved["orbit"]),
+            "interval": (self._value(old.orbit), self._value(new.orbit)),
+            "itinerary_before": old.orbit.itinerary.whole,
+            "itinerary_after": after and after.itinerary.whole,
+            "multipliers_before": sorted_multipliers(old.orbit),
+            "multipliers_after": sorted_multipliers(after) if after else (),
+        }
+        self.bifurcations.append(Bifurcation(**(solved | located | fields)))
+
+    def cross(self, old: State, new: State, event: Event) -> State:
+        """Record an event, and give the state beyond it."""
+        found, beyond, failure = event.solution, None, "there is no orbit"
+        try:
+            beyond = self.continuation.cross(event)
+        except InvalidInput as error:
+            failure = str(error)
+        if beyond is not None:
+            failure = failure_of(beyond.state)
+        state = self.continuation.symmetric(beyond.state) if beyond and not failure else None
+        what = place(found.orbit.itinerary, found.orbit.system, event.segment) or HIGHER
+        failed = event.failed.named(old.orbit.itinerary)
+        self._record(
+            old,
+            new,
+            state,
+            found,
+            **what._asdict(),
+            uncertainty=float(found.uncertainties[0]),
+            segment=event.segment,
+            symmetry=_symmetry(old, found.orbit.itinerary, state),
+            failed=failed,
+        )
+        if beyond is None or state is None:
+            spot = self.problem.where(self.bifurcations[-1].orbit)
+            detail = f"{failed} fails at {spot}; beyond, {failure}"
+            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        self.record_between(beyond)
+        return state
+
+
+def _symmetry(old: State, itinerary: Itinerary, neighbour: State | None) -> str:
+    """The mirror symmetry at an event on the way from one state to another."""
+    if itinerary.mirrored:
+        return KEPT
+    sides = [state.orbit.itinerary.mirrored for state in (old, neighbour) if state]
+    return BROKEN if any(sides) else ""
+
+
+def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
+    """Bifurcations with labels: the initials of their type, and their number among these."""
+    counts = Counter[str]()
+    result = []
+    for one in found:
+        initials = INITIALS.get(one.type, "XX")
+        counts[initials] += 1
+        result.append(replace(one, label=f"{initials}{counts[initials]}"))
+    return tuple(result)
+
+
+def failure_of(state: State) -> str:
+    """Why a state beyond an event is no motion; empty if it is one."""
+    itinerary = state.orbit.itinerary
+    failed = [one.named(itinerary) for one in state.held if one.value <= 0]
+    if failed:
+        return f"{' and '.join(failed)} fails in {itinerary} at once"
+    return "" if is_admissible(whole_orbit(state.orbit)) else f"the map does not follow {itinerary}"
+
+
+def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
+    """The period doubling between two orbits of one branch at which the halves exchange places.
+
+    A period-doubled branch ends there: followed further it would come back along itself. The
+    solution's orbit is that of half the period. None where the itinerary's halves have other
+    fields, or keep their places, or where no doubling is near.
+    """
+    itinerary, n = old.itinerary, len(old.itinerary) // 2
+    if itinerary.period_number % 2 or n == 0 or itinerary.fields[:n] != itinerary.fields[n:]:
+        return None
+    before, after = _difference(old), _difference(new)
+    if not before @ after < 0:
+        return None
+    # The doubled orbit's equations are singular there; those of half the period are not.
+    share = before @ before / (before @ before - before @ after)
+    middle = old.z + share * (new.z - old.z)
+    start, first, second = np.split(middle, [DURATIONS, DURATIONS + n])
+    z = np.array([*start, *(first + second) / 2])
+    (axis,) = family.axes
+    q, end = (axis.share(one.values) for one in (old, new))
+    once = Itinerary(itinerary.segments[:n], itinerary.period_number // 2)
+    guess = orbit_at(family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z)
+    found = Family(family.problem, guess).solved(guess, (PERIOD_DOUBLING,))
+    near = found is not None and abs(found.orbit.z - z).max() <= abs(new.z - old.z).max()
+    return found if near else None
+
+
+def _difference(orbit: Orbit) -> Vector:
+    """The difference between the durations of the two halves, (n/2,)."""
+    first, second = np.split(orbit.durations, 2)
+    return np.asarray(first - second)
+
+
+def halves_apart(orbit: Orbit, least: float) -> bool:
+    """Whether the two halves of an orbit differ by so much."""
+    n = len(orbit.itinerary) // 2
+    begin, middle = orbit.system.flows[0].start, orbit.system.flows[n].start
+    return bool(np.max(np.abs([*(begin - middle), *_difference(orbit)])) > least)

@@ -12,8 +12,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.branches.branch import Branch
-from capsule_sym._orbits.continuation.branches.run import BranchRun
+from capsule_sym._orbits.continuation.branches.branch import Branch, BranchRun
 from capsule_sym._orbits.continuation.families.states import Axis, Ending, Problem, State, Stop
 from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half
 from capsule_sym._orbits.continuation.parameter_paths import (

@@ -14,9 +14,14 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
+from capsule_sym._orbits.continuation.branches.branch import (
+    Branch,
+    BranchPoint,
+    BranchRun,
+    failure_of,
+    halves_apart,
+)
 from capsule_sym._orbits.continuation.branches.continuing import axis_from, check_points
-from capsule_sym._orbits.continuation.branches.run import BranchRun, failure_of, halves_apart
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
     Ending,

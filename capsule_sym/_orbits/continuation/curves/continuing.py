@@ -14,8 +14,7 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.continuing import check_points
-from capsule_sym._orbits.continuation.curves.curve import Curve
-from capsule_sym._orbits.continuation.curves.run import CurveRun
+from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
     Axis,

@@ -1,17 +1,49 @@
-"""Curves of bifurcations in two parameters, as results."""
+"""A curve of bifurcations in two parameters, and the run that fills one half of it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import Labelled
-from capsule_sym._orbits.continuation.families.states import Ending
-from capsule_sym._orbits.continuation.points.bifurcation import CodimensionTwoPoint, CurvePoint
-from capsule_sym._orbits.shooting.orbit import columns_of
+from capsule_sym._native import TimeUp
+from capsule_sym._orbits.continuation.families.states import (
+    OUT_OF_TIME,
+    Ending,
+    Event,
+    SmoothEvent,
+    State,
+    Step,
+    Stop,
+)
+from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.points.bifurcation import (
+    CodimensionTwoPoint,
+    CurvePoint,
+    solution_fields,
+)
+from capsule_sym._orbits.continuation.points.conditions import (
+    evaluate_test_functions,
+    has_rotations,
+    noise,
+)
+from capsule_sym._orbits.continuation.points.extended import EventSolution
+from capsule_sym._orbits.continuation.points.kinds import (
+    DEGENERATE,
+    DURATIONS,
+    HIGHER,
+    NEIMARK_SACKER,
+    RESONANCES,
+    Place,
+    place,
+)
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
+from capsule_sym._orbits.shooting.symmetry import whole_orbit
 
 _FINE = (Ending.REACHED, Ending.RETURNED, Ending.CODIMENSION_TWO)
 
@@ -82,3 +114,187 @@ class Curve(Labelled):
         counts = f"{len(self.points)} points, {len(self.codimension_two)} of codimension two"
         ends = " and ".join(ending for ending, _ in self.endings)
         return f"<Curve of {self.type} in {', '.join(self.parameters)}: {counts}, ending {ends}>"
+
+
+_SADDLES = "the multipliers of product 1 are real"
+
+
+class CurveRun(Run):
+    """One half of a curve of a bifurcation type, from a state of a continuation on."""
+
+    def __init__(self, continuation: Continuation, kind: str, points: int) -> None:
+        super().__init__(continuation, points, continuation.settings.most_curve_points)
+        self.kind = kind
+        self.points: list[CurvePoint] = []
+        self.codimension_two: list[CodimensionTwoPoint] = []
+        self.first: State
+
+    def go(self, first: State) -> tuple[Ending, str]:
+        """Follow the curve from a state to its end, and say why it ends."""
+        self.first = first
+        ending, detail = self.follow(lambda: first)
+        lost = ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT)
+        try:
+            if lost and self.last and self._ends_in_point(self.last):
+                where = self.problem.where(self.codimension_two[-1].orbit)
+                return Ending.CODIMENSION_TWO, where
+        except TimeUp:
+            return OUT_OF_TIME
+        return ending, detail
+
+    def closes(self, old: State, new: State) -> bool:
+        """Whether the curve passes its first point between two neighbours."""
+        first, itinerary = self.first, old.orbit.itinerary
+        if not itinerary == new.orbit.itinerary == first.orbit.itinerary:
+            return False
+        step = new.u - old.u
+        share = (first.u - old.u) @ step / (step @ step)
+        if not 0 < share <= 1:
+            return False
+        there = self.continuation.corrected(old.u + share * step, step / np.linalg.norm(step))
+        near = self.problem.settings.closed_distance
+        return there is not None and bool(np.linalg.norm(there.u - first.u) < near)
+
+    def check(self, old: State, step: Step) -> None:
+        """Raises Stop where a curve of rotations ends: beyond, the multipliers are real."""
+        if self.kind == NEIMARK_SACKER and not has_rotations(step.state.orbit):
+            last = self.codimension_two[-1].orbit if step.smooth else old.orbit
+            detail = f"{self.problem.where(last)}; beyond, {_SADDLES}"
+            raise Stop(Ending.CODIMENSION_TWO, detail)
+
+    def add(self, state: State) -> None:
+        tightest, orbit = self.continuation.tightest(state), state.orbit
+        segment, critical = self.continuation.zero_segment, self.continuation.critical
+        test = 0.0 if critical is None else abs(state.tests[critical])
+        solved = orbit.success and (critical is None or test <= noise(orbit))
+        point = CurvePoint(
+            values=self._values(orbit),
+            line=self._place(orbit, segment).line,
+            orbit=whole_orbit(orbit),
+            segment=segment,
+            admissibility=tightest,
+            residual=max(float(orbit.residual), test),
+            iterations=orbit.iterations,
+            status=OrbitStatus.CONVERGED if solved else OrbitStatus.NOT_CONVERGED,
+        )
+        self.points.append(point)
+
+    def _place(self, orbit: Orbit, segment: int | None) -> Place:
+        if segment is None:
+            return Place(self.kind)
+        return place(orbit.itinerary, orbit.system, segment) or HIGHER
+
+    def _values(self, orbit: Orbit) -> tuple[float, float]:
+        first, second = self.problem.values(orbit)
+        return first, second
+
+    def record_smooth(self, one: SmoothEvent, old: State, new: State) -> None:
+        found, segment = one.solution, self.continuation.zero_segment
+        found = found._replace(
+            uncertainties=tuple(self.errors(found)), segments=() if segment is None else (segment,)
+        )
+        orbit, name, resonance = found.orbit, one.type, RESONANCES.get(one.type)
+        if self.kind == NEIMARK_SACKER and resonance is not None:
+            # Both multipliers of a rotation are 1 or -1.
+            size = abs(evaluate_test_functions(orbit)[resonance])
+            near = size <= self.problem.settings.resonance_tolerance
+            name = resonance if near else name
+        whole, places = orbit.itinerary.whole, (self._place(orbit, segment), Place(name))
+        self._record(found, places, (whole, whole), solved=one.solved)
+
+    def _record(
+        self,
+        found: EventSolution,
+        places: tuple[Place, Place],
+        itineraries: tuple[Itinerary, Itinerary | None],
+        failed: str = "",
+        solved: bool = True,
+    ) -> None:
+        """Record a point of codimension two, with the itineraries before it and beyond."""
+        here, there = places
+        first, second = (float(value) for value in found.uncertainties[-2:])
+        fields = solution_fields(found)
+        if not solved:
+            fields["status"] = OrbitStatus.NOT_CONVERGED
+        point = CodimensionTwoPoint(
+            types=(here.type, there.type),
+            lines=(here.line, there.line),
+            values=self._values(found.orbit),
+            uncertainties=(first, second),
+            failed=failed,
+            itinerary_before=itineraries[0],
+            itinerary_after=itineraries[1],
+            segments=found.segments,
+            **fields,
+        )
+        self.codimension_two.append(point)
+
+    def cross(self, old: State, new: State, event: Event) -> State:
+        """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
+        found = self._regular(event.solution)
+        at, before = found.orbit, old.orbit.itinerary
+        segment = None if self.continuation.zero_segment is None else found.segments[0]
+        places = self._place(at, segment), self._place(at, event.segment)
+        stop, beyond, state = None, None, None
+        try:
+            beyond = self.continuation.cross(event)
+            state = self.continuation.symmetric(beyond.state) if beyond else None
+        except InvalidInput as error:
+            stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
+        except Stop as error:
+            stop = error
+        known = self.codimension_two
+        if known and known[-1].types[1] == DEGENERATE and known[-1].at(self._values(at)):
+            known.pop()
+        failed, after = event.failed.named(before), state and state.orbit.itinerary.whole
+        self._record(found, places, (before.whole, after), failed)
+        if beyond is None or state is None:
+            message = f"{failed} fails at {self.problem.where(at)}"
+            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
+        self.record_between(beyond)
+        return state
+
+    def _regular(self, found: EventSolution) -> EventSolution:
+        """The point where two segments vanish together, by equations that are regular there.
+
+        At a degenerate point their durations are not independent: one vanishes with the next
+        derivative of its guard.
+        """
+        ill = max(found.uncertainties) >= self.problem.settings.singular_uncertainty
+        if len(found.segments) < 2 or not ill:
+            return found
+        return self._degenerate(found.orbit, found.segments) or found
+
+    def _degenerate(self, orbit: Orbit, segments: tuple[int, ...]) -> EventSolution | None:
+        """The point near an orbit at which the first of some segments is degenerate.
+
+        Where a neighbour vanishes with it, one of all the conditions follows from the others.
+        """
+        z = orbit.z.copy()
+        z[[DURATIONS + segment for segment in segments]] = 0.0
+        continuation = Continuation(self.problem, orbit, segments[0])
+        found = continuation.solved(replace(orbit, z=z), (DEGENERATE,), segments)
+        near = self.problem.settings.degenerate_distance
+        return found if found is not None and max(abs(found.orbit.z - z)) < near else None
+
+    def _ends_in_point(self, state: State) -> bool:
+        """Whether the curve has ended in a degenerate point, which is then recorded."""
+        # A crossing that failed has left the itinerary of the last point.
+        orbit, own = state.orbit, self.points[-1].segment
+        known = self.codimension_two[-1:]
+        if own is None or orbit.itinerary.mirrored or any(p.itinerary_after is None for p in known):
+            return False
+        n, near = len(orbit.itinerary), self.problem.settings.degenerate_distance
+        adjacent = [k for k in ((own - 1) % n, (own + 1) % n) if orbit.durations[k] < near]
+        tried = (*((k, own) for k in adjacent), *((own, k) for k in adjacent), (own,))
+        solutions = (self._degenerate(orbit, segments) for segments in tried)
+        found = next((one for one in solutions if one is not None), None)
+        if found is None:
+            return False
+        others = [k for k in found.segments if k != own]
+        at = found.orbit
+        if not any(point.at(self._values(at)) for point in known):
+            there = self._place(at, others[0]) if others else Place(DEGENERATE)
+            found = found._replace(segments=(own, *others))
+            self._record(found, (self._place(at, own), there), (orbit.itinerary.whole, None))
+        return True

@@ -58,6 +58,7 @@ def corrected(
     Steps that are within a tolerance end it; they do not get smaller than rounding lets them.
     """
     u, size, tolerance = guess, float("inf"), tolerance or settings.newton_tolerance
+    found = None
     for step in range(1, settings.newton_steps + 1):
         at = equations(u)
         if not np.all(np.isfinite(at.residual)):
@@ -73,8 +74,11 @@ def corrected(
             return None
         u, size = u + change, float(np.linalg.norm(change))
         if size < tolerance * (1 + np.linalg.norm(u)):
-            return Solution(u, equations(u), step)
-    return None
+            found = Solution(u, equations(u), step)
+            # A derivative that is not exact, near a segment of duration 0, leaves more.
+            if np.max(abs(found.at.residual)) <= settings.residual_tolerance * (1 + np.max(abs(u))):
+                break
+    return found
 
 
 def least_between(ends: Vector, slopes: Vector) -> float:
