@@ -8,7 +8,9 @@ vanishes at an end of its segment by what is known exactly there, that root is d
 from __future__ import annotations
 
 from functools import cache, lru_cache
-from math import ceil, comb, exp, factorial, frexp, ldexp
+from math import ceil, comb, exp, frexp, ldexp
+
+from flint import arb_mat
 
 from capsule_sym._enclosures.numbers.balls import (
     Ball,
@@ -18,14 +20,15 @@ from capsule_sym._enclosures.numbers.balls import (
     bits,
     greatest,
     matrix,
+    precision,
     symmetric,
     upper,
 )
-from capsule_sym._enclosures.numbers.fields import SIZE, Field
+from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.switches import Orders
 
 _ORDER = 16
-_STEP_ORDER = 40
+_STEP_BITS = 128  # of the flow over a piece: a guard that is positive is so by more
 _LONGEST = 0.8  # a piece, in units of time
 _DEEPEST = 30  # halvings of a piece
 _ANEW = 32  # pieces after which the state is computed from the segment's end: errors of steps grow
@@ -57,34 +60,20 @@ class Line:
 
     def __init__(self, field: Field, sense: int) -> None:
         self.index, self.sense = field.index, sense
-        self._A, self._norm = field.A * sense, field.norm
-        terms = [t * (sense**k) for k, t in enumerate(field.terms(_STEP_ORDER))]
-        self._terms = terms
-        rows = [field.guards * term for term in terms[: _ORDER + 2]]
-        self._coefficients = [
-            matrix(
-                _ORDER + 1,
-                SIZE,
-                ((k, j, rows[k][g, j]) for k in range(_ORDER + 1) for j in range(SIZE)),
-            )
-            for g in range(field.guards.nrows())
+        self._field, self._norm = field, field.norm
+        rows = [
+            (field.guards * (term * sense**k)).tolist()
+            for k, term in enumerate(field.terms(_ORDER + 1))
         ]
-        self._last = [
-            [rows[_ORDER + 1][g, j] for j in range(SIZE)] for g in range(len(rows[0].tolist()))
-        ]
+        *held, self._last = rows
+        self._coefficients = [arb_mat([row[g] for row in held]) for g in range(len(self._last))]
         self._steps: dict[float, Matrix] = {}
 
     def step(self, length: float) -> Matrix:
         """The flow over a piece."""
         if length not in self._steps:
-            total = matrix(SIZE, SIZE)
-            for term in reversed(self._terms):
-                total = total * arb(length) + term
-            size = self._norm * length
-            order = _STEP_ORDER + 1
-            tail = symmetric(arb(size) ** order / factorial(order) * (exp(size) * 1.0000001))
-            entries = ((i, j, tail) for i in range(SIZE) for j in range(SIZE))
-            self._steps[length] = total + matrix(SIZE, SIZE, entries)
+            with precision(min(bits(), _STEP_BITS)):
+                self._steps[length] = self._field.flow(arb(self.sense * length))
         return self._steps[length]
 
     def polynomial(
