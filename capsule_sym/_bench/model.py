@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import cos, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from capsule_sym._parameters import Parameters
 
@@ -142,3 +144,28 @@ def guards(p: Parameters, field: int, raised: float) -> list[Guard]:
     if contact:
         return [lambda x_r, v_r, v_c: x_r - delta + raised, *others]
     return [lambda x_r, v_r, v_c: delta - x_r + raised, *others]
+
+
+Step = Callable[[int, float, Any], tuple[float, Any, int | None]]
+"""Integrates a field from a time and state to its first guard: time, state, and guard's number.
+
+The number is None at the run's end; of a run that failed so is the state.
+"""
+
+
+def switched(start: Start, step: Step) -> Result:
+    """A run that is begun anew at each switch, where what vanishes is put to zero."""
+    p, clock = start.parameters, Clock(start)
+    field, z, itinerary = start.field, np.array(start.state), bytearray()
+    while clock.now < start.end:
+        itinerary.append(field)
+        time, z, fired = step(field, clock.now, z)
+        if fired is None:
+            return Result(bytes(itinerary), None if z is None else tuple(z.tolist()))
+        try:
+            clock.advance(time)
+        except Locked:
+            return Result(bytes(itinerary), None)
+        field = following(p, field, fired, z[0], z[1])
+        z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
+    return Result(bytes(itinerary), tuple(z.tolist()))

@@ -9,7 +9,14 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from capsule_sym import Itinerary, Parameters, continue_orbit, solve_orbit
+from capsule_sym import (
+    Itinerary,
+    Orbit,
+    Parameters,
+    continue_orbit,
+    monodromy_matrix,
+    solve_orbit,
+)
 from capsule_sym._map.backend import backend
 from capsule_sym._native import Watch, core
 from capsule_sym._orbits.shooting import closed
@@ -17,8 +24,6 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS, ShootingSystem, of_core, shooting
 from capsule_sym._orbits.shooting.itinerary import contact, drift, mirror
 from capsule_sym._orbits.shooting.newton import newton
-from capsule_sym._orbits.shooting.orbit import Orbit
-from capsule_sym._orbits.shooting.stability import monodromy_matrix
 from capsule_sym.generated.interface import Solving
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")

@@ -9,16 +9,14 @@ import numpy as np
 
 from capsule_sym._bench.model import (
     NUDGE,
-    Clock,
     Guard,
-    Locked,
     Rates,
     Result,
     Run,
     Start,
-    following,
     guards,
     rates,
+    switched,
 )
 from capsule_sym._parameters import Parameters
 
@@ -77,21 +75,14 @@ class _Field:
 
 
 def _run(solver: Any, here: _Field, start: Start) -> Result:
-    p, end, clock = start.parameters, start.end, Clock(start)
-    field, z, itinerary = start.field, np.array(start.state), bytearray()
-    while clock.now < end:
-        itinerary.append(field)
-        here.enter(p, field)
-        solver.init_step(clock.now, z)
-        found = solver.step(end, tstop=end)
+    def step(field: int, now: float, z: Any) -> tuple[float, Any, int | None]:
+        here.enter(start.parameters, field)
+        solver.init_step(now, z)
+        found = solver.step(start.end, tstop=start.end)
         z = np.array(found.y, dtype=float).reshape(-1, 3)[-1]
         if found.status != _ROOT_FOUND:
-            return Result(bytes(itinerary), tuple(z.tolist()) if found.status >= 0 else None)
-        try:
-            clock.advance(float(np.ravel(found.t)[-1]))
-        except Locked:
-            return Result(bytes(itinerary), None)
+            return start.end, z if found.status >= 0 else None, None
         fired = int(np.flatnonzero(np.reshape(found.i_events, (-1, _GUARDS))[-1])[0])
-        field = following(p, field, fired, z[0], z[1])
-        z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
-    return Result(bytes(itinerary), tuple(z.tolist()))
+        return float(np.ravel(found.t)[-1]), z, fired
+
+    return switched(start, step)

@@ -8,18 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from capsule_sym._bench.model import (
-    NUDGE,
-    Clock,
-    Guard,
-    Locked,
-    Result,
-    Run,
-    Start,
-    following,
-    guards,
-    rates,
-)
+from capsule_sym._bench.model import NUDGE, Guard, Result, Run, Start, guards, rates, switched
 from capsule_sym._parameters import Parameters
 
 
@@ -39,13 +28,12 @@ def build(method: Any, tolerance: float, careful: bool) -> Run:
 def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
     from scipy.integrate import solve_ivp
 
-    p, end, clock = start.parameters, start.end, Clock(start)
-    field, z, itinerary = start.field, np.array(start.state), bytearray()
-    while clock.now < end:
-        itinerary.append(field)
+    p, end = start.parameters, start.end
+
+    def step(field: int, now: float, z: Any) -> tuple[float, Any, int | None]:
         solution: Any = solve_ivp(
             _rate(p, field),
-            (clock.now, end),
+            (now, end),
             z,
             method=method,
             rtol=tolerance,
@@ -55,15 +43,10 @@ def _run(start: Start, method: Any, tolerance: float, raised: float) -> Result:
         hits = [float(e[0]) if len(e) else inf for e in solution.t_events]
         fired = int(np.argmin(hits))
         if hits[fired] == inf:
-            return Result(bytes(itinerary), tuple(solution.y[:, -1].tolist()))
-        try:
-            clock.advance(hits[fired])
-        except Locked:
-            return Result(bytes(itinerary), None)
-        z = solution.y_events[fired][0].copy()
-        field = following(p, field, fired, z[0], z[1])
-        z[0 if fired == 0 else 2] = p.delta if fired == 0 else 0.0
-    return Result(bytes(itinerary), tuple(z.tolist()))
+            return end, solution.y[:, -1], None
+        return hits[fired], solution.y_events[fired][0].copy(), fired
+
+    return switched(start, step)
 
 
 def _rate(p: Parameters, field: int) -> Any:
