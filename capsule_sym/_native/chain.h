@@ -39,30 +39,14 @@ static inline void chain_total(const double *restrict row, const double *restric
         total[columns - CAPSULE_PARAMETER_COUNT + k] += row[BY_PARAMETER + k];
 }
 
-/* The row of P, of x_r and v_r with these rows. */
-static inline void chain_force(const capsule_constants *c, double x_r, double v_r,
-                               const double x_row[ROW], const double v_row[ROW], double row[ROW])
+/* The row of a function of state and parameters with this gradient, of a state with these rows. */
+static inline void chain_gradient(const double gradient[CAPSULE_SLOPE_COUNT], double rows[][ROW],
+                                  double row[ROW])
 {
-    double by_delta, by_zeta, by_beta;
     for (int k = 0; k < ROW; k++)
-        row[k] = force_change(c, x_row[k], v_row[k]);
-    force_slopes(c, x_r - c->delta, v_r, &by_delta, &by_zeta, &by_beta);
-    row[BY(delta)] += by_delta;
-    row[BY(zeta)] += by_zeta;
-    row[BY(beta)] += by_beta;
-}
-
-/* The rate of v_c at a state, and its row at the start of a segment. */
-static inline double chain_slip(const capsule_constants *c, double x_r, double v_r, double row[ROW])
-{
-    const double rate = v_c_rate(c, margin_at(c, x_r, x_r - c->delta, v_r));
-    const double by_x[ROW] = {1.0}, by_v[ROW] = {0.0, 1.0};
-    chain_force(c, x_r, v_r, by_x, by_v, row);
-    row[BY(f_b)] -= c->drift;
-    for (int k = 0; k < ROW; k++)
-        row[k] = v_c_rate(c, row[k]);
-    row[BY(gamma)] -= rate / c->gamma;
-    return rate;
+        row[k] = gradient[0] * rows[0][k] + gradient[1] * rows[1][k] + gradient[2] * rows[2][k];
+    for (int k = 0; k < CAPSULE_PARAMETER_COUNT; k++)
+        row[BY_PARAMETER + k] += gradient[STATES + 1 + k];
 }
 
 /* The row of the guard that ends a segment: of x_r - delta where contact changes, of v_c where a slip
@@ -70,14 +54,14 @@ static inline double chain_slip(const capsule_constants *c, double x_r, double v
 static inline void chain_guard(const capsule_constants *c, const capsule_constants *next,
                                const double end[STATES], double rows[ROWS][ROW], double guard[ROW])
 {
-    const int impact = c->contact != next->contact;
-    if (!impact && c->drift == 0.0) {
-        chain_force(c, end[0], end[1], rows[0], rows[1], guard);
-        guard[BY(f_b)] -= next->drift;
-        return;
-    }
-    memcpy(guard, rows[impact ? 0 : 2], ROW * sizeof *guard);
-    guard[BY(delta)] -= impact;
+    double gradient[CAPSULE_SLOPE_COUNT];
+    if (c->contact != next->contact)
+        gap_gradient(c, gradient);
+    else if (c->drift != 0.0)
+        speed_gradient(c, gradient);
+    else
+        limit_gradient(c, next->drift, end[0] - c->delta, end[1], gradient);
+    chain_gradient(gradient, rows, guard);
 }
 
 /* Takes deviations of the state, a column each, over a landing: v_r' jumps by as much as v_c' does, the

@@ -124,10 +124,15 @@ static double divided_guard(const capsule_constants *c, const capsule_constants 
     row[which] -= 1.0;
     if (zeros == 2) {
         /* The rate at the start, which the guard before makes 0 where all equations hold. */
-        const double rate = chain_slip(c, p->start[0], p->start[2], rows[0]);
+        const double rate = v_c_rate(c, p->start[4]);
+        double gradient[CAPSULE_SLOPE_COUNT], slip[ROW], start[STATES][ROW] = {{0.0}};
+        for (int k = 0; k < STATES; k++)
+            start[k][k] = 1.0;
+        slip_gradient(c, c->drift, p->start[0], p->start[1], p->start[2], gradient);
+        chain_gradient(gradient, start, slip);
         gained -= rate * h;
         for (int k = 0; k < ROW; k++)
-            row[k] -= rows[0][k] * h;
+            row[k] -= slip[k] * h;
         row[BY_TIME] -= rate;
     }
     const double power = zeros == 2 ? h * h : h;

@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 from capsule_sym._map.backend import Number
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector, force_by
+from capsule_sym._orbits.shooting.equations import BY_TIME, STATES, Matrix, SegmentFlow, Vector
 from capsule_sym._orbits.shooting.extrema import extrema
+from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym.generated import formulas
 from capsule_sym.generated.interface import Quantity
-
-_BETA, _DELTA = (PARAMETERS.index(name) - len(PARAMETERS) for name in ("beta", "delta"))
-_H = 4  # column of the duration in the kernels' Jacobian
 
 
 class _Place(NamedTuple):
@@ -33,9 +31,10 @@ def peak_of_force(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
     place = max(_places(forms, orbit, Quantity.FORCE), key=lambda found: found.size)
     x_r, v_r, by = _state(forms, place)
     c = place.flow.c
-    force = formulas.force(c, x_r, x_r - c.delta, v_r)
+    gap = x_r - c.delta
+    force = formulas.force(c, x_r, gap, v_r)
     side = 1 if force > 0 else -1
-    return side * force, side * force_by(c, x_r, v_r, by)
+    return side * force, side * chained(formulas.force_gradient(c, gap, v_r), by)
 
 
 def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
@@ -46,10 +45,8 @@ def peak_of_contact(forms: ClosedForms, orbit: Orbit) -> tuple[Number, Vector]:
         return forms.numbers.number(0), 0 * orbit.system.advance_by
     x_r, _, by = _state(forms, place)
     c = place.flow.c
-    gradient = c.beta * by[0]
-    gradient[_DELTA] -= c.beta
-    gradient[_BETA] += x_r - c.delta
-    return formulas.force(c, 0, x_r - c.delta, 0), gradient
+    gap = x_r - c.delta
+    return formulas.force(c, 0, gap, 0), chained(formulas.contact_gradient(c, gap), by)
 
 
 def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_Place]:
@@ -68,14 +65,14 @@ def _places(forms: ClosedForms, orbit: Orbit, quantity: Quantity) -> Iterator[_P
 
 
 def _state(forms: ClosedForms, place: _Place) -> tuple[Number, Number, Matrix]:
-    """x_r and v_r at a place, and their total derivatives (2, n + 11) at a time in the segment.
+    """x_r and v_r at a place, and their total derivatives (3, n + 11) at a time in the segment.
 
     At an extremum inside a segment the time may be held, for the force does not change with it.
     """
     flow = place.flow
     if place.time is None:
-        return flow.end[0], flow.end[1], flow.end_by[:2]
+        return flow.end[0], flow.end[1], flow.end_by
     (position, v_r, *_), matrix = forms.run(flow.segment.field, flow.c, flow.closed, place.time)
-    rows = matrix[:2].copy()
-    rows[:, _H] = 0 * rows[:, _H]
+    rows = matrix[:STATES].copy()
+    rows[:, BY_TIME] = 0 * rows[:, BY_TIME]
     return flow.closed.x_r + position, v_r, flow.total(rows)

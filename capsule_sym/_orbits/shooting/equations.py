@@ -26,6 +26,7 @@ from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import ClosedForms
+from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.itinerary import Itinerary, ItinerarySegment
 from capsule_sym.generated import facts, formulas
 
@@ -309,13 +310,17 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
 
     At the segment's start the guard and `zeros` - 1 of its derivatives vanish.
     """
-    gap, h, c = flow.segment.guard is Guard.GAP, flow.h, flow.c
-    which, gained = (0, flow.moved[0]) if gap else (2, flow.moved[1])
+    h, c = flow.h, flow.c
+    which, gained = (0, flow.moved[0]) if flow.segment.guard is Guard.GAP else (2, flow.moved[1])
     row = flow.matrix[which].copy()
     row[which] = row[which] - 1
     if zeros == 2:
         # The rate at the start, which the guard before makes 0 where all equations hold.
-        rate, rate_row = formulas.v_c_rate(c, flow.closed.margin), _slip_row(flow)
+        x_r, gap, v_r, *_ = flow.closed
+        rate, unit = formulas.v_c_rate(c, flow.closed.margin), 0 * flow.matrix[:STATES]
+        for k in range(STATES):
+            unit[k, k] = unit[k, k] + 1
+        rate_row = chained(formulas.slip_gradient(c, c.drift, x_r, gap, v_r), unit)
         gained, row = gained - rate * h, row - h * rate_row
         row[BY_TIME] = row[BY_TIME] - rate
     power = h**zeros
@@ -324,40 +329,17 @@ def _divided(flow: SegmentFlow, zeros: int) -> tuple[Number, Vector]:
     return gained / power, row
 
 
-def _slip_row(flow: SegmentFlow) -> Vector:
-    """The row of the rate of v_c at a segment's start."""
-    c, closed, unit = flow.c, flow.closed, 0 * flow.matrix[:2]
-    for k in range(2):
-        unit[k, k] = unit[k, k] + 1
-    row = force_by(c, closed.x_r, closed.v_r, unit)
-    row[BY["f_b"]] = row[BY["f_b"]] - c.drift
-    row = formulas.v_c_rate(c, row)
-    row[BY["gamma"]] = row[BY["gamma"]] - formulas.v_c_rate(c, closed.margin) / c.gamma
-    return row  # type: ignore[no-any-return]
-
-
 def _value(flow: SegmentFlow) -> tuple[Number, Vector]:
     """A guard at the end of a segment, and its row."""
     c, (x_r, v_r, v_c), rows = flow.c, flow.end, flow.matrix
+    gap = x_r - c.delta
     if flow.segment.guard is Guard.GAP:
-        row = rows[0].copy()
-        row[BY["delta"]] = row[BY["delta"]] - 1
-        return x_r - c.delta, row
+        return gap, chained(formulas.gap_gradient(c), rows)
     if flow.segment.guard is Guard.DRIFT:
-        return v_c, rows[2]
-    side = 1 if flow.segment.guard is Guard.UPPER else -1
-    row = force_by(c, x_r, v_r, rows)
-    row[BY["f_b"]] = row[BY["f_b"]] - side
-    return formulas.force(c, x_r, x_r - c.delta, v_r) - formulas.friction_at(c, side), row
-
-
-def force_by(c: Any, x_r: Number, v_r: Number, by: Matrix) -> Vector:
-    """The row or gradient of the interaction force P where x_r and v_r have those of `by`."""
-    gradient = formulas.force_change(c, by[0], by[1])
-    slopes = formulas.force_slopes(c, x_r - c.delta, v_r)
-    for parameter, slope in zip(("delta", "zeta", "beta"), slopes, strict=True):
-        gradient[BY[parameter]] = gradient[BY[parameter]] + slope
-    return gradient  # type: ignore[no-any-return]
+        return v_c, chained(formulas.speed_gradient(c), rows)
+    way = 1 if flow.segment.guard is Guard.UPPER else -1
+    beyond = formulas.force(c, x_r, gap, v_r) - formulas.friction_at(c, way)
+    return beyond, chained(formulas.limit_gradient(c, way, gap, v_r), rows)
 
 
 def _pin(itinerary: Itinerary, delta: Number, z: Vector, residual: Vector, by: Matrix) -> None:

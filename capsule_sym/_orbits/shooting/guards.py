@@ -1,7 +1,8 @@
-"""Gradients of the guards that end a segment, from the model's formulas."""
+"""Gradients of guards and forces, from those of the model's formulas."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,17 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym.generated import facts, formulas
 
 _STATE, _PARAMETERS = len(facts.STATE), len(facts.PARAMETERS)
+
+
+def chained(gradient: Sequence[Any], by: NDArray[Any]) -> NDArray[Any]:
+    """Gradient (n,) of a function of state and parameters; that of the state is `by` (3, n).
+
+    `gradient` is that by state, phase and parameters, as formulas give it; the last columns of `by`
+    are the parameters.
+    """
+    found: NDArray[Any] = np.array(gradient[:_STATE]) @ by[:_STATE]
+    found[-_PARAMETERS:] = found[-_PARAMETERS:] + np.array(gradient[-_PARAMETERS:])
+    return found
 
 
 def guard_by(c: Any, guard: Guard, gap: Any, v_r: Any, by: NDArray[Any]) -> NDArray[Any]:
@@ -25,7 +37,4 @@ def guard_by(c: Any, guard: Guard, gap: Any, v_r: Any, by: NDArray[Any]) -> NDAr
     else:
         way = 1 if guard is Guard.UPPER else -1
         sign, row = -way, formulas.limit_gradient(c, way, gap, v_r)
-    gradient = np.array(row)
-    found: NDArray[Any] = gradient[:_STATE] @ by[:_STATE]
-    found[-_PARAMETERS:] += gradient[-_PARAMETERS:]
-    return sign * found
+    return sign * chained(row, by)

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from capsule_sym._map.backend import Backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector, force_by
+from capsule_sym._orbits.shooting.equations import Matrix, Vector
+from capsule_sym._orbits.shooting.guards import chained
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field, saltation_matrix
 from capsule_sym._orbits.shooting.taylor import generator
+from capsule_sym.generated import formulas
 
 _DIFFERENCE = 1e-5
-_OMEGA, _F_B = PARAMETERS.index("omega"), PARAMETERS.index("f_b")
 _LANDING = np.array([[0.0, 0, 0], [0, 0, -1], [0, 0, 1]])  # of a saltation matrix by its ratio
 
 
@@ -27,7 +28,7 @@ def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> 
     with the duration by the field's own; only its change with the parameters is a difference.
     """
     flows, itinerary, n = orbit.system.flows, orbit.itinerary, len(orbit.itinerary)
-    forms, omega = ClosedForms(numbers, orbit.values), orbit.values[_OMEGA]
+    forms, omega = ClosedForms(numbers, orbit.values), orbit.parameters.omega
     moved = [_flows(numbers, orbit, direction) for direction in directions]
     jacobians = [flow.matrix[:3, :3] for flow in flows]
     switches: list[Matrix] = [np.eye(3)] * n
@@ -45,7 +46,7 @@ def monodromy_derivative(numbers: Backend, orbit: Orbit, directions: Matrix) -> 
     for k in reversed(range(n)):
         flow, slope = flows[k], slopes[k]
         if slope is not None:
-            along = np.array([*slope[: n + 4], *(directions @ slope[-7:])])
+            along = np.array([*slope[: n + 4], *(directions @ slope[n + 4 :])])
             result += along[:, None, None] * (after_k @ _LANDING @ jacobians[k] @ before[k])
         after_k = after_k @ switches[k]
         rate = generator(flow.c, omega)[:3, :3]
@@ -79,8 +80,8 @@ def _ratio_by(orbit: Orbit, k: int, after: Any, cosine: float) -> Vector | None:
     if not after.drift:
         return None
     first, second = field(c, flow.end, cosine)[2], field(after, flow.end, cosine)[2]
-    rate_by = force_by(c, x_r, v_r, flow.end_by) / c.gamma
-    # Both rates are (P - friction) / gamma: gamma falls out of their ratio.
-    by = rate_by * (first - second) / first**2
-    by[-7 + _F_B] -= (after.drift * first - c.drift * second) / (c.gamma * first**2)
-    return by  # type: ignore[no-any-return]
+    before_by, after_by = (
+        chained(formulas.slip_gradient(one, one.drift, x_r, x_r - c.delta, v_r), flow.end_by)
+        for one in (c, after)
+    )
+    return (after_by * first - before_by * second) / first**2  # type: ignore[no-any-return]

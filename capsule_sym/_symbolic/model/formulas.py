@@ -252,6 +252,9 @@ def formulas() -> tuple[Formula, ...]:
             (way, gap, v_r),
             P - friction_of(way),
         ),
+        _gradient(
+            "slip", "v_c' in drift of a way", (way, x_r, gap, v_r), (P - friction_of(way)) / gamma
+        ),
         Formula(
             "response_next",
             "Coefficient n + 2 of a response in h/reach, from the drive's and those before.",
