@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,8 +27,9 @@ from capsule_sym import (
     whole_orbit,
 )
 from capsule_sym._map.backend import backend
+from capsule_sym._orbits.continuation.points import extended
 from capsule_sym._orbits.continuation.points.kinds import ADDING, CORNER, CROSSING, GRAZING
-from capsule_sym._orbits.shooting.equations import shooting
+from capsule_sym._orbits.shooting.equations import ShootingSystem, shooting
 from tests.orbits.branches import settled
 from tests.orbits.test_identity import twice
 
@@ -170,6 +173,25 @@ def test_a_curve_goes_on_in_pairs_where_the_spring_is_no_longer_touched() -> Non
     run, period = orbit.trajectory(), orbit.parameters.period
     times = float(run.origin[0].phase) + period * np.linspace(1e-9, 1 - 1e-9, 20_001)
     assert delta == pytest.approx(run(times)[:, 0].max(), abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_does_so_however_durations_are_rounded(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A segment lasts as the third power of another there: its duration is soon below rounding."""
+    random, evaluate = np.random.default_rng(seed), extended.shooting
+
+    def rounded(*given: Any) -> ShootingSystem:
+        system = evaluate(*given)
+        noise = 1 + 2e-16 * random.normal(size=system.residual.shape)
+        return replace(system, residual=system.residual * noise, by_z=system.by_z * noise)
+
+    branch = over_alpha(0.1, 2.0, delta=1.2)
+    one = next(one for one in branch.bifurcations if one.type == CROSSING)
+    monkeypatch.setattr(extended, "shooting", rounded)
+    curve = continue_bifurcation(one, "delta", ((0.1, 2.0), (1.0, 5.0)), points=10)
+    assert [ending for ending, _ in curve.endings] == [Ending.REACHED, Ending.REACHED]
 
 
 def test_half_a_motion_has_the_equations_of_the_whole() -> None:

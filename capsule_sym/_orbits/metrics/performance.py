@@ -24,12 +24,19 @@ from capsule_sym._map.backend import Backend, Number, backend
 from capsule_sym._native import check_time
 from capsule_sym._orbits.metrics.peaks import peak_of_contact, peak_of_force
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector
+from capsule_sym._orbits.shooting.equations import (
+    BY,
+    BY_ANGLE,
+    BY_TIME,
+    PARAMETERS,
+    STATES,
+    Matrix,
+    SegmentFlow,
+    Vector,
+)
 from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym.generated import formulas
 
-_THETA, _H = 3, 4  # columns of the kernels' Jacobian, after x_r, v_r and v_c
-_ALPHA, _ZETA, _F_B = (5 + PARAMETERS.index(name) for name in ("alpha", "zeta", "f_b"))
-_OMEGA = PARAMETERS.index("omega")
 # The error of n nodes on e^(lambda t) over a panel h is (lambda h)^(2n) (n!)^4/((2n + 1) (2n)!^3)
 # of the integral: below 1e-20 for 16 nodes where lambda h <= 12, below 1e-65 for 48 up to 30.
 _NODES, _REACH = 16, 12
@@ -82,7 +89,7 @@ def performance(orbit: Orbit) -> Performance:
     Raises numpy.linalg.LinAlgError at a fold, where the branch has no gradient.
     """
     with backend(orbit.backend) as numbers:
-        period_number, omega = orbit.itinerary.period_number, orbit.values[_OMEGA]
+        period_number, omega = orbit.itinerary.period_number, orbit.value("omega")
         per_turn = omega / numbers.full_turn
         progression = _along(orbit, orbit.progression, orbit.system.advance_by / period_number)
         slopes = {name: slope * per_turn for name, slope in progression.gradient.items()}
@@ -106,7 +113,8 @@ def performance(orbit: Orbit) -> Performance:
 
 def _along(orbit: Orbit, value: Number, by: Vector) -> Metric:
     """A metric from its derivatives (n + 11,): the gradient is that along the branch of orbits."""
-    slopes = by[-7:] + by[:-7] @ orbit.by_parameter
+    unknowns = len(orbit.z)
+    slopes = by[unknowns:] + by[:unknowns] @ orbit.by_parameter
     return Metric(value, dict(zip(PARAMETERS, slopes, strict=True)))
 
 
@@ -114,7 +122,10 @@ def _energy(orbit: Orbit, segments: Sequence[_Energy]) -> Metric:
     """An energy per excitation period, from those of the segments and their derivatives."""
     period_number = orbit.itinerary.period_number
     flows = orbit.system.flows
-    by = sum(flow.total(row[None])[0] for flow, (_, row) in zip(flows, segments, strict=True))
+    by = sum(
+        (flow.total(row) for flow, (_, row) in zip(flows, segments, strict=True)),
+        0 * orbit.system.advance_by,
+    )
     return _along(orbit, sum(value for value, _ in segments) / period_number, by / period_number)
 
 
@@ -125,27 +136,28 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
     fractions, weights = _panels(forms.numbers, c, abs(float(h)))
     v_r, v_c, cosine, sine, v_r_by, v_c_by = _sample(forms, flow, fractions)
     v_m, v_m_by = v_r + v_c, v_r_by + v_c_by
-    power_by = c.alpha * cosine * v_m_by
-    power_by[_ALPHA] += cosine * v_m
-    turned = -c.alpha * sine * v_m
-    power_by[_THETA] += turned
-    power_by[_H] += turned * c.omega * fractions
-    power_by[5 + _OMEGA] += turned * fractions * h
-    work = _integral(c.alpha * cosine * v_m, power_by, weights, h)
-    loss_by = 4 * c.zeta * v_r * v_r_by
-    loss_by[_ZETA] += 2 * v_r * v_r
-    damper_loss = _integral(2 * c.zeta * v_r * v_r, loss_by, weights, h)
-    advance, row = c.drift * flow.moved[2], c.drift * flow.matrix[3]
-    friction_by = c.f_b * row
-    friction_by[_F_B] += advance
-    return work, damper_loss, (c.f_b * advance, friction_by)
+    drive, drive_rate = formulas.forcing_terms(c, cosine, sine)
+    power_by, turned = drive * v_m_by, drive_rate / c.omega * v_m
+    power_by[BY["alpha"]] += cosine * v_m
+    power_by[BY_ANGLE] += turned
+    power_by[BY_TIME] += turned * c.omega * fractions
+    power_by[BY["omega"]] += turned * fractions * h
+    work = _integral(drive * v_m, power_by, weights, h)
+    damper = formulas.force_change(c, 0, v_r)
+    loss_by = 2 * damper * v_r_by
+    loss_by[BY["zeta"]] += formulas.force_slopes(c, 0, v_r)[1] * v_r
+    damper_loss = _integral(damper * v_r, loss_by, weights, h)
+    friction, advance = formulas.friction_at(c, c.drift), flow.moved[2]
+    friction_by = friction * flow.matrix[STATES]
+    friction_by[BY["f_b"]] += c.drift * advance
+    return work, damper_loss, (friction * advance, friction_by)
 
 
 def _integral(values: Vector, by: Matrix, weights: Vector, h: Number) -> _Energy:
     """An integral over a segment and its derivatives, from values at fractions of the duration."""
     mean = values @ weights
     row = h * (by @ weights)
-    row[_H] += mean
+    row[BY_TIME] += mean
     return h * mean, row
 
 
@@ -161,7 +173,7 @@ def _sample(
     v_r = np.array([values[1] for values, _ in runs])
     v_c = flow.closed.v_c + np.array([values[2] for values, _ in runs]) if c.drift else 0 * v_r
     rows = np.stack([matrix[1:3] for _, matrix in runs], axis=-1)
-    rows[:, _H] = rows[:, _H] * fractions
+    rows[:, BY_TIME] = rows[:, BY_TIME] * fractions
     turned = [forms.numbers.cos_sin(flow.angle + c.omega * time) for time in times]
     cosine, sine = (np.array(column) for column in zip(*turned, strict=True))
     return v_r, v_c, cosine, sine, rows[0], rows[1]

@@ -94,6 +94,10 @@ class Orbit(Labelled):
         """The parameters, rounded to double precision."""
         return Parameters(*(float(value) for value in self.values))
 
+    def value(self, name: str) -> Number:
+        """A parameter by its name, in the number system of the orbit."""
+        return self.values[PARAMETERS.index(name)]
+
     @property
     def residual(self) -> Number:
         """Largest entry of the equations' residual."""
@@ -136,8 +140,7 @@ class Orbit(Labelled):
     def average_velocity(self) -> Number:
         """Advance of x_c per unit of time."""
         with backend(self.backend) as numbers:
-            omega = self.values[PARAMETERS.index("omega")]
-            return self.progression * omega / numbers.full_turn
+            return self.progression * self.value("omega") / numbers.full_turn
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -310,7 +313,7 @@ def _found(numbers: Backend, values: tuple[Number, ...], itinerary: Itinerary, z
 def _segments(numbers: Backend, orbit: Orbit) -> list[Segment]:
     """The orbit's segments as segments of the map."""
     itinerary, flows = orbit.itinerary, orbit.system.flows
-    omega, delta = (orbit.values[PARAMETERS.index(name)] for name in ("omega", "delta"))
+    omega, delta = orbit.value("omega"), orbit.value("delta")
     starts = [
         _exact_start(itinerary.segments[i - 1].guard, s.start, delta) for i, s in enumerate(flows)
     ]

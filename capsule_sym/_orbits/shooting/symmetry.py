@@ -20,19 +20,18 @@ from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import inequalities
 from capsule_sym._orbits.shooting.changes import rotated
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Vector, shooting
+from capsule_sym._orbits.shooting.equations import Vector, shooting
 from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift, mirror
 from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 
 KEPT, BROKEN = "kept", "broken"
-_BETA = PARAMETERS.index("beta")
 _SAME = 1e-7  # states of one orbit, found twice, differ by less
 _SAMPLES = 16
 
 
 def springless(orbit: Orbit) -> bool:
     """Whether an itinerary without contact passes the second spring, as where beta = 0 only."""
-    if orbit.values[_BETA] != 0 or any(map(contact, orbit.itinerary.fields)):
+    if orbit.value("beta") != 0 or any(map(contact, orbit.itinerary.fields)):
         return False
     with backend(orbit.backend) as numbers:
         held = inequalities(numbers, orbit.itinerary, orbit.system)
@@ -121,7 +120,7 @@ def _without_contact(orbit: Orbit) -> Orbit | None:
     itinerary = orbit.itinerary
     if not any(contact(field) for field in itinerary.fields):
         return orbit
-    if orbit.values[_BETA] != 0:
+    if orbit.value("beta") != 0:
         return None
     switches = [
         i for i in range(len(itinerary)) if itinerary.segments[i - 1].guard is not Guard.GAP

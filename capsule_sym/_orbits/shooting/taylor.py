@@ -15,7 +15,7 @@ import numpy as np
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, SegmentFlow, Vector
+from capsule_sym._orbits.shooting.equations import Matrix, SegmentFlow, Vector
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.stability import field
 from capsule_sym.generated import formulas
@@ -47,7 +47,7 @@ def residual_series(numbers: Backend, orbit: Orbit, curve: Series) -> Series:
     the last orders, one for every zero of its guard at its start: their coefficients are not valid.
     """
     itinerary, n = orbit.itinerary, len(orbit.itinerary)
-    forms, omega = ClosedForms(numbers, orbit.values), orbit.values[PARAMETERS.index("omega")]
+    forms, omega = ClosedForms(numbers, orbit.values), orbit.value("omega")
     result = curve * 0
     state, angle = curve[:, :3], _without_constant(curve[:, 3])
     for i, flow in enumerate(orbit.system.flows):
