@@ -11,16 +11,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._paper import read
 from capsule_sym._symbolic import frozen
 from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.proofs import (
-    appendices,
-    attraction,
-    basis_proofs,
-    flow_proofs,
-    geometry_proofs,
-    inner_products,
-    resting,
-    table_proofs,
-)
+from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, inner_products, theorems
 from capsule_sym._symbolic.proofs.basis_proofs import Proof
 from capsule_sym._symbolic.proofs.items import Item, Result, Verdict, settle
 from capsule_sym._symbolic.report import Report
@@ -59,13 +50,13 @@ SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
     "Errata": partial(_printed, "refuted"),
     "Printed statements that hold under a condition": partial(_printed, "conditional"),
     "Printed statements that hold": partial(_printed, "proved"),
-    "State space, Eqs. (13)-(15)": geometry_proofs.items,
+    "State space, Eqs. (13)-(15)": partial(theorems.items, "geometry", "fields"),
     "Inner products, Eqs. (16)-(23)": inner_products.items,
-    "Table 2 as derived": table_proofs.table_2,
-    "Table 3 as derived": table_proofs.table_3,
-    "Appendices A and B": appendices.items,
-    "The resting orbit": resting.items,
-    "Where every motion goes": attraction.items,
+    "Table 2 as derived": partial(theorems.items, "table2"),
+    "Table 3 as derived": partial(theorems.items, "table3"),
+    "Appendices A and B": partial(theorems.items, "appendix"),
+    "The resting orbit": partial(theorems.items, "grazing"),
+    "Where every motion goes": partial(theorems.items, "attraction"),
     "Closed-form flow, Eqs. (7)-(12)": _flow_items,
 }
 """What is verified, in the order of the report: a title and the items under it."""

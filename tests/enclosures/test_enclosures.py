@@ -53,7 +53,7 @@ from capsule_sym._map.expansion import Guard
 from capsule_sym._symbolic.model.enclosure import EXTENDED
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import alpha, omega, tau
-from capsule_sym._symbolic.proofs import resting
+from capsule_sym._symbolic.proofs import theorems
 from capsule_sym._symbolic.proofs.resting import GRAZE
 from capsule_sym.codegen._fields import matrices
 from tests.enclosures.certified import digits_changed, rejected
@@ -366,11 +366,11 @@ def test_first_threshold_is_the_graze_in_closed_form(events: list[Event]) -> Non
 
 
 def test_the_force_of_the_graze_is_checked_too() -> None:
-    (closed,) = resting.items()
-    value, force = closed.claim
-    assert closed.check((value, force))
-    assert not closed.check((value, 2 * force))
-    assert not closed.check((value, force.subs(omega, 1)))
+    (closed,) = theorems.items("grazing")
+    force = closed.claim["force_squared"]
+    assert closed.check(closed.claim)
+    assert not closed.check({**closed.claim, "force_squared": 2 * force})
+    assert not closed.check({**closed.claim, "force_squared": force.subs(omega, 1)})
 
 
 def test_a_leg_that_is_not_still_makes_no_event(found) -> None:

@@ -30,7 +30,7 @@ from capsule_sym._orbits.shooting.itinerary import contact, drift
 from capsule_sym._symbolic.model.geometry import PIECES, SURFACES, meets
 from capsule_sym._symbolic.model.symbols import PARAMETERS as SYMBOLS
 from capsule_sym._symbolic.model.symbols import STATE
-from capsule_sym._symbolic.proofs.appendices import PARTS
+from capsule_sym._symbolic.proofs.parts import PARTS
 from tests.orbits.branches import hysteretic, settled, upwards
 
 EVERY = [(gamma, index) for gamma in (3.3, 3.0) for index in range(8)]
@@ -100,7 +100,7 @@ def test_what_theory_says_of_the_place(gamma: float, index: int) -> None:
 
 
 def bifurcations_of(part) -> frozenset[str]:
-    from capsule_sym._symbolic.proofs.appendices import bifurcations
+    from capsule_sym._symbolic.proofs.parts import bifurcations
 
     return bifurcations(part)
 

@@ -16,8 +16,8 @@ from typing import Any
 from capsule_sym._paper import Entry, Paper
 from capsule_sym._symbolic.frozen import Expected, differences
 from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.paper.rows import Row
 from capsule_sym._symbolic.proofs.items import Item, settle
+from capsule_sym._symbolic.proofs.rows import Row
 
 Path = tuple[Any, ...]
 

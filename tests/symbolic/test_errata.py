@@ -23,7 +23,7 @@ from capsule_sym._symbolic.model.symbols import (
     zeta,
 )
 from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.paper.relations import Erratum
+from capsule_sym._symbolic.paper.errata import Erratum
 
 ITEMS = {item.id: item for item in everything.items(read())}
 BY_ID = {

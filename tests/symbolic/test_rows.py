@@ -8,8 +8,9 @@ import pytest
 
 from capsule_sym._paper import read
 from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.paper.rows import CHECKERS, Context, Row, resolved
+from capsule_sym._symbolic.proofs import theorems
 from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.rows import CHECKERS, Context, Row, resolved
 
 _LONG = (
     "excluded",
@@ -23,9 +24,12 @@ _LONG = (
 """Checks that take seconds."""
 
 
+ROWS = (*everything.rows(), *theorems.rows())
+
+
 @cache
 def items_of(check: str) -> tuple[Item, ...]:
-    rows = [row for row in everything.rows() if row.fields["check"] == check]
+    rows = [row for row in ROWS if row.fields["check"] == check]
     return tuple(next(iter(row.items(read()))) for row in rows)
 
 
@@ -42,7 +46,7 @@ def test_a_check_holds_for_its_rows_and_not_for_wrong_ones(check: str) -> None:
 
 
 def test_every_row_stands_for_a_claim() -> None:
-    assert [row.name for row in everything.rows() if not list(row.items(read()))] == []
+    assert [row.name for row in ROWS if not list(row.items(read()))] == []
 
 
 _ROW = {

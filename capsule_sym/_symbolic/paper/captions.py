@@ -12,8 +12,8 @@ from capsule_sym._symbolic.model.geometry import PIECES, empty
 from capsule_sym._symbolic.model.symbols import delta, v_r
 from capsule_sym._symbolic.paper.case_study import Point, maps, point, steady_orbit
 from capsule_sym._symbolic.paper.motions import number_of, printed_gamma, sides_at
-from capsule_sym._symbolic.paper.relations import Texts, scope
-from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs.relations import Texts, scope
+from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
 
 Place = tuple[Point, str, int, int]
 """A point, a line, and the fields of the segment before and of the segment that begins there."""

@@ -10,9 +10,10 @@ import sympy as sp
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import example
 from capsule_sym._symbolic.model.symbols import PARAMETERS, delta, tau, x_r
-from capsule_sym._symbolic.paper.formula import NotAFormula, formula, same
-from capsule_sym._symbolic.paper.relations import CASE_STUDY, CREST, derived, described, scope
-from capsule_sym._symbolic.paper.rows import FACTS, WITNESSES, Context, checker
+from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, described
+from capsule_sym._symbolic.proofs.formula import NotAFormula, formula, same
+from capsule_sym._symbolic.proofs.relations import derived, scope
+from capsule_sym._symbolic.proofs.rows import FACTS, WITNESSES, Context, checker
 
 Printed = Mapping[str, str]
 """What Section 2 prints, by key, for one of the two cases of contact."""

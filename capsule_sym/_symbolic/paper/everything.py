@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from capsule_sym._paper import Paper
-from capsule_sym._symbolic.paper import (
-    captions,
-    dimensions,
-    fields,
-    motions,
-    relations,
-    space,
-    tables,
-)
-from capsule_sym._symbolic.paper.rows import Row, rows
-from capsule_sym._symbolic.proofs.items import Item
+from functools import cache
 
-CHECKS = (captions, dimensions, fields, motions, relations, space, tables)
+from capsule_sym._paper import Paper
+from capsule_sym._symbolic.paper import captions, dimensions, errata, fields, motions, space, tables
+from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.rows import Row, read_rows
+
+CHECKS = (captions, dimensions, errata, fields, motions, space, tables)
 """The modules that register checks, and what rows name."""
+
+PARTS = ("section_2", "section_3", "tables", "appendices", "section_4", "captions")
+"""The files of rows, in the order of the paper."""
+
+
+@cache
+def rows(parts: tuple[str, ...] = PARTS) -> tuple[Row, ...]:
+    """The rows of these files."""
+    return read_rows(__package__, "claims", parts)
 
 
 def items(paper: Paper) -> tuple[Item, ...]:
     """All comparisons with a transcription."""
     return tuple(item for row in rows() for item in row.items(paper))
-
-
-__all__ = ["CHECKS", "Row", "items", "rows"]

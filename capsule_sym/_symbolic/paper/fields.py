@@ -11,9 +11,9 @@ from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.model import SEGMENTS, Segment
 from capsule_sym._symbolic.model.proof import implies
 from capsule_sym._symbolic.model.symbols import delta, f_b, gamma, v_c, v_r, x_r
-from capsule_sym._symbolic.paper.formula import NAMES, formula, same
-from capsule_sym._symbolic.paper.relations import Texts, derived, scope
-from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, Context, checker
+from capsule_sym._symbolic.proofs.formula import NAMES, formula, same
+from capsule_sym._symbolic.proofs.relations import Texts, derived, scope
+from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, Context, checker
 
 _SWITCHES = {name: sp.Symbol(name) for name in ("H1", "H2", "H3")}
 _COASTING = ["v_c > 0", "x_r < delta", "P3 < f_b", "P3 > -f_b"]

@@ -29,10 +29,10 @@ from capsule_sym._symbolic.paper.case_study import (
     steady_orbit,
 )
 from capsule_sym._symbolic.paper.changes import Change, change, common
-from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
-from capsule_sym._symbolic.proofs.appendices import PARTS
 from capsule_sym._symbolic.proofs.inner_products import FIELDS
+from capsule_sym._symbolic.proofs.parts import PARTS
 from capsule_sym._symbolic.proofs.reachability import ENTRY_PLANE
+from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
 
 Sides = tuple[Point, Point, Bracket]
 """Two points with different motions, between which a bifurcation is."""

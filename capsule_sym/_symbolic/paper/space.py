@@ -22,11 +22,10 @@ from capsule_sym._symbolic.model.proof import consistent, implies, sign_under
 from capsule_sym._symbolic.model.switching import leaves_of, surface_transitions
 from capsule_sym._symbolic.model.symbols import STATE, f_b, x_r
 from capsule_sym._symbolic.paper.fields import domain
-from capsule_sym._symbolic.paper.formula import formula, relations, same
-from capsule_sym._symbolic.paper.relations import Texts, scope
-from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, Context, checker
-from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
+from capsule_sym._symbolic.proofs.formula import formula, relations, same
 from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along
+from capsule_sym._symbolic.proofs.relations import Texts, scope
+from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, Context, checker
 
 _NARROW = scope(["zeta > 0", "δ < f_b"])
 
@@ -79,12 +78,6 @@ def impact_planes(planes: Sequence[str], names: Sequence[str], maps: Sequence[An
         and (one.source not in surfaces or passages[surfaces[one.source]][1] == one.field)
         for one in maps
     )
-
-
-@checker
-def corner_lines(corner: str, printed: Sequence[str]) -> bool:
-    """Whether the lines that meet at a corner for delta < f_b are those printed."""
-    return lines_at(corner, _NARROW) == set(printed)
 
 
 def _found(context: Context) -> dict[str, frozenset[str]]:

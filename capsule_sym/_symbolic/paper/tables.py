@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import sympy as sp
@@ -12,85 +11,35 @@ import sympy as sp
 from capsule_sym._paper import Paper
 from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym._symbolic.model.model import SEGMENTS
-from capsule_sym._symbolic.model.proof import consistent, example, sign_under
+from capsule_sym._symbolic.model.proof import consistent, example
 from capsule_sym._symbolic.model.switching import (
     LocalMap,
     allowed_maps,
     derivatives,
-    leaves_of,
     local_maps,
-    surface_transitions,
 )
 from capsule_sym._symbolic.model.symbols import alpha, force, v_c, v_r, zeta
-from capsule_sym._symbolic.paper.formula import formula, same
-from capsule_sym._symbolic.paper.relations import (
-    CASE_STUDY,
-    CREST,
-    Texts,
-    at_crest,
-    derived,
-    described,
-    listed,
-    same_sets,
-    scope,
-)
-from capsule_sym._symbolic.paper.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.paper.errata import CASE_STUDY, CREST, at_crest, described
 from capsule_sym._symbolic.proofs import reachability
-from capsule_sym._symbolic.proofs.appendices import (
-    BOUNDS,
-    PARTS,
-    Part,
-    bifurcations,
-    part,
-    unsettled,
-)
+from capsule_sym._symbolic.proofs.appendices import within_bound
+from capsule_sym._symbolic.proofs.formula import formula, same
 from capsule_sym._symbolic.proofs.geometry_proofs import lines_at
 from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
+from capsule_sym._symbolic.proofs.parts import PARTS, Part, bifurcations, part
+from capsule_sym._symbolic.proofs.relations import Texts, derived, listed, same_sets, scope
+from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+from capsule_sym._symbolic.proofs.table_proofs import (
+    ASSUMED,
+    Pairs,
+    maps_by_number,
+    occurring,
+    on,
+    passages_at,
+)
 
 Rows = Sequence[Sequence[Any]]
-Pairs = frozenset[tuple[int, int]]
-Maps = frozenset[LocalMap]
 
 _DAMPED = scope(["zeta > 0"])
-_BY_LINE = {bound.line: bound for bound in BOUNDS}
-_ASSUMED = {line: sp.Lt(_BY_LINE[line].smaller, _BY_LINE[line].larger) for line in ("L1", "L4")}
-"""Appendix A's open intervals of alpha, for which Table 2 is printed."""
-
-
-@cache
-def _passages(name: str, hypotheses: tuple[Any, ...], may: bool = False) -> Pairs:
-    """Sources and targets that occur at a piece where the hypotheses can hold.
-
-    With `may`, those too that the derivatives of the order considered leave open.
-    """
-    return frozenset(
-        (source, target)
-        for leaf in leaves_of(name)
-        if consistent([*leaf.condition, *hypotheses])
-        for source in (leaf.may_arrive if may else leaf.arrives)
-        for target in (leaf.may_depart if may else leaf.departs)
-    )
-
-
-@cache
-def _on(place: str) -> Pairs:
-    """Sources and targets that occur on a surface, on a line or on a part of one.
-
-    On L1 and L4 alpha is within Appendix A's bounds; the corners are apart.
-    """
-    if place in SURFACES:
-        found = surface_transitions()
-        return frozenset((t.source, t.target) for t in found if t.surface == place)
-    if "^" in place:
-        return _passages(place[:2], (*part(place).relations, *_DAMPED))
-    bound = (*_DAMPED, _ASSUMED[place]) if place in _ASSUMED else ()
-    return _passages(place, (*PIECES[place].relations, *bound))
-
-
-@checker
-def passages(place: str, pairs: Sequence[tuple[int, int]]) -> bool:
-    """Whether exactly these sources and targets occur on a line or a part of it."""
-    return _on(place) == set(pairs)
 
 
 def _written(source: int, target: int) -> tuple[str, str, str]:
@@ -105,7 +54,7 @@ def table_rows(place: str, printed: Rows, pairs: Sequence[tuple[int, int]] = ())
     """
     told = [(source, target) for _, source, target, *_ in printed]
     right = all(_written(source, target) == tuple(rest) for _, source, target, *rest in printed)
-    occurs = _on(place) == set(pairs) != set(told) if pairs else _on(place) == set(told)
+    occurs = on(place) == set(pairs) != set(told) if pairs else on(place) == set(told)
     return occurs and right and len(set(told)) == len(told)
 
 
@@ -118,29 +67,19 @@ def unlike_its_lines(
     The line that is printed has to be one of the lines that meet there.
     """
     narrow = (*_DAMPED, SCENARIOS["δ < f_b"])
-    here, rows = (*PIECES[corner].relations, *narrow, _ASSUMED["L1"]), dict(lines)
+    here, rows = (*PIECES[corner].relations, *narrow, ASSUMED["L1"]), dict(lines)
     return (
-        _passages(corner, here, may=True) == set(expected)
+        passages_at(corner, here, may=True) == set(expected)
         and printed in rows
         and rows.keys() == lines_at(corner, narrow)
         and all(row != set(expected) for row in rows.values())
     )
 
 
-@cache
-def _occurring(scenario: str) -> Maps:
-    """The local maps with a witness in a position of the gap with damping; empty for any."""
-    return frozenset(
-        w.local_map
-        for w in reachability.witnesses()
-        if not scenario or w.regime == (scenario, True)
-    )
-
-
 @checker
 def occurs(local_map: LocalMap, mode: str) -> bool:
     """Whether a local map occurs, and its field has the printed mode."""
-    return local_map in _occurring("") and SEGMENTS[local_map.field - 1].mode == mode
+    return local_map in occurring("") and SEGMENTS[local_map.field - 1].mode == mode
 
 
 @checker
@@ -149,12 +88,12 @@ def lacks(scenario: str, printed: Sequence[LocalMap], missing: Rows) -> bool:
     allowed = frozenset(local_maps())
     if scenario:
         allowed = allowed_maps([SCENARIOS[scenario], *_DAMPED])
-    shown = _occurring(scenario)
+    shown = occurring(scenario)
     return (
         allowed == shown
         and len(set(printed)) == len(printed)
         and set(printed) <= shown
-        and shown - set(printed) == set(_maps(missing))
+        and shown - set(printed) == set(maps_by_number(missing))
     )
 
 
@@ -170,34 +109,16 @@ def excluded(scenario: str, printed: Sequence[LocalMap], count: int) -> bool:
     return len(set(printed) - allowed_maps([SCENARIOS[scenario], *_DAMPED])) == count
 
 
-def _maps(rows: Rows) -> list[LocalMap]:
-    """Local maps from the numbers of target, field and source, sorted."""
-    return sorted(LocalMap(f"Σ{target}", field, f"Σ{source}") for target, field, source in rows)
-
-
 def printed_maps(paper: Paper) -> tuple[LocalMap, ...]:
     """The local maps of Table 3, in its order."""
     return tuple(LocalMap(t, field, s) for t, field, s, _ in paper["table.3"]["rows"])
-
-
-def _part(name: str) -> Part:
-    """A part by its name, such as L2^(1); all of L1 or L4 within its bound in Appendix A."""
-    if "^" in name:
-        return part(name)
-    return Part(name, 0, (*_DAMPED, _ASSUMED[name]), _BY_LINE[name].side, "")
-
-
-@checker
-def sliding(place: str, printed: Sequence[str]) -> bool:
-    """Whether exactly these sliding bifurcations are possible on a part of a line."""
-    return len(set(printed)) == len(printed) and bifurcations(_part(place)) == set(printed)
 
 
 @checker
 def adding_only_on(printed: Sequence[str]) -> bool:
     """Whether within Appendix A's bounds stick can touch these parts alone of L1-L4."""
     found = {p.name for p in PARTS if p.line in ("L2", "L3") and "adding" in bifurcations(p)}
-    others = ("adding" in bifurcations(_part(line)) for line in ("L1", "L4"))
+    others = ("adding" in bifurcations(within_bound(line)) for line in ("L1", "L4"))
     return found == set(printed) and not any(others)
 
 
@@ -216,15 +137,6 @@ _ROLE = {"grazing": 0, "adding": 1, "crossing": 2, "switching": 2}  # which of `
 def comes_from(place: str, kind: str, field: int) -> bool:
     """Whether a sliding bifurcation on a line begins with a trajectory of a field."""
     return FIELDS[place[:2]][_ROLE[kind]] == field
-
-
-@checker
-def stick_does(place: str, printed: str) -> bool:
-    """Whether on a part of a line stick always ends, always begins, or does either by the time."""
-    one = part(place)
-    if printed == "?":
-        return unsettled(one)
-    return sign_under(outward(one.line), one.relations) == {"ends": 1, "begins": -1}[printed]
 
 
 @checker
@@ -269,7 +181,7 @@ def _touching(line: str) -> dict[str, str]:
 
 def _shown_map(numbers: Sequence[int]) -> dict[str, str]:
     """The first stored witness of a local map."""
-    (wanted,) = _maps([numbers])
+    (wanted,) = maps_by_number([numbers])
     shown = next(w for w in reachability.witnesses() if w.local_map == wanted)
     return {"local map": str(wanted), **reachability.described(shown)}
 
@@ -310,7 +222,7 @@ def _each_passage(context: Context) -> Iterator[dict[str, Any]]:
 
 def _each_part(context: Context) -> Iterator[dict[str, Any]]:
     for name, texts in context["e"].printed.items():
-        yield {"key": name, "text": texts, "part": _part(name)}
+        yield {"key": name, "text": texts, "part": part(name) if "^" in name else None}
 
 
 def _each_origin(context: Context) -> Iterator[dict[str, Any]]:
@@ -354,12 +266,9 @@ FACTS |= {
     "pairs": lambda context: next(
         one["pairs"] for one in _each_passage(context) if one["key"] == context["key"]
     ),
-    "part": lambda context: _part(context["key"]),
     "table_3": lambda context: printed_maps(context["paper"]),
     "table_2_at": _at_corner,
-    "total": lambda context: len(_occurring(context["scenario"])),
-    "bound": lambda context: _BY_LINE[context["key"]],
-    "within": lambda context: sp.Le(context["bound"].smaller, context["bound"].larger),
+    "total": lambda context: len(occurring(context["scenario"])),
     "force_on_L4": lambda _: derived("F4_v_c == -2*f_b/gamma"),
     "curve": lambda context: context["sign"] * derivatives(v_c, context["drift"], 2)[2],
 }
@@ -372,14 +281,11 @@ FILTERS |= {
     "swapped": lambda rows: tuple((on, t, s, vt, vs, mode) for on, s, t, vs, vt, mode in rows),
     "other_map": lambda one: LocalMap("Σ7" if one.target != "Σ7" else "Σ6", one.field, "Σ2"),
     "fewer": lambda pairs: pairs - {min(pairs)},
-    "count": len,
-    "maps": lambda rows: ", ".join(map(str, _maps(rows))),
-    "map_formulas": lambda rows: r",\ ".join(one.formula for one in _maps(rows)),
+    "maps": lambda rows: ", ".join(map(str, maps_by_number(rows))),
+    "map_formulas": lambda rows: r",\ ".join(one.formula for one in maps_by_number(rows)),
     "relations": lambda relations: " and ".join(map(str, relations)),
-    "tex": sp.latex,
     "damped": lambda texts: ("zeta > 0", *texts),
     "interval": _interval,
-    "other_way": {"ends": "begins", "begins": "ends"}.__getitem__,
     "sense": lambda sign: {"<": "negative", ">": "positive"}.get(
         sign, "one or the other, by the time"
     ),

@@ -27,7 +27,8 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.items import Item, vanishes
+from capsule_sym._symbolic.proofs.items import vanishes
+from capsule_sym._symbolic.proofs.rows import FACTS, checker
 
 _OTHER = {symbol: sp.Symbol(f"{symbol}_2", real=True) for symbol in STATE}
 _PUSH = sp.Symbol("w", real=True)  # |w| <= alpha + f_b/gamma
@@ -105,7 +106,8 @@ def _momentum() -> bool:
     )
 
 
-def _bounded(bound: sp.Expr) -> bool:
+@checker
+def falls_far_out(bound: sp.Expr) -> bool:
     """Whether the bound falls where |x_r| or |v_r| is large, and the momentum is as told.
 
     With g the springs' force, of energy G, and |w| <= alpha + f_b/gamma,
@@ -129,7 +131,8 @@ def _bounded(bound: sp.Expr) -> bool:
     return by_friction and forces and vanishes(gained - told) and _momentum()
 
 
-def _comes_to_rest(bound: sp.Expr) -> bool:
+@checker
+def comes_to_rest(bound: sp.Expr) -> bool:
     """Whether the bound and the springs' energy change as the proof says, along every field."""
 
     def told(one: Segment) -> bool:
@@ -143,65 +146,17 @@ def _comes_to_rest(bound: sp.Expr) -> bool:
     return all(map(told, SEGMENTS))
 
 
-def _one_orbit(energy: sp.Expr) -> bool:
-    return _loses_energy(energy) and _rigid() and _bounded(BOUND)
+@checker
+def tends_to_one_orbit(energy: sp.Expr) -> bool:
+    """Whether, for beta = 0, an energy of differences and the other steps are as the proof says."""
+    return _loses_energy(energy) and _rigid() and falls_far_out(BOUND)
 
 
-def items() -> tuple[Item, ...]:
-    """Boundedness for every stiffness, and global attraction without the second spring."""
-    return (
-        Item(
-            id="attraction.bounded",
-            equation="beyond the paper",
-            statement="for zeta > 0 every motion enters one bounded set of (x_r, v_r, v_c) and "
-            "stays there",
-            claim=BOUND,
-            check=_bounded,
-            mutant=BOUND - x_r * v_r * zeta,
-            formula=lambda: sp.latex(BOUND) + r"+2\left(1+\tfrac{1}{\gamma}\right)G(x_r)",
-            proof="with m = 1 + 1/gamma the bound changes at the rate -2 m zeta v_r^2 - 2 m^2 zeta "
-            "x_r g(x_r) + 2 w (v_r + m zeta x_r), |w| <= alpha + f_b/gamma, x_r g >= x_r^2: "
-            "negative outside an ellipse. So x_r, v_r and the forces are bounded in the end. A "
-            "drift that is fast enough keeps its direction for a period, in which v_r + (1 + "
-            "gamma) v_c loses f_b 2 pi/omega",
-        ),
-        Item(
-            id="attraction.rest",
-            equation="beyond the paper",
-            statement="for zeta > 0 and a force so small that its bound on the springs is below "
-            "f_b, the capsule of every motion comes to rest for good",
-            claim=RESTING,
-            check=_comes_to_rest,
-            mutant=RESTING - (zeta * x_r) ** 2,
-            formula=lambda: "W=" + sp.latex(RESTING) + "+G(x_r)",
-            proof="with G the energy of both springs, of force g, W changes at the rate alpha "
-            "cos(omega tau) (v_r + v_c + zeta x_r) - zeta v_r^2 + zeta v_r v_c - zeta x_r g - f_b "
-            "|v_c|, at most alpha |v_r| + zeta alpha |x_r| - zeta v_r^2 - zeta x_r^2 - (f_b - "
-            "alpha - zeta |v_r|) |v_c|. In the end |v_r| is bounded (attraction.bounded); if there "
-            "zeta |v_r| < f_b - alpha, W falls to its largest value where that rate is not "
-            "negative. If for all such W the force |g + 2 zeta v_r| < f_b, a capsule that moves "
-            "loses its speed at a rate, and one at rest stays so",
-        ),
-        Item(
-            id="attraction.beta0",
-            equation="beyond the paper",
-            statement="for beta = 0 and zeta > 0 there is one orbit of period 2 pi/omega in (x_r, "
-            "v_r, v_c), and every motion tends to it",
-            claim=ENERGY,
-            check=_one_orbit,
-            mutant=ENERGY.subs(gamma, 1),
-            formula=lambda: (
-                r"\dot E=-2\zeta\,\Delta v_r^2-\Delta v_c\,\Delta f\le 0,\quad E="
-                + sp.latex(ENERGY)
-            ),
-            proof="the energy E of the difference of two motions never grows: the damper loses "
-            "2 zeta (difference of v_r)^2, friction f a sum of products of a speed and a margin. "
-            "So the map over a period does not expand; its motions are bounded, so that it has a "
-            "fixed point (Browder). On the limit set of any other motion E is constant against "
-            "that orbit: v_r is the same, so x_r differs by a constant d and v_r + v_c changes "
-            "its difference at the rate -d; E constant makes d = 0, v_c differ by a constant c, "
-            "and f equal. If c > 0, no instant has |f| < f_b, where both stick; f = f_b needs the "
-            "faster v_c >= c, f = -f_b needs it <= 0; v_c is continuous, so that f is one of them "
-            "for ever, and the momentum v_r + (1 + gamma) v_c is not bounded. So c = 0",
-        ),
-    )
+FACTS |= {
+    "energy": lambda _: ENERGY,
+    "bounding": lambda _: BOUND,
+    "resting": lambda _: RESTING,
+    "equal_masses": lambda _: ENERGY.subs(gamma, 1),
+    "skew": lambda _: BOUND - x_r * v_r * zeta,
+    "short": lambda _: RESTING - (zeta * x_r) ** 2,
+}

@@ -5,14 +5,15 @@ from __future__ import annotations
 import sympy as sp
 
 from capsule_sym._symbolic.model.model import P2, P3, SEGMENTS
-from capsule_sym._symbolic.model.symbols import alpha, delta, f_b, omega, tau, v_c, v_r, x_r
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.model.symbols import alpha, delta, omega, tau, v_c, v_r, x_r
+from capsule_sym._symbolic.proofs.rows import FACTS, checker
 
 _RATE = SEGMENTS[1].field[1]
 _AHEAD = -sp.diff(_RATE, x_r) - omega**2  # in phase with the force, times the response
 _BEHIND = -sp.diff(_RATE, v_r) * omega
 GRAZE = delta * sp.sqrt(_AHEAD**2 + _BEHIND**2)
 """The amplitude alpha at which the resting orbit grazes on L9."""
+_FORCE = delta**2 * (1 + _BEHIND**2)
 _ANGLE = omega * tau
 
 
@@ -36,9 +37,9 @@ def _zero(expression: sp.Expr) -> bool:
     return bool(sp.simplify(expression) == 0)
 
 
-def _grazes(claim: tuple[sp.Expr, sp.Expr]) -> bool:
-    """Whether at alpha as claimed the response rises to P2 = delta, P3 to the square claimed."""
-    value, force_squared = claim
+@checker
+def grazes_at(value: sp.Expr, force_squared: sp.Expr) -> bool:
+    """Whether at a value of alpha the response rises to P2 = delta, and P3 as high as told."""
     orbit, field = _orbit(), SEGMENTS[1].field
     follows = all(
         _zero(sp.diff(orbit[symbol], tau) - rate.subs(orbit))
@@ -53,20 +54,8 @@ def _grazes(claim: tuple[sp.Expr, sp.Expr]) -> bool:
     )
 
 
-def items() -> tuple[Item, ...]:
-    """The graze of the resting orbit on L9 in closed form."""
-    force = delta**2 * (1 + _BEHIND**2)
-    closed = Item(
-        id="grazing.L9.closed",
-        equation="Section 4",
-        statement="for delta > 0, delta sqrt(1 + 4 zeta^2 omega^2) < f_b, and zeta > 0 or omega "
-        "other than 1, the resting orbit grazes on L9 at alpha = delta sqrt((1 - omega^2)^2 + "
-        "4 zeta^2 omega^2), and is free of contact below",
-        claim=(GRAZE, force),
-        check=_grazes,
-        mutant=(delta * sp.sqrt((1 + omega**2) ** 2 + _BEHIND**2), force),
-        formula=rf"\alpha={sp.latex(GRAZE)},\quad {sp.latex(force)}<{sp.latex(f_b)}^2",
-        proof="the response of F2 put into its field; the largest x_r over a period is delta there "
-        "and grows with alpha, and the largest P3 is below f_b",
-    )
-    return (closed,)
+FACTS |= {
+    "graze": lambda _: GRAZE,
+    "force_squared": lambda _: _FORCE,
+    "in_antiphase": lambda _: delta * sp.sqrt((1 + omega**2) ** 2 + _BEHIND**2),
+}

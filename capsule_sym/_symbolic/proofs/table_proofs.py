@@ -1,14 +1,15 @@
-"""Tables 2 and 3 as derived: the mechanism on L1-L4, L10, and every local map with its witness."""
+"""Checks of Tables 2 and 3 as derived: passages on lines, and every local map with its witness."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
 
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS
+from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, SURFACES
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.proof import consistent, implies
 from capsule_sym._symbolic.model.switching import (
@@ -20,12 +21,70 @@ from capsule_sym._symbolic.model.switching import (
     local_maps,
     momentum,
     never_rests,
+    surface_transitions,
 )
-from capsule_sym._symbolic.model.symbols import delta, f_b, zeta
-from capsule_sym._symbolic.proofs.appendices import BOUNDS
+from capsule_sym._symbolic.proofs.appendices import BY_LINE
 from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
-from capsule_sym._symbolic.proofs.items import Item
+from capsule_sym._symbolic.proofs.parts import part
 from capsule_sym._symbolic.proofs.reachability import Witness, described, proves, witnesses
+from capsule_sym._symbolic.proofs.relations import Texts, scope
+from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, Context, checker
+
+Maps = frozenset[LocalMap]
+Pairs = frozenset[tuple[int, int]]
+_DAMPED = scope(["zeta > 0"])
+ASSUMED = {line: sp.Lt(BY_LINE[line].smaller, BY_LINE[line].larger) for line in ("L1", "L4")}
+"""Appendix A's open intervals of alpha, for which Table 2 is printed."""
+
+
+@cache
+def passages_at(name: str, hypotheses: tuple[Any, ...], may: bool = False) -> Pairs:
+    """Sources and targets that occur at a piece where the hypotheses can hold.
+
+    With `may`, those too that the derivatives of the order considered leave open.
+    """
+    return frozenset(
+        (source, target)
+        for leaf in leaves_of(name)
+        if consistent([*leaf.condition, *hypotheses])
+        for source in (leaf.may_arrive if may else leaf.arrives)
+        for target in (leaf.may_depart if may else leaf.departs)
+    )
+
+
+@cache
+def on(place: str) -> Pairs:
+    """Sources and targets that occur on a surface, on a line or on a part of one.
+
+    On L1 and L4 alpha is within Appendix A's bounds; the corners are apart.
+    """
+    if place in SURFACES:
+        found = surface_transitions()
+        return frozenset((t.source, t.target) for t in found if t.surface == place)
+    if "^" in place:
+        return passages_at(place[:2], (*part(place).relations, *_DAMPED))
+    bound = (*_DAMPED, ASSUMED[place]) if place in ASSUMED else ()
+    return passages_at(place, (*PIECES[place].relations, *bound))
+
+
+@checker
+def passages(place: str, pairs: Sequence[tuple[int, int]]) -> bool:
+    """Whether exactly these sources and targets occur on a line or a part of it."""
+    return on(place) == set(pairs)
+
+
+@cache
+def occurring(scenario: str) -> Maps:
+    """The local maps with a witness in a position of the gap with damping; empty for any."""
+    return frozenset(
+        w.local_map for w in witnesses() if not scenario or w.regime == (scenario, True)
+    )
+
+
+def maps_by_number(rows: Iterable[Sequence[int]]) -> list[LocalMap]:
+    """Local maps from the numbers of target, field and source, sorted."""
+    return sorted(LocalMap(f"Σ{target}", field, f"Σ{source}") for target, field, source in rows)
+
 
 Passage = tuple[frozenset[int], frozenset[int]]
 """Fields that arrive, and fields that depart."""
@@ -66,170 +125,76 @@ def expected_mechanism(line: str) -> dict[str, Passage]:
     }
 
 
-def _has_mechanism(claim: tuple[str, dict[str, Passage]]) -> bool:
-    line, passages = claim
+@checker
+def has_mechanism(line: str, passages: Mapping[str, Passage]) -> bool:
+    """Whether sources and targets on a line are these, by the sign of n and of its rate."""
     return mechanism(line) == passages
 
 
-def _line_item(line: str) -> Item:
-    beside, stick, opposite = FIELDS[line]
-    expected = expected_mechanism(line)
-    return Item(
-        id=f"table2.{line}",
-        equation="Table 2",
-        statement=(
-            f"on {line}, with n = {outward(line)}: n > 0 leads Ω{beside}, Ω{stick}, Ω{opposite} "
-            f"to Ω{beside}; n < 0 leads Ω{opposite} to Ω{stick}; n = 0 > n' leads all three to "
-            f"Ω{stick}; n = 0 < n' leads Ω{opposite} to Ω{beside}"
-        ),
-        claim=(line, expected),
-        check=_has_mechanism,
-        mutant=(line, {**expected, "-": expected["+"]}),
-        formula=rf"n={sp.latex(outward(line))}",
-        verdict="conditional",
-    )
-
-
-def _one_way_under(claim: tuple[str, Relation, int]) -> bool:
+@checker
+def leads_only(line: str, within: Relation, target: int) -> bool:
     """Whether under a condition every trajectory leaves a line into one subspace."""
-    line, condition, target = claim
+    here = [*PIECES[line].relations, *_DAMPED, within]
     return all(
-        leaf.departs == {target}
-        for leaf in leaves_of(line)
-        if consistent([*PIECES[line].relations, *leaf.condition, zeta > 0, condition])
+        leaf.departs == {target} for leaf in leaves_of(line) if consistent([*here, *leaf.condition])
     )
 
 
-def _rows_2() -> Iterator[Item]:
-    yield from map(_line_item, FIELDS)
-    for bound, target in zip(BOUNDS[:2], (1, 6), strict=True):
-        condition = sp.Le(bound.smaller, bound.larger)
-        yield Item(
-            id=f"table2.{bound.line}.one_way",
-            equation="Table 2, Appendix A",
-            statement=f"while {condition} and zeta > 0, {bound.line} leads to Ω{target} only",
-            claim=(bound.line, condition, target),
-            check=_one_way_under,
-            mutant=(bound.line, sp.Not(condition), target),
-            formula=sp.latex(condition),
-            verdict="conditional",
-        )
-    yield Item(
-        id="table2.L10",
-        equation="not in Table 2",
-        statement="on L10 (corners apart): Ω6 → Ω1",
-        claim=("L10", (6, 1)),
-        check=_leads,
-        mutant=("L10", (1, 6)),
-        formula=PIECES["L10"].latex,
-    )
+@checker
+def occurs_by(local_map: LocalMap, shown: Sequence[Witness]) -> bool:
+    """Whether every witness proves that a local map occurs, and there is one."""
+    return bool(shown) and all(w.local_map == local_map and proves(w) for w in shown)
 
 
-def _leads(claim: tuple[str, tuple[int, int]]) -> bool:
-    """Whether a line leads from one subspace into one other."""
-    line, (source, target) = claim
-    (leaf,) = leaves_of(line)
-    return leaf.arrives == {source} and leaf.departs == {target}
+@checker
+def allows(within: Texts, maps: Iterable[LocalMap]) -> bool:
+    """Whether under conditions on the parameters exactly these local maps are not excluded."""
+    return allowed_maps(scope(within)) == set(maps)
 
 
-def _occurs(claim: tuple[LocalMap, tuple[Witness, ...]]) -> bool:
-    """Whether every witness proves the local map, and there is one."""
-    local_map, found = claim
-    return bool(found) and all(w.local_map == local_map and proves(w) for w in found)
-
-
-def _map_item(local_map: LocalMap) -> Item:
-    found = tuple(w for w in witnesses() if w.local_map == local_map)
-    other = replace(local_map, target="Σ7" if local_map.target != "Σ7" else "Σ2")
-    scenarios = sorted(
-        {f"{s}{'' if damped else ', ζ = 0'}" for s, damped in (w.regime for w in found)}
-    )
-    return Item(
-        id=f"table3.{local_map.target}.F{local_map.field}.{local_map.source}",
-        equation="Table 3",
-        statement=f"{local_map} occurs, for {'; '.join(scenarios)}",
-        claim=(local_map, found),
-        check=_occurs,
-        mutant=(other, tuple(replace(w, local_map=other) for w in found)),
-        formula=local_map.formula,
-        witness=lambda: described(found[0]),
-    )
-
-
-def _regime_is(claim: tuple[str, bool, frozenset[LocalMap]]) -> bool:
-    """Whether in a regime exactly these local maps are not excluded."""
-    scenario, damped, maps = claim
-    damping = sp.Gt(zeta, 0) if damped else sp.Eq(zeta, 0)
-    return allowed_maps([SCENARIOS[scenario], damping]) == maps
-
-
-def _regime_items() -> Iterator[Item]:
-    for scenario in SCENARIOS:
-        for damped in (True, False):
-            regime = (scenario, damped)
-            maps = frozenset(w.local_map for w in witnesses() if w.regime == regime)
-            damping = "ζ > 0" if damped else "ζ = 0"
-            yield Item(
-                id=f"table3.regime.{scenario.replace(' ', '')}.{damping.replace(' ', '')}",
-                equation="Table 3",
-                statement=(
-                    f"for {scenario}, {damping} exactly {len(maps)} local maps occur: those with "
-                    "a witness; all others are excluded"
-                ),
-                claim=(*regime, maps),
-                check=_regime_is,
-                mutant=(*regime, maps - {min(maps)}),
-                formula=rf"|\text{{Table 3}}|={len(maps)}",
-            )
-
-
-def _closed(claim: tuple[LocalMap, ...]) -> bool:
+@checker
+def complete(maps: Sequence[LocalMap]) -> bool:
     """Whether these are the maps not excluded, at points of any degeneracy."""
-    known = {(m.field, m.target) for m in claim}
-    return set(claim) == set(local_maps()) and end_planes() <= known
+    known = {(m.field, m.target) for m in maps}
+    return set(maps) == set(local_maps()) and end_planes() <= known
 
 
-_BAR = (4, sp.Ge(delta, f_b))
+@checker
+def never_ends_at_rest(field: int, within: Texts) -> bool:
+    """Whether a drift that begins at an impact of a moving capsule cannot end at rest."""
+    return never_rests(SEGMENTS[field - 1], scope(within))
 
 
-def _is_barred(claim: tuple[int, Relation]) -> bool:
-    index, hypothesis = claim
-    return never_rests(SEGMENTS[index - 1], [hypothesis])
+def _each_map(_: Context) -> Iterator[dict[str, Any]]:
+    for local_map in sorted({w.local_map for w in witnesses()}):
+        yield {"map": local_map, "shown": tuple(w for w in witnesses() if w.local_map == local_map)}
 
 
-def _rows_3() -> Iterator[Item]:
-    maps = tuple(sorted({w.local_map for w in witnesses()}))
-    yield Item(
-        id="table3.complete",
-        equation="Table 3",
-        statement=f"no local map but the {len(maps)} derived ones occurs",
-        claim=maps,
-        check=_closed,
-        mutant=tuple(m for m in maps if m.target != "Σ9"),
-        formula=rf"|\text{{Table 3}}|={len(maps)}",
-    )
-    held = momentum(SEGMENTS[3])
-    yield Item(
-        id="table3.never_rests",
-        equation="not in the paper",
-        statement=(
-            "for delta >= f_b a capsule that moves forward at the impact moves forward until "
-            "contact ends: from Σ7 only Σ8 follows"
-        ),
-        claim=_BAR,
-        check=_is_barred,
-        mutant=(4, sp.Lt(delta, f_b)),
-        formula=rf"\tfrac{{d}}{{d\tau}}\Bigl({sp.latex(held)}\Bigr)\ge0",
-    )
-    yield from _regime_items()
-    yield from map(_map_item, maps)
+def _each_regime(_: Context) -> Iterator[dict[str, Any]]:
+    for gap in SCENARIOS:
+        for damping, relation in (("ζ > 0", "zeta > 0"), ("ζ = 0", "zeta == 0")):
+            regime = (gap, relation == "zeta > 0")
+            maps = sorted({w.local_map for w in witnesses() if w.regime == regime})
+            yield {"gap": gap, "damping": damping, "relation": relation, "maps": maps}
 
 
-def table_2() -> tuple[Item, ...]:
-    """The mechanism on L1-L4, where it is one-way, and L10."""
-    return tuple(_rows_2())
+def _regimes(shown: Sequence[Witness]) -> str:
+    regimes = (witness.regime for witness in shown)
+    return "; ".join(sorted({f"{gap}{'' if damped else ', ζ = 0'}" for gap, damped in regimes}))
 
 
-def table_3() -> tuple[Item, ...]:
-    """Every local map of Table 3."""
-    return tuple(_rows_3())
+EACH |= {"derived_maps": _each_map, "regimes": _each_regime}
+FACTS |= {
+    "passages": lambda context: expected_mechanism(context["key"]),
+    "n": lambda context: outward(context["key"]),
+    "derived_maps": lambda _: tuple(sorted({w.local_map for w in witnesses()})),
+    "line_10": lambda _: "L10",
+    "held": lambda _: momentum(SEGMENTS[3]),
+}
+FILTERS |= {
+    "regimes": _regimes,
+    "count": len,
+    "not": sp.Not,
+    "elsewhere": lambda one: LocalMap("Σ7" if one.target != "Σ7" else "Σ2", one.field, one.source),
+}
+WITNESSES["shown"] = lambda shown: described(shown[0])

@@ -97,6 +97,8 @@ def relations(texts: Iterable[str], names: Mapping[str, sp.Expr] = NAMES) -> tup
 
 
 def _plain(relation: Relation) -> Iterable[Relation]:
+    if relation in (sp.true, sp.false):
+        return (relation,)
     left, right = relation.lhs, relation.rhs
     if isinstance(left, sp.Abs):
         kind = type(relation)

@@ -1,9 +1,10 @@
-"""Claims about what is printed: rows of `claims/`, and what reads them.
+"""Rows of `statements/` and of `claims/`, and what makes statements of them.
 
-A row names the entry of the transcription, the check and what is given to it, what a wrong row
-would give, and the sentences of the report. Its texts are templates: `{e[value]}` is a value of
-the entry, other names are those of `each` and of `FACTS`, and what follows a colon are names in
-`FILTERS`. A template that is one field alone stands for the value itself. `{{` is a brace.
+A row names the check and what is given to it, what a wrong row would give, and the sentences of
+the report; a claim about the paper names the entry of the transcription. Texts are templates:
+`{e[value]}` is a value of the entry, other names are those of `each` and of `FACTS`, and what
+follows a colon are names in `FILTERS`. A template that is one field alone stands for the value
+itself. `{{` is a brace.
 
 With a `correction` the row is refuted: the check holds with it, and fails for what is printed.
 """
@@ -11,9 +12,9 @@ With a `correction` the row is refuted: the check holds with it, and fails for w
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from functools import cache, partial
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib.resources import files
 from inspect import signature
 from string import Formatter
@@ -91,11 +92,6 @@ def resolved(template: Any, context: Context) -> Any:
     return _TEMPLATES.vformat(template, (), context)
 
 
-def as_read(entry: Entry, text: str) -> str:
-    """A printed text with the doubt about its reading, if there is one."""
-    return text + _READ[entry.reading].format(entry.note)
-
-
 def _misprinted(check: Callable[..., bool], claim: tuple[dict[str, Any], dict[str, Any]]) -> bool:
     """Whether what is derived passes a check, and what is printed does not."""
     printed, derived = claim
@@ -132,7 +128,7 @@ _KEYS = {
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """A row of `claims/`, which stands for one claim or for one of each of a list."""
+    """A row, which stands for one statement or for one of each of a list."""
 
     fields: Mapping[str, Any]
 
@@ -152,23 +148,23 @@ class Row:
         """The names of its claims, as a template."""
         return str(self.fields["name"])
 
-    def items(self, paper: Paper) -> Iterator[Item]:
-        """Its claims about a transcription."""
-        for context in self._contexts(paper):
+    def items(self, paper: Paper | None = None) -> Iterator[Item]:
+        """Its statements, about a transcription where they are about the paper."""
+        for context in self._contexts(paper or Paper({})):
             if context.get("key") not in self.fields.get("skip", ()):
                 yield self._item(context)
 
     def _contexts(self, paper: Paper) -> Iterator[Context]:
-        entries = self.fields["entry"]
+        entries = self.fields.get("entry", "")
         for entry in [entries] if isinstance(entries, str) else entries:
             start, each = Context(paper=paper), self.fields.get("each", [{}])
-            if "{" not in entry:
+            if entry and "{" not in entry:
                 start["e"] = paper[entry]
             if isinstance(each, str):
                 each = EACH[each](start) if each in EACH else start["e"][each]
             for one in each:
                 context = Context(start | (one if isinstance(one, dict) else {"key": one}))
-                if "e" not in context:
+                if entry and "e" not in context:
                     context["e"] = paper[resolved(entry, context)]
                 yield context
 
@@ -188,24 +184,37 @@ class Row:
             claim = given, _merged(given, resolved(fields["correction"], context))
             mutant = (given, mutant)
             deciding = partial(_misprinted, check)
-        entry: Entry = context["e"]
-        says, verdict = text("says"), cast(Verdict, text("verdict", "proved"))
-        printed, derived = text("printed", says), text("derived", AS_PRINTED)
-        return Item(
-            id=f"{'erratum' if verdict == 'refuted' else 'printed'}.{text('name')}",
-            equation=text("place") or entry.place,
-            statement=says or f"printed: {as_read(entry, printed)}. Derived: {derived}",
+        witness = partial(_witness, fields["witness"], context) if "witness" in fields else None
+        item = Item(
+            id=text("name"),
+            equation=text("place"),
+            statement=text("says"),
             claim=claim,
             check=deciding,
             mutant=mutant,
-            formula=text("formula"),
-            verdict=verdict,
-            printed=as_read(entry, printed),
-            derived=derived,
+            formula=partial(text, "formula"),
+            verdict=cast(Verdict, text("verdict", "proved")),
             proof=text("proof"),
             consequence=text("consequence"),
-            witness=partial(_witness, fields["witness"], context) if "witness" in fields else None,
+            witness=witness,
         )
+        if "e" not in context:
+            return item
+        printed, derived = text("printed", item.statement), text("derived", AS_PRINTED)
+        return _beside(context["e"], item, printed, derived)
+
+
+def _beside(entry: Entry, item: Item, printed: str, derived: str) -> Item:
+    """The item of a claim about an entry of the transcription."""
+    told = printed + _READ[entry.reading].format(entry.note)
+    return replace(
+        item,
+        id=f"{'erratum' if item.verdict == 'refuted' else 'printed'}.{item.id}",
+        equation=item.equation or entry.place,
+        statement=item.statement or f"printed: {told}. Derived: {derived}",
+        printed=told,
+        derived=derived,
+    )
 
 
 def _witness(fields: Mapping[str, Any], context: Context) -> Mapping[str, str]:
@@ -213,13 +222,8 @@ def _witness(fields: Mapping[str, Any], context: Context) -> Mapping[str, str]:
     return WITNESSES[kind](resolved(template, context))
 
 
-PARTS = ("section_2", "section_3", "tables", "appendices", "section_4", "captions")
-"""The files of rows, in the order of the paper."""
-
-
-@cache
-def rows(parts: tuple[str, ...] = PARTS) -> tuple[Row, ...]:
-    """The rows of these files."""
-    folder = files(__package__) / "claims"
-    texts = (folder.joinpath(f"{name}.toml").read_text(encoding="utf-8") for name in parts)
+def read_rows(package: str, folder: str, names: Iterable[str]) -> tuple[Row, ...]:
+    """The rows of files in a folder of a package."""
+    place = files(package) / folder
+    texts = (place.joinpath(f"{name}.toml").read_text(encoding="utf-8") for name in names)
     return tuple(Row(row) for text in texts for row in tomllib.loads(text)["claim"])

@@ -1,64 +1,25 @@
-"""Checks of formulas, of sets of states, and of what follows from relations or does not."""
+"""Printed relations that fail somewhere, with an exact witness; checks of printed formulas."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 from typing import Any
 
 import sympy as sp
 
 from capsule_sym._paper import read
 from capsule_sym._symbolic.model.elimination import Relation
-from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, empty
-from capsule_sym._symbolic.model.model import P3, SEGMENTS
+from capsule_sym._symbolic.model.geometry import PIECES
 from capsule_sym._symbolic.model.proof import consistent, evaluate, example, implies, negations
 from capsule_sym._symbolic.model.switching import reduced
 from capsule_sym._symbolic.model.symbols import STATE, alpha, beta, delta, f_b, force, gamma, zeta
-from capsule_sym._symbolic.paper.formula import NAMES, formula, relations, same
-from capsule_sym._symbolic.paper.rows import DEFAULTS, FILTERS, WITNESSES, checker
-from capsule_sym._symbolic.proofs.appendices import part
-from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, outward
-
-Texts = Iterable[str | Relation]
-"""Relations as text: printed, or the name of a piece, a part or a position of the gap."""
+from capsule_sym._symbolic.proofs.formula import formula, same
+from capsule_sym._symbolic.proofs.relations import Texts, derived, latex, scope
+from capsule_sym._symbolic.proofs.rows import DEFAULTS, FILTERS, WITNESSES, checker
 
 CREST = sp.Eq(force, alpha)  # omega tau = 0
-_SETS: dict[str, tuple[Relation, ...]] = {
-    **{name: piece.relations for name, piece in PIECES.items()},
-    **{name: (relation,) for name, relation in SCENARIOS.items()},
-}
-_NAMES = {
-    **NAMES,
-    "u": force,
-    "P3_F2": along(P3, SEGMENTS[1]),
-    **{f"n_{line}": outward(line) for line in STICK_EDGE},
-    **{f"{s.name}_{x}": rate for s in SEGMENTS for x, rate in zip(STATE, s.field, strict=True)},
-}
-"""What rows may name: n_L1 is the inner product out of stick on L1, F1_v_c the v_c' of F1."""
-
-
-def derived(text: str) -> Any:
-    """An expression or relation of a row."""
-    return formula(text, _NAMES)
-
-
-@cache
-def _relations(text: str) -> tuple[Relation, ...]:
-    if "^(" in text:
-        return part(text).relations
-    return _SETS[text] if text in _SETS else relations([text], _NAMES)
-
-
-def scope(texts: Texts) -> tuple[Relation, ...]:
-    """The relations of a set of states."""
-    return tuple(
-        relation
-        for text in texts
-        for relation in (_relations(text) if isinstance(text, str) else (text,))
-    )
 
 
 @checker
@@ -95,18 +56,6 @@ def positive(printed: str, expected: str) -> bool:
     )
 
 
-@cache
-def _within(inner: tuple[Relation, ...], outer: tuple[Relation, ...]) -> bool:
-    return all(implies(inner, relation) for relation in outer)
-
-
-@checker
-def same_sets(printed: Sequence[Texts], expected: Sequence[Texts]) -> bool:
-    """Whether sets of states are, one by one, those expected: each includes the other."""
-    pairs = [(scope(a), scope(b)) for a, b in zip(printed, expected, strict=False)]
-    return len(printed) == len(expected) and all(_within(a, b) and _within(b, a) for a, b in pairs)
-
-
 @checker
 def same_union(whole: Texts, pieces: Sequence[str], within: Texts, end: str) -> bool:
     """Whether a set is the union of pieces, split by the sign of a function at its end."""
@@ -118,19 +67,6 @@ def same_union(whole: Texts, pieces: Sequence[str], within: Texts, end: str) -> 
         for case in cases
         if consistent(case)
     )
-
-
-@checker
-def follows(here: Texts, printed: Texts) -> bool:
-    """Whether printed relations hold everywhere in a set."""
-    hypotheses = scope(here)
-    return all(implies(hypotheses, relation) for relation in scope(printed))
-
-
-@checker
-def absent(piece: str, within: Texts) -> bool:
-    """Whether a piece holds no state under conditions on the parameters."""
-    return empty(PIECES[piece], scope(within))
 
 
 def _case_study() -> dict[sp.Symbol, Fraction]:
@@ -211,7 +147,7 @@ class Erratum:
             shorter = reduced(relation.lhs - relation.rhs, self.inside)
             if not shorter.is_number:
                 relation = type(relation)(shorter, 0, evaluate=False)
-        return rf"{_latex(self.inside)}\quad\Rightarrow\quad {sp.latex(relation)}"
+        return rf"{latex(self.inside)}\quad\Rightarrow\quad {sp.latex(relation)}"
 
 
 @checker
@@ -245,15 +181,6 @@ def at_crest(texts: Texts) -> dict[str, str]:
     return described(example([*scope(texts), CREST], CASE_STUDY))
 
 
-def listed(names: Any) -> str:
-    """Names as a list in words."""
-    return ", ".join(map(str, names)) or "none"
-
-
-def _latex(of: Iterable[Relation]) -> str:
-    return r",\ ".join(map(sp.latex, of))
-
-
 def _negated(row: Mapping[str, Any]) -> Relation:
     return negations(Erratum.of(**row).expected)[0]
 
@@ -270,17 +197,6 @@ WITNESSES |= {
     "numbers": lambda numbers: numbers,
 }
 FILTERS |= {
-    "list": listed,
-    "and": " and ".join,
-    "braces": lambda texts: "{" + ", ".join(texts) + "}",
-    "union": lambda sets: " or ".join("{" + ", ".join(texts) + "}" for texts in sets),
-    "rest": lambda names: tuple(names[1:]),
-    "reversed": lambda names: tuple(reversed(names)),
-    "sorted": sorted,
-    "next": lambda number: number % 6 + 1,
-    "bare": lambda text: text.replace(" ", ""),
-    "latex": lambda texts: _latex(scope(texts)),
-    "piece": lambda name: PIECES[name].latex,
     "negated": _negated,
     "implication": lambda row: Erratum.of(**row).latex,
 }

@@ -1,0 +1,140 @@
+"""The bounds of Appendix A, the parts of L1-L4 of Appendix B, and the bifurcations on them.
+
+On each of L1-L4 the inner product of the normal that points out of stick with the field of stick
+is +-(k v_r) - 2 zeta f_b +- 2 zeta alpha cos(omega tau), with k = 1 on L1, L2 and 1 + beta on
+L3, L4. Bounds are compared after multiplication by 2 zeta or 4 zeta^2, so that every claim is
+linear; a statement that needs damping says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation
+from capsule_sym._symbolic.model.geometry import PIECES
+from capsule_sym._symbolic.model.proof import consistent
+from capsule_sym._symbolic.model.switching import leaves_of
+from capsule_sym._symbolic.model.symbols import alpha, beta, delta, f_b, force, v_r, zeta
+from capsule_sym._symbolic.proofs.inner_products import FIELDS, outward
+
+EDGES = ("L1", "L2", "L3", "L4")
+_STIFFNESS = {"L1": sp.S.One, "L2": sp.S.One, "L3": 1 + beta, "L4": 1 + beta}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """On a line, stick ends (side 1) or begins (side -1) everywhere, always, if and only if.
+
+    `smaller <= larger` is the condition on the parameters, free of fractions; `alpha_bound` the
+    same solved for alpha.
+    """
+
+    line: str
+    side: int
+    smaller: sp.Expr
+    larger: sp.Expr
+    alpha_bound: sp.Expr
+
+
+_FOUR = 4 * zeta**2
+BOUNDS = (
+    Bound("L1", +1, _FOUR * (alpha + f_b), f_b - delta, (f_b - delta) / _FOUR - f_b),
+    Bound(
+        "L4",
+        +1,
+        _FOUR * (alpha + f_b),
+        (1 + beta) * (f_b + delta),
+        (1 + beta) * (f_b + delta) / _FOUR - f_b,
+    ),
+    Bound("L2", -1, f_b + delta, _FOUR * (f_b - alpha), f_b - (f_b + delta) / _FOUR),
+    Bound(
+        "L3",
+        -1,
+        (1 + beta) * (f_b - delta),
+        _FOUR * (f_b - alpha),
+        f_b - (1 + beta) * (f_b - delta) / _FOUR,
+    ),
+)
+"""Appendix A for L1 and L4, and what corresponds to it on L2 and L3."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """L_i^(j): the part of a line within bounds on k v_r, and what stick does there.
+
+    `side` is +1 where stick always ends, -1 where it always begins, None where that depends on
+    time. `interval` is LaTeX for the range of v_r.
+    """
+
+    line: str
+    number: int
+    within: tuple[Relation, ...]
+    side: int | None
+    interval: str
+
+    @property
+    def name(self) -> str:
+        """The paper's name, such as `L2^(1)`."""
+        return f"{self.line}^({self.number})"
+
+    @property
+    def relations(self) -> tuple[Relation, ...]:
+        """The relations of the part."""
+        return (*PIECES[self.line].relations, *self.within)
+
+
+def _parts(line: str) -> tuple[Part, ...]:
+    """The three parts, in order of v_r, from the extremes of the force over a period."""
+    centre = outward(line).subs(alpha, 0)
+    slope = sp.diff(centre, v_r)  # +k on L1, L3; -k on L2, L4
+    sense = 1 if slope.is_positive else -1
+    speed = _STIFFNESS[line] * v_r
+    turn = sense * sp.expand(sense * speed - centre)  # where the product vanishes without force
+    low, high = turn - 2 * zeta * alpha, turn + 2 * zeta * alpha
+    cut = [sp.latex(sp.factor(edge) / _STIFFNESS[line]) for edge in (low, high)]
+    return (
+        Part(line, 1, (sp.Lt(speed, low),), -sense, rf"v_r<{cut[0]}"),
+        Part(line, 2, (speed >= low, speed <= high), None, rf"{cut[0]}\le v_r\le {cut[1]}"),
+        Part(line, 3, (sp.Gt(speed, high),), sense, rf"v_r>{cut[1]}"),
+    )
+
+
+PARTS: tuple[Part, ...] = tuple(part for line in EDGES for part in _parts(line))
+"""L1^(1) to L4^(3) as derived (Appendix B)."""
+
+
+def part(name: str) -> Part:
+    """A part by its name, such as L2^(1)."""
+    return next(one for one in PARTS if one.name == name)
+
+
+BIFURCATIONS = ("adding", "crossing", "grazing", "switching")
+
+
+def bifurcations(part: Part) -> frozenset[str]:
+    """Sliding bifurcations possible on a part, from the signs of the product and its rate.
+
+    Crossing and switching: the trajectory arrives transversally from the drift opposite, and
+    stick ends or begins there. Grazing: it touches P1 = 0 from the drift beside. Adding: it
+    touches the line from within stick. The force is taken short of its extremes: there its rate
+    can have either sign, and any size by the choice of omega.
+    """
+    moving = (sp.Lt(force, alpha), sp.Gt(force, -alpha))
+    line = part.line
+    beside, stick, opposite = FIELDS[line]
+    kinds = {
+        "crossing": (opposite, beside),
+        "switching": (opposite, stick),
+        "grazing": (beside, beside),
+        "adding": (stick, stick),
+    }
+    return frozenset(
+        kind
+        for kind, (source, target) in kinds.items()
+        for leaf in leaves_of(line)
+        if source in leaf.arrives
+        and target in leaf.departs
+        and consistent([*part.relations, *leaf.condition, *moving])
+    )

@@ -1,0 +1,123 @@
+"""What follows from relations: the language of rows for sets of states, and checks of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from capsule_sym._symbolic.model.elimination import Relation
+from capsule_sym._symbolic.model.geometry import PIECES, SCENARIOS, empty
+from capsule_sym._symbolic.model.model import P3, SEGMENTS
+from capsule_sym._symbolic.model.proof import consistent, implies
+from capsule_sym._symbolic.model.symbols import STATE, force
+from capsule_sym._symbolic.proofs.formula import NAMES, formula, relations
+from capsule_sym._symbolic.proofs.inner_products import STICK_EDGE, along, outward
+from capsule_sym._symbolic.proofs.parts import part
+from capsule_sym._symbolic.proofs.rows import FILTERS, checker
+
+Texts = Iterable[str | Relation]
+"""Relations as text: printed, or the name of a piece, a part or a position of the gap."""
+
+_SETS: dict[str, tuple[Relation, ...]] = {
+    **{name: piece.relations for name, piece in PIECES.items()},
+    **{f"cl {name}": piece.closure.relations for name, piece in PIECES.items()},
+    **{name: (relation,) for name, relation in SCENARIOS.items()},
+}
+_NAMES = {
+    **NAMES,
+    "u": force,
+    "P3_F2": along(P3, SEGMENTS[1]),
+    **{f"n_{line}": outward(line) for line in STICK_EDGE},
+    **{f"{s.name}_{x}": rate for s in SEGMENTS for x, rate in zip(STATE, s.field, strict=True)},
+}
+"""What rows may name: n_L1 is the inner product out of stick on L1, F1_v_c the v_c' of F1."""
+
+
+def derived(text: str) -> Any:
+    """An expression or relation of a row."""
+    return formula(text, _NAMES)
+
+
+@cache
+def _relations(text: str) -> tuple[Relation, ...]:
+    if "^(" in text:
+        return part(text).relations
+    return _SETS[text] if text in _SETS else relations([text], _NAMES)
+
+
+def scope(texts: Texts) -> tuple[Relation, ...]:
+    """The relations of a set of states."""
+    return tuple(
+        relation
+        for text in texts
+        for relation in (_relations(text) if isinstance(text, str) else (text,))
+    )
+
+
+@cache
+def _within(inner: tuple[Relation, ...], outer: tuple[Relation, ...]) -> bool:
+    return all(implies(inner, relation) for relation in outer)
+
+
+@checker
+def same_sets(printed: Sequence[Texts], expected: Sequence[Texts]) -> bool:
+    """Whether sets of states are, one by one, those expected: each includes the other."""
+    pairs = [(scope(a), scope(b)) for a, b in zip(printed, expected, strict=False)]
+    return len(printed) == len(expected) and all(_within(a, b) and _within(b, a) for a, b in pairs)
+
+
+@checker
+def follows(here: Texts, printed: Texts) -> bool:
+    """Whether printed relations hold everywhere in a set."""
+    hypotheses = scope(here)
+    return all(implies(hypotheses, relation) for relation in scope(printed))
+
+
+@checker
+def follow_all(cases: Sequence[tuple[Texts, Texts]]) -> bool:
+    """Whether in each case relations hold everywhere in a set."""
+    return all(follows(here, then) for here, then in cases)
+
+
+@checker
+def never(here: Texts) -> bool:
+    """Whether relations never hold together."""
+    return not consistent(scope(here))
+
+
+@checker
+def absent(piece: str, within: Texts) -> bool:
+    """Whether a piece holds no state under conditions on the parameters."""
+    return empty(PIECES[piece], scope(within))
+
+
+def listed(names: Any) -> str:
+    """Names as a list in words."""
+    return ", ".join(map(str, names)) or "none"
+
+
+def latex(of: Iterable[Relation]) -> str:
+    """Relations in LaTeX."""
+    return r",\ ".join(map(sp.latex, of))
+
+
+FILTERS |= {
+    "list": listed,
+    "and": " and ".join,
+    "braces": lambda texts: "{" + ", ".join(texts) + "}",
+    "union": lambda sets: " or ".join("{" + ", ".join(texts) + "}" for texts in sets),
+    "rest": lambda names: tuple(names[1:]),
+    "reversed": lambda names: tuple(reversed(names)),
+    "sorted": sorted,
+    "next": lambda number: number % 6 + 1,
+    "bare": lambda text: text.replace(" ", ""),
+    "latex": lambda texts: latex(scope(texts)),
+    "piece": lambda name: PIECES[name].latex,
+    "tex": sp.latex,
+    "text": lambda text: str(derived(text)),
+    "formula": lambda text: sp.latex(derived(text)),
+    "symbol": lambda name: rf"{name[0]}_{{{name[1:]}}}",
+}
