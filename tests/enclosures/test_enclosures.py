@@ -105,6 +105,15 @@ def test_flow_against_an_independent_exponential(index: int) -> None:
             assert wide.contains(field.flow(ball(near)).mid())
 
 
+def test_a_flow_is_of_its_own_duration_and_digits() -> None:
+    """The last exponential is kept: not for another duration, nor for more digits."""
+    field, h = Field(4, VALUES), ball(2.5)
+    first = field.flow(h)
+    assert not field.flow(ball(2.6)).overlaps(first)
+    with precision(512):
+        assert field.flow(h)[0, 0].rad() < arb("1e-60")
+
+
 @pytest.mark.parametrize("h", [0.05, 1.7])
 def test_derivative_by_a_parameter_against_differences(h: float) -> None:
     step = arb("1e-15")

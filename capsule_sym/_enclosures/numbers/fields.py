@@ -47,6 +47,7 @@ class Exponential:
     def __init__(self, A: Matrix) -> None:
         self.A, self.norm = A, largest(A)
         self._powers: dict[int, list[Matrix]] = {}
+        self._latest: tuple[Ball, int, Matrix] | None = None  # a duration, its bits, exp(A h)
 
     def terms(self, order: int) -> list[Matrix]:
         """A^k/k! for k from 0 to an order."""
@@ -67,10 +68,12 @@ class Exponential:
             for term in reversed(self.terms(order)[zeros:]):
                 total = total * h + term
             return total + self._around(_tail(self.norm, upper(h), order + 1, zeros))
-        middle = arb(h.mid())
-        found = self.moved((self.A * middle).exp(), h - middle)
+        if self._latest is None or self._latest[0] is not h or self._latest[1] != bits():
+            middle = arb(h.mid())
+            self._latest = h, bits(), self.moved((self.A * middle).exp(), h - middle)
+        found = self._latest[2]
         for k, term in enumerate(self.terms(zeros)[:zeros]):
-            found -= term * h**k
+            found = found - term * h**k
         return found / h**zeros if zeros else found
 
     def moved(self, moved: Matrix, step: Ball) -> Matrix:

@@ -85,7 +85,8 @@ def affine_states(tube: Tube) -> list[Matrix]:
     rest = matrix(len(tube.radii), 1, ((i, 0, symmetric(r)) for i, r in enumerate(tube.radii) if r))
     found = []
     for near, far in zip(tube.narrow.nodes, tube.wide.nodes, strict=True):
-        blocks = near.state, far.by * tube.slopes, far.by * rest
+        by = far.by
+        blocks = near.state, by * tube.slopes, by * rest
         rows = zip(*(block.tolist() for block in blocks), strict=True)
         found.append(arb_mat([[x for part in row for x in part] for row in rows]))
     return found

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from capsule_sym._enclosures.numbers.balls import Ball, Matrix, arb, matrix
@@ -59,6 +60,12 @@ class Evaluation:
     durations: tuple[Any, ...]
     flows: tuple[Any, ...]
     fields: tuple[Any, ...]
+
+
+@cache
+def _chosen(rows: tuple[int, ...]) -> Matrix:
+    """The matrix that takes rows of an extended state."""
+    return matrix(len(rows), SIZE, ((k, row, 1) for k, row in enumerate(rows)))
 
 
 class Shooting:
@@ -115,10 +122,11 @@ class Shooting:
         nodes = self._nodes(values, fields)
         durations = tuple(values[at] for at in self.durations)
         ordered = tuple(fields[segment.field] for segment in segments)
-        flows = tuple(field.flow(h) for field, h in zip(ordered, durations, strict=True))
-        residual, by = [], []
+        residual, by, flows = [], [], []
         for i, segment in enumerate(segments):
-            field, h, flow = ordered[i], durations[i], flows[i]
+            field, h = ordered[i], durations[i]
+            flow = field.flow(h)
+            flows.append(flow)
             here, following = nodes[i], nodes[(i + 1) % len(segments)]
             end = flow * here.state
             rows = [X, V] if field.stick else [X, V, C]
@@ -129,7 +137,7 @@ class Shooting:
                 value, slopes = self._divided(field, root, zeros, h, here, i)
                 residual.append(value)
                 by.append(slopes)
-            chosen = matrix(len(rows), SIZE, ((k, row, 1) for k, row in enumerate(rows)))
+            chosen = _chosen(tuple(rows))
             slopes = flow * here.own * here.columns - following.by
             slopes = slopes + self._at(self.durations[i], field.A * end)
             for name in self._moving(field):
@@ -146,7 +154,7 @@ class Shooting:
             rates.append((0, self.parameter("omega"), elapsed))
         by.append(matrix(1, self.columns, rates))
         return Evaluation(
-            self.itinerary, stacked(residual), stacked(by), nodes, durations, flows, ordered
+            self.itinerary, stacked(residual), stacked(by), nodes, durations, tuple(flows), ordered
         )
 
     @property
@@ -167,7 +175,9 @@ class Shooting:
         """The equation of a coordinate whose guard's roots are divided out, and its derivative."""
         unit = matrix(1, SIZE, [(0, row, 1)])
         functional, slope = field.divided(unit, zeros, h)
-        slopes = functional * node.by + self._at(self.durations[segment], slope * node.state)
+        slopes = functional * node.own * node.columns + self._at(
+            self.durations[segment], slope * node.state
+        )
         for name in self._moving(field):
             moved = unit * field.flow_by(h, name, zeros)
             slopes += self._at(self.parameter(name), moved * node.state)
