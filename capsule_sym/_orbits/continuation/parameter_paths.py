@@ -82,7 +82,7 @@ def _lifted(value: Any) -> Slope:
 
 @dataclass(frozen=True)
 class ParameterPath:
-    """What varies along a branch: `name`, and the parameters tied to it, each by a function.
+    """A path of parameters: `name` varies, and those tied to it, each by a function.
 
     The name is a parameter, or another one that a tied parameter is an affine function of. The
     functions consist of arithmetic: their derivatives are exact. `texts` has those that were given
@@ -152,7 +152,7 @@ class ParameterPath:
             base.replace(**dict(zip(PARAMETERS, placed, strict=True)))
 
     def holds(self, values: Sequence[float]) -> bool:
-        """Whether parameters are on the path."""
+        """True if parameters are on the path."""
         placed = self.placed(values, self.value(values))
         return all(
             abs(a - b) <= _ON_PATH * (abs(a) + abs(b)) for a, b in zip(values, placed, strict=True)

@@ -57,7 +57,7 @@ class BoxSearch:
 
     @property
     def success(self) -> bool:
-        """Whether the search was finished, and every start settles on one of the orbits."""
+        """True if the search was finished and every start settles on one of the orbits."""
         return self.status is Status.FINISHED and self.open == 0
 
     @property
@@ -233,7 +233,7 @@ class _Search:
         return found
 
     def _near(self, orbit: Orbit, states: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether states (n, 3) are on an orbit at phase 0, shape (n,)."""
+        """Mask (n,) of the states (n, 3) that are on an orbit at phase 0."""
         marks = np.array(rerun(orbit).stroboscopic[-orbit.itinerary.period_number :], dtype=float)
         size = 1 + abs(np.array([flow.start for flow in orbit.system.flows], dtype=float)).max()
         apart = abs(states[:, None, :] - marks[None, :, :]).max(axis=2).min(axis=1)

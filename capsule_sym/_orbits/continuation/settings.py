@@ -116,7 +116,7 @@ class ContinuationSettings:
     """Distance from an orbit, over its size, at which a run of a box has settled on it. Larger:
     fewer periods, and orbits near each other may be taken for one."""
     settling_rounds: int = _whole(3, 20)
-    """How often runs that have not settled go on, each time twice as long. Larger: more time."""
+    """Rounds in which runs that have not settled go on, twice as long each. Larger: more time."""
     settling_trials: int = _whole(12, 1000)
     """Runs whose end is looked at in a round, of those on no known orbit. Larger: more time, and
     fewer attractors are missed."""

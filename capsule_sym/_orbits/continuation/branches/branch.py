@@ -26,19 +26,13 @@ from capsule_sym._orbits.continuation.families.states import (
     Stop,
 )
 from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
     Bifurcation,
     solution_fields,
     sorted_multipliers,
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution, orbit_at
-from capsule_sym._orbits.continuation.points.kinds import (
-    DURATIONS,
-    HIGHER,
-    INITIALS,
-    PERIOD_DOUBLING,
-    place,
-)
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary
@@ -100,23 +94,23 @@ class Branch(Labelled):
         }
 
     def attributes(self) -> dict[str, Any]:
-        """Why the branch ends, and where it leaves another."""
+        """Status and message of the branch's end, and the label at which it leaves another."""
         return {"status": str(self.status), "message": self.message, "origin": self.origin}
 
     @property
     def success(self) -> bool:
-        """Whether the branch ends where it was to end."""
+        """True if the branch reaches the value it was to reach."""
         return self.status is Ending.REACHED
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """How many points there are, and Newton's steps to all of them."""
+        """Number of points, and of Newton's steps to all of them."""
         steps = sum(point.orbit.iterations for point in self.points)
         return {"points": len(self.points), "iterations": steps}
 
     @property
     def parameter(self) -> str:
-        """What varies."""
+        """Name of what varies."""
         return self.axis.name
 
     def at(self, label: str) -> Bifurcation | BranchPoint:
@@ -190,7 +184,7 @@ class BranchRun(Run):
             return
         orbit = found.orbit
         self._record(
-            old, new, None, found, type=PERIOD_DOUBLING, uncertainty=max(self.errors(found))
+            old, new, None, found, type=kinds.PERIOD_DOUBLING, uncertainty=max(self.errors(found))
         )
         halves, where = f"the two halves of {old.orbit.itinerary}", self.problem.where(orbit)
         raise Stop(Ending.PERIOD_HALVED, f"{halves} become one at {where}")
@@ -229,7 +223,7 @@ class BranchRun(Run):
         if beyond is not None:
             failure = failure_of(beyond.state)
         state = self.continuation.symmetric(beyond.state) if beyond and not failure else None
-        what = place(found.orbit.itinerary, found.orbit.system, event.segment) or HIGHER
+        what = kinds.place(found.orbit.itinerary, found.orbit.system, event.segment) or kinds.HIGHER
         failed = event.failed.named(old.orbit.itinerary)
         self._record(
             old,
@@ -263,14 +257,14 @@ def labelled(found: Sequence[Bifurcation]) -> tuple[Bifurcation, ...]:
     counts = Counter[str]()
     result = []
     for one in found:
-        initials = INITIALS.get(one.type, "XX")
+        initials = kinds.INITIALS.get(one.type, "XX")
         counts[initials] += 1
         result.append(replace(one, label=f"{initials}{counts[initials]}"))
     return tuple(result)
 
 
 def failure_of(state: State) -> str:
-    """Why a state beyond an event is no motion; empty if it is one."""
+    """The reason for which a state beyond an event is no motion; empty if it is one."""
     itinerary = state.orbit.itinerary
     failed = [one.named(itinerary) for one in state.held if one.value <= 0]
     if failed:
@@ -294,13 +288,13 @@ def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:
     # The doubled orbit's equations are singular there; those of half the period are not.
     share = before @ before / (before @ before - before @ after)
     middle = old.z + share * (new.z - old.z)
-    start, first, second = np.split(middle, [DURATIONS, DURATIONS + n])
+    start, first, second = np.split(middle, [kinds.DURATIONS, kinds.DURATIONS + n])
     z = np.array([*start, *(first + second) / 2])
     (axis,) = family.axes
     q, end = (axis.share(one.values) for one in (old, new))
     once = Itinerary(itinerary.segments[:n], itinerary.period_number // 2)
     guess = orbit_at(family.numbers, axis.placed(old.values, q + float(share) * (end - q)), once, z)
-    found = Family(family.problem, guess).solved(guess, (PERIOD_DOUBLING,))
+    found = Family(family.problem, guess).solved(guess, (kinds.PERIOD_DOUBLING,))
     near = found is not None and abs(found.orbit.z - z).max() <= abs(new.z - old.z).max()
     return found if near else None
 
@@ -312,7 +306,7 @@ def _difference(orbit: Orbit) -> Vector:
 
 
 def halves_apart(orbit: Orbit, least: float) -> bool:
-    """Whether the two halves of an orbit differ by so much."""
+    """True if the two halves of an orbit differ by so much."""
     n = len(orbit.itinerary) // 2
     begin, middle = orbit.system.flows[0].start, orbit.system.flows[n].start
     return bool(np.max(np.abs([*(begin - middle), *_difference(orbit)])) > least)

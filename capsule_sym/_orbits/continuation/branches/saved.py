@@ -40,7 +40,7 @@ def labelled_point(
     parameter: str | None = None,
     ties: Mapping[str, Function | str] | None = None,
 ) -> tuple[ParameterPath, Bifurcation | BranchPoint]:
-    """What varies on a branch that `branch --out` wrote, and its point of this label.
+    """The path of a branch that `branch --out` wrote, and its point of this label.
 
     A point of a branch that leaves it has the label "PD1/AS2", of the origin and its own. What
     varies is what is given, if anything is. Raises InvalidInput for a file that cannot be read, is
@@ -63,7 +63,6 @@ def labelled_point(
 
 
 def _path(record: Record) -> ParameterPath:
-    """What varies on a branch that was written."""
     lost = [name for name, text in record["ties"].items() if text is None]
     if lost:
         raise InvalidInput("ties", lost, "given again: a file holds no functions of Python")

@@ -193,7 +193,7 @@ def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[_St
 
 
 def _lives(state: State) -> bool:
-    """Whether a state is a motion, of parameters that there are."""
+    """True if a state is a motion, of parameters that there are."""
     try:
         return not failure_of(state)
     except InvalidInput:

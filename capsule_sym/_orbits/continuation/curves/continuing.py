@@ -124,10 +124,10 @@ def curves_from(
                 continue
             if starts:
                 new = _followed(kind, starts, points)
-                meeting = replace(point, types=point.types[::-1], lines=point.lines[::-1])
+                shared = replace(point, types=point.types[::-1], lines=point.lines[::-1])
                 others = (one for one in new.codimension_two if not one.at(point.values))
                 origin = f"{point.types[0]} and {point.types[1]}"
-                found.append(replace(new, codimension_two=(meeting, *others), origin=origin))
+                found.append(replace(new, codimension_two=(shared, *others), origin=origin))
         return tuple(found)
     return (*found, Curve(kind, curve.parameters, (), (), (OUT_OF_TIME, OUT_OF_TIME)))
 
@@ -140,7 +140,6 @@ def _other(kind: str, meets: str) -> str:
 
 
 def _passes(curve: Curve, kind: str, point: CodimensionTwoPoint) -> bool:
-    """Whether a curve of a type passes a point."""
     return curve.type == kind and any(one.at(point.values) for one in curve.codimension_two)
 
 
@@ -177,19 +176,19 @@ def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
     """The curve of a type from one or two starts."""
     runs = [CurveRun(start.continuation, kind, points) for start in starts]
     endings = [runs[0].go(starts[0].state)]
-    ahead, meetings, end = [], [], _BEGIN
+    ahead, crossed, end = [], [], _BEGIN
     if endings[0][0] is Ending.RETURNED:
         end = Ending.RETURNED, ""
     elif len(runs) > 1:
         end = runs[1].go(starts[1].state)
         ahead = runs[1].points[1:] if starts[0].shared else runs[1].points
-        meetings = runs[1].codimension_two
+        crossed = runs[1].codimension_two
     first, second = (axis.name for axis in starts[0].continuation.axes)
     return Curve(
         kind,
         (first, second),
         (*runs[0].points[::-1], *ahead),
-        (*runs[0].codimension_two[::-1], *meetings),
+        (*runs[0].codimension_two[::-1], *crossed),
         (endings[0], end),
     )
 

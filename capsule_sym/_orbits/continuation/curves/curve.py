@@ -21,6 +21,7 @@ from capsule_sym._orbits.continuation.families.states import (
     Stop,
 )
 from capsule_sym._orbits.continuation.families.stepping import Continuation, Run
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import (
     CodimensionTwoPoint,
     CurvePoint,
@@ -32,15 +33,6 @@ from capsule_sym._orbits.continuation.points.conditions import (
     noise,
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution
-from capsule_sym._orbits.continuation.points.kinds import (
-    DEGENERATE,
-    DURATIONS,
-    HIGHER,
-    NEIMARK_SACKER,
-    RESONANCES,
-    Place,
-    place,
-)
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
@@ -83,12 +75,12 @@ class Curve(Labelled):
 
     @property
     def success(self) -> bool:
-        """Whether both ends are where a curve ends: at the ranges, where it began, in a point."""
+        """True if both ends are regular: at the ranges, at the begin, or in a special point."""
         return all(end in _FINE for end, _ in self.endings)
 
     @property
     def status(self) -> Ending:
-        """Why the curve ends: of the two ends the first that is not where it was to be."""
+        """The reason for the end: of the two ends the first that is not regular."""
         return self._worst[0]
 
     @property
@@ -98,7 +90,7 @@ class Curve(Labelled):
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """How many points there are, and Newton's steps to all of them."""
+        """Number of points, and of Newton's steps to all of them."""
         steps = sum(point.iterations for point in self.points)
         return {"points": len(self.points), "iterations": steps}
 
@@ -143,7 +135,7 @@ class CurveRun(Run):
         return ending, detail
 
     def closes(self, old: State, new: State) -> bool:
-        """Whether the curve passes its first point between two neighbours."""
+        """True if the curve passes its first point between two states."""
         first, itinerary = self.first, old.orbit.itinerary
         if not itinerary == new.orbit.itinerary == first.orbit.itinerary:
             return False
@@ -157,7 +149,7 @@ class CurveRun(Run):
 
     def check(self, old: State, step: Step) -> None:
         """Raises Stop where a curve of rotations ends: beyond, the multipliers are real."""
-        if self.kind == NEIMARK_SACKER and not has_rotations(step.state.orbit):
+        if self.kind == kinds.NEIMARK_SACKER and not has_rotations(step.state.orbit):
             last = self.codimension_two[-1].orbit if step.smooth else old.orbit
             detail = f"{self.problem.where(last)}; beyond, {_SADDLES}"
             raise Stop(Ending.CODIMENSION_TWO, detail)
@@ -179,10 +171,10 @@ class CurveRun(Run):
         )
         self.points.append(point)
 
-    def _place(self, orbit: Orbit, segment: int | None) -> Place:
+    def _place(self, orbit: Orbit, segment: int | None) -> kinds.Place:
         if segment is None:
-            return Place(self.kind)
-        return place(orbit.itinerary, orbit.system, segment) or HIGHER
+            return kinds.Place(self.kind)
+        return kinds.place(orbit.itinerary, orbit.system, segment) or kinds.HIGHER
 
     def _values(self, orbit: Orbit) -> tuple[float, float]:
         first, second = self.problem.values(orbit)
@@ -193,19 +185,19 @@ class CurveRun(Run):
         found = found._replace(
             uncertainties=tuple(self.errors(found)), segments=() if segment is None else (segment,)
         )
-        orbit, name, resonance = found.orbit, one.type, RESONANCES.get(one.type)
-        if self.kind == NEIMARK_SACKER and resonance is not None:
+        orbit, name, resonance = found.orbit, one.type, kinds.RESONANCES.get(one.type)
+        if self.kind == kinds.NEIMARK_SACKER and resonance is not None:
             # Both multipliers of a rotation are 1 or -1.
             size = abs(evaluate_test_functions(orbit)[resonance])
             near = size <= self.problem.settings.resonance_tolerance
             name = resonance if near else name
-        whole, places = orbit.itinerary.whole, (self._place(orbit, segment), Place(name))
+        whole, places = orbit.itinerary.whole, (self._place(orbit, segment), kinds.Place(name))
         self._record(found, places, (whole, whole), solved=one.solved)
 
     def _record(
         self,
         found: EventSolution,
-        places: tuple[Place, Place],
+        places: tuple[kinds.Place, kinds.Place],
         itineraries: tuple[Itinerary, Itinerary | None],
         failed: str = "",
         solved: bool = True,
@@ -244,7 +236,7 @@ class CurveRun(Run):
         except Stop as error:
             stop = error
         known = self.codimension_two
-        if known and known[-1].types[1] == DEGENERATE and known[-1].at(self._values(at)):
+        if known and known[-1].types[1] == kinds.DEGENERATE and known[-1].at(self._values(at)):
             known.pop()
         failed, after = event.failed.named(before), state and state.orbit.itinerary.whole
         self._record(found, places, (before.whole, after), failed)
@@ -271,14 +263,14 @@ class CurveRun(Run):
         Where a neighbour vanishes with it, one of all the conditions follows from the others.
         """
         z = orbit.z.copy()
-        z[[DURATIONS + segment for segment in segments]] = 0.0
+        z[[kinds.DURATIONS + segment for segment in segments]] = 0.0
         continuation = Continuation(self.problem, orbit, segments[0])
-        found = continuation.solved(replace(orbit, z=z), (DEGENERATE,), segments)
+        found = continuation.solved(replace(orbit, z=z), (kinds.DEGENERATE,), segments)
         near = self.problem.settings.degenerate_distance
         return found if found is not None and max(abs(found.orbit.z - z)) < near else None
 
     def _ends_in_point(self, state: State) -> bool:
-        """Whether the curve has ended in a degenerate point, which is then recorded."""
+        """True if the curve has ended in a degenerate point, which is then recorded."""
         # A crossing that failed has left the itinerary of the last point.
         orbit, own = state.orbit, self.points[-1].segment
         known = self.codimension_two[-1:]
@@ -294,7 +286,7 @@ class CurveRun(Run):
         others = [k for k in found.segments if k != own]
         at = found.orbit
         if not any(point.at(self._values(at)) for point in known):
-            there = self._place(at, others[0]) if others else Place(DEGENERATE)
+            there = self._place(at, others[0]) if others else kinds.Place(kinds.DEGENERATE)
             found = found._replace(segments=(own, *others))
             self._record(found, (self._place(at, own), there), (orbit.itinerary.whole, None))
         return True

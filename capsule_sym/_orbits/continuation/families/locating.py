@@ -10,19 +10,13 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.families.family import Family
 from capsule_sym._orbits.continuation.families.states import Event, SmoothEvent, State
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.conditions import (
     evaluate_test_functions,
     has_rotations,
     noise,
 )
 from capsule_sym._orbits.continuation.points.extended import EventSolution
-from capsule_sym._orbits.continuation.points.kinds import (
-    CUSP,
-    DURATIONS,
-    FOLD,
-    NEIMARK_SACKER,
-    SMOOTH,
-)
 from capsule_sym._orbits.shooting.admissibility import (
     DURATION,
     LANDING,
@@ -42,15 +36,15 @@ def smooth_between(family: Family, old: State, new: State, until: float) -> list
     """The smooth bifurcations between two states of one itinerary, up to a share, in order."""
     names = [name for name in family.watched if _changes_sign(name, old, new)]
     # The parameters turn back along a curve of folds.
-    if family.critical == FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0:
-        names.append(CUSP)
+    if family.critical == kinds.FOLD and float(old.tangent[-2:] @ new.tangent[-2:]) < 0:
+        names.append(kinds.CUSP)
     found = [_zero_between(family, name, old, new) for name in names]
     events = [one for one in found if one is not None and one.share <= until]
     return sorted(events, key=lambda one: one.share)
 
 
 def _changes_sign(name: str, old: State, new: State) -> bool:
-    """Whether a test function vanishes on the way; one that is rounding at both ends does not.
+    """True if a test function vanishes on the way; one that is rounding at both ends does not.
 
     All multipliers of a motion without dissipation lie on the unit circle, on all of its branch.
     """
@@ -58,7 +52,7 @@ def _changes_sign(name: str, old: State, new: State) -> bool:
     if not ends[0] * ends[1] < 0:
         return False
     both = zip(ends, (old, new), strict=True)
-    return name not in SMOOTH or any(abs(end) > noise(state.orbit) for end, state in both)
+    return name not in kinds.SMOOTH or any(abs(end) > noise(state.orbit) for end, state in both)
 
 
 def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEvent | None:
@@ -70,7 +64,7 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
     """
     change = new.u - old.u
     normal = change / np.linalg.norm(change)
-    if name == CUSP:
+    if name == kinds.CUSP:
         ends = [float(np.linalg.norm(state.tangent[-2:])) for state in (old, new)]
     else:
         ends = [abs(old.tests[name]), abs(new.tests[name])]
@@ -84,15 +78,17 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
         orbit = guess.at.made
         found = family.solved(orbit, conditions, segments)
         if found is not None and 0 <= (at := _share(family, old, new, found)) <= 1:
-            real = name == NEIMARK_SACKER and not has_rotations(found.orbit)
+            real = name == kinds.NEIMARK_SACKER and not has_rotations(found.orbit)
             return None if real else SmoothEvent(name, at, found)
-        if name not in SMOOTH:
+        if name not in kinds.SMOOTH:
             break
         before = evaluate_test_functions(orbit)[name] * old.tests[name] > 0
         low, high = (share, high) if before else (low, share)
         share = (low + high) / 2
-    real = name == NEIMARK_SACKER and not (has_rotations(old.orbit) and has_rotations(new.orbit))
-    if real or name not in SMOOTH:
+    real = name == kinds.NEIMARK_SACKER and not (
+        has_rotations(old.orbit) and has_rotations(new.orbit)
+    )
+    if real or name not in kinds.SMOOTH:
         return None
     again = [family.corrected(state.u, normal) for state in (old, new)]
     signs = [np.sign(evaluate_test_functions(one.at.made)[name]) for one in again if one]
@@ -127,7 +123,7 @@ def first_event(family: Family, old: State, new: State, failing: list[Inequality
 
 
 def hides(family: Family, old: State, new: State, event: Event) -> bool:
-    """Whether another inequality fails before the event, which beyond it is not asked for."""
+    """True if another inequality fails before the event, which beyond it is not asked for."""
     if event.failed.kind == MINIMUM:
         return False
     change = new.u - old.u
@@ -188,14 +184,14 @@ def _collapsed(family: Family, failed: Inequality, found: EventSolution) -> Orbi
 
     None where that itinerary has one segment.
     """
-    z, segment = found.orbit.z, DURATIONS + failed.segment
+    z, segment = found.orbit.z, kinds.DURATIONS + failed.segment
     if failed.kind == LANDING:
         z = np.delete(z, segment + 1)
     elif failed.kind == MINIMUM:
         if family.itinerary.segments[0].guard is None:
             return None
         z = np.array([*z[:segment], sum(z[segment : segment + 3]), *z[segment + 3 :]])
-    return replace(found.orbit, z=z[: DURATIONS + len(family.itinerary)])
+    return replace(found.orbit, z=z[: kinds.DURATIONS + len(family.itinerary)])
 
 
 def _failing_share(held: list[Inequality], failed: Inequality) -> float:

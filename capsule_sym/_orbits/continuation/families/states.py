@@ -1,4 +1,4 @@
-"""What a continuation is in, where it stands, what happens on its way, and why it ends."""
+"""Problem, axes, states and steps of a continuation, events on its way, and its endings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit
 
 
 class Ending(StrEnum):
-    """Why a branch or a curve ends."""
+    """Reasons for the end of a branch or a curve."""
 
     #: The parameter has reached the value that was asked for, or the border of its range.
     REACHED = "reached"
@@ -52,7 +52,7 @@ class Stop(Exception):
 
 
 class Axis(NamedTuple):
-    """What varies, and the range that q from 0 to 1 stands for."""
+    """A path of parameters, and the range that q from 0 to 1 stands for."""
 
     path: ParameterPath
     begin: float
@@ -60,7 +60,7 @@ class Axis(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What varies."""
+        """Name of what varies."""
         return self.path.name
 
     def value(self, values: Sequence[Number]) -> float:
@@ -82,7 +82,7 @@ class Axis(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What all families of a continuation share: the number system, what varies, settings."""
+    """The number system, axes and settings that all families of a continuation share."""
 
     numbers: Backend
     axes: tuple[Axis, ...]
@@ -110,7 +110,7 @@ class State(NamedTuple):
 
     @property
     def admissible(self) -> bool:
-        """Whether all inequalities hold."""
+        """True if all inequalities hold."""
         return all(one.value > 0 for one in self.held)
 
 

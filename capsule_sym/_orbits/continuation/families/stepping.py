@@ -72,7 +72,7 @@ class Continuation(Family):
     unlocated: Sequence[str] = ()
     """The inequalities that fail in the last step tried, at no event that was located."""
     _falls = False
-    """Whether the parameter grows ever more slowly along the path."""
+    """True if the parameter grows ever more slowly along the path."""
 
     def advance(self, state: State, length: float, largest: float) -> Step:
         """A step of this length or a shorter one; no q changes by more than about `largest`.
@@ -125,7 +125,7 @@ class Continuation(Family):
         return Step(new, smooth, event, outside is not None, further)
 
     def _may_skip_two(self, old: State, new: State) -> bool:
-        """Whether a step may have passed two bifurcations of one type, which leave no sign.
+        """True if a step may have passed two bifurcations of one type, which leave no sign.
 
         By the cubics through both ends: the parameter's, which turns back at folds, and those of
         the test functions where they are small.
@@ -163,7 +163,7 @@ class Continuation(Family):
         return None
 
     def _at_border(self, state: State, beyond: Solution, k: int, edge: float) -> Solution | None:
-        """Where a step leaves the range; None where the path turns back within it, too near."""
+        """The point at which a step leaves the range; None if the path turns back, too near."""
         step = beyond.u - state.u
         found = self.corrected_at(state.u + (edge - state.u[k]) / step[k] * step, k, edge)
         if found is None or (edge - 0.5) * state.tangent[k] > 0:
@@ -289,7 +289,7 @@ class Continuation(Family):
 
 
 def _margin(neighbour: Neighbour | None, inequality: Inequality) -> tuple[bool, float]:
-    """Whether all holds at a state, and by how much an inequality does; the greater the better."""
+    """True if all holds at a state, and an inequality's value; the greater the better."""
     if neighbour is None:
         return False, -float("inf")
     found = matching(neighbour.state.held, inequality)
@@ -370,7 +370,7 @@ class Run(ABC):
         """Raises Stop where the path ends on the way of a step."""
 
     def closes(self, old: State, new: State) -> bool:
-        """Whether the path passes its first point between two states."""
+        """True if the path passes its first point between two states."""
         return False
 
     def reach_border(self, state: State) -> None:

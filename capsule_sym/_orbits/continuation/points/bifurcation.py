@@ -64,7 +64,7 @@ class SolvedPoint:
 
     @property
     def success(self) -> bool:
-        """Whether the equations are solved."""
+        """True if the equations are solved."""
         return self.status is OrbitStatus.CONVERGED
 
 
@@ -122,7 +122,7 @@ class Bifurcation(BifurcationPoint):
 
     @cached_property
     def normal_form(self) -> NormalForm | None:
-        """What the bifurcation says of the orbits beside it; None where it has no normal form."""
+        """Leading terms of the orbits beside the bifurcation; None if it has no normal form."""
         return normal_form(
             self.type,
             self.orbit,
@@ -166,7 +166,7 @@ class CodimensionTwoPoint(SolvedPoint):
     segments: tuple[int, ...] = ()
 
     def at(self, values: tuple[float, float]) -> bool:
-        """Whether these are the point's parameters, as far as those of a point found twice are."""
+        """True if these are the point's parameters, as far as those of a point found twice are."""
         return all(
             abs(one - other) <= _SAME for one, other in zip(self.values, values, strict=True)
         )

@@ -7,17 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym._map.backend import Backend
-from capsule_sym._orbits.continuation.points.kinds import (
-    CUSP,
-    DEGENERATE,
-    FOLD,
-    GENERALIZED_DOUBLING,
-    NEIMARK_SACKER,
-    PERIOD_DOUBLING,
-    RESONANCE_1_1,
-    RESONANCE_1_2,
-    SMOOTH,
-)
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.normal_forms import cubic, degeneracy, quadratic
 from capsule_sym._orbits.shooting.equations import Matrix, Vector
 from capsule_sym._orbits.shooting.monodromy import monodromy_derivative
@@ -27,7 +17,7 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers, monodrom
 _UNIT = 2.0**-53
 _ROUNDINGS = 64  # of a test function, in units of its largest terms
 _COMPLEX = 1e-6  # imaginary part of a multiplier, above which it is no real one
-EXACT = (*SMOOTH, RESONANCE_1_1, RESONANCE_1_2)  # with an exact gradient
+EXACT = (*kinds.SMOOTH, kinds.RESONANCE_1_1, kinds.RESONANCE_1_2)  # with an exact gradient
 
 
 class Vanishing(NamedTuple):
@@ -56,11 +46,11 @@ def of_matrix(matrix: Matrix) -> dict[str, float]:
     """
     first, second, third = _invariants(matrix)
     return {
-        FOLD: float(third - second + first - 1),
-        PERIOD_DOUBLING: float(1 + first + second + third),
-        NEIMARK_SACKER: float(1 - second + first * third - third * third),
-        RESONANCE_1_1: float(3 - 2 * first + second),
-        RESONANCE_1_2: float(3 + 2 * first + second),
+        kinds.FOLD: float(third - second + first - 1),
+        kinds.PERIOD_DOUBLING: float(1 + first + second + third),
+        kinds.NEIMARK_SACKER: float(1 - second + first * third - third * third),
+        kinds.RESONANCE_1_1: float(3 - 2 * first + second),
+        kinds.RESONANCE_1_2: float(3 + 2 * first + second),
     }
 
 
@@ -79,11 +69,11 @@ def gradient_of_test_function(
     unit = np.eye(len(matrix))
     cofactors = np.cross(matrix[[1, 2, 0]], matrix[[2, 0, 1]])
     weights = {
-        FOLD: (1, -1, 1),
-        PERIOD_DOUBLING: (1, 1, 1),
-        NEIMARK_SACKER: (third, -1, first - 2 * third),
-        RESONANCE_1_1: (-2, 1, 0),
-        RESONANCE_1_2: (2, 1, 0),
+        kinds.FOLD: (1, -1, 1),
+        kinds.PERIOD_DOUBLING: (1, 1, 1),
+        kinds.NEIMARK_SACKER: (third, -1, first - 2 * third),
+        kinds.RESONANCE_1_1: (-2, 1, 0),
+        kinds.RESONANCE_1_2: (2, 1, 0),
     }[name]
     of_invariants = unit, first * unit - matrix.T, cofactors
     by = sum(weight * one for weight, one in zip(weights, of_invariants, strict=True))
@@ -104,16 +94,16 @@ def value_of(
     That of a degenerate border collision is of its segment of duration 0; that of a cusp needs a
     direction `like` that of the fold.
     """
-    if name == CUSP:
+    if name == kinds.CUSP:
         return quadratic(numbers, orbit, like).term
-    if name == GENERALIZED_DOUBLING:
+    if name == kinds.GENERALIZED_DOUBLING:
         there = cubic(numbers, orbit)
         return there.term / there.closing
-    if name == DEGENERATE and zero_segment is not None:
+    if name == kinds.DEGENERATE and zero_segment is not None:
         return degeneracy(numbers, orbit, zero_segment)
     return evaluate_test_functions(orbit)[name]
 
 
 def has_rotations(orbit: Orbit) -> bool:
-    """Whether an orbit has complex multipliers."""
+    """True if an orbit has complex multipliers."""
     return any(abs(value.imag) > _COMPLEX for value in floquet_multipliers(orbit))

@@ -69,7 +69,7 @@ _SURFACES = {
 
 
 def place(itinerary: Itinerary, system: ShootingSystem, segment: int) -> Place | None:
-    """What happens where a segment has the duration 0; None for what has no name.
+    """The event at a segment of duration 0; None if it has no name.
 
     Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
     """

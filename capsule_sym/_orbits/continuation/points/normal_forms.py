@@ -16,17 +16,7 @@ import numpy as np
 from capsule_sym._map.backend import Backend, backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.kinds import (
-    ADDING,
-    CORNER,
-    CROSSING,
-    DURATIONS,
-    FOLD,
-    GRAZING,
-    GRAZING_SLIDING,
-    PERIOD_DOUBLING,
-    SWITCHING,
-)
+from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.shooting.changes import around, swap_segment
 from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector, shooting, solve
@@ -43,8 +33,15 @@ from capsule_sym.generated import facts, formulas
 
 SUPERCRITICAL, SUBCRITICAL = "supercritical", "subcritical"
 PERSISTENCE, NON_SMOOTH_FOLD = "persistence", "non-smooth fold"
-_TOUCHES = (GRAZING, ADDING, GRAZING_SLIDING)
-_POWERS = {GRAZING: 3, ADDING: 4, GRAZING_SLIDING: 2, CROSSING: 2, SWITCHING: 3, CORNER: 2}
+_TOUCHES = (kinds.GRAZING, kinds.ADDING, kinds.GRAZING_SLIDING)
+_POWERS = {
+    kinds.GRAZING: 3,
+    kinds.ADDING: 4,
+    kinds.GRAZING_SLIDING: 2,
+    kinds.CROSSING: 2,
+    kinds.SWITCHING: 3,
+    kinds.CORNER: 2,
+}
 
 _DIFFERENCE = 1e-3
 _STATE = len(facts.STATE)
@@ -95,9 +92,9 @@ def normal_form(
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
     with backend("numpy") as numbers, np.errstate(all="ignore"):
         try:
-            if kind == FOLD:
+            if kind == kinds.FOLD:
                 form = _fold(numbers, orbit, path)
-            elif kind == PERIOD_DOUBLING:
+            elif kind == kinds.PERIOD_DOUBLING:
                 form = _period_doubling(numbers, orbit, path)
             elif kind in _POWERS and segment is not None:
                 form = _collision(numbers, kind, orbit, segment, path, multipliers)
@@ -152,7 +149,7 @@ def _along(z: Vector, *coefficients: Vector, many: int) -> Matrix:
 
 def _growth(numbers: Backend, orbit: Orbit, segment: int, path: ParameterPath, order: int) -> float:
     """(parameter - value) / duration^order of the segment that is inserted."""
-    z, column = orbit.z, DURATIONS + segment
+    z, column = orbit.z, kinds.DURATIONS + segment
     rest = [i for i in range(len(z)) if i != column]
     matrix = np.column_stack([orbit.system.by_z[:, rest], _by_path(orbit, path)])
     many = order + 1 + orbit.itinerary.zeros(segment)
@@ -170,7 +167,7 @@ def _null_vectors(matrix: Matrix, n: int) -> tuple[Vector, Vector]:
     """Left and right null vector of a singular matrix, the right one of length 1 in n durations."""
     left, _, right = np.linalg.svd(matrix)
     along = right[-1]
-    return left[:, -1], along / np.linalg.norm(along[DURATIONS:][:n])
+    return left[:, -1], along / np.linalg.norm(along[kinds.DURATIONS :][:n])
 
 
 class _Singular(NamedTuple):
@@ -193,7 +190,7 @@ def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Si
         along = -along
     second = left @ residual_series(numbers, orbit, _along(z, along, many=3))[2]
     # Closed with a multiplier 1 + m in place of 1 the equations are singular for m = 2 b s.
-    return _Singular(left, along, float(second), float(left[n:] @ along[:DURATIONS]))
+    return _Singular(left, along, float(second), float(left[n:] @ along[: kinds.DURATIONS]))
 
 
 def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
@@ -208,7 +205,9 @@ def cubic(numbers: Backend, orbit: Orbit) -> _Singular:
     bent = -np.linalg.solve(bordered, np.append(second, 0.0))[:-1]
     third = left @ residual_series(numbers, whole, _along(whole.z, along, bent, many=4))[3]
     # Closed with a multiplier 1 + 2 m in place of 1 the equations are singular for m = b s^2.
-    return _Singular(left, along, -float(third), 2 * float(left[2 * n :] @ along[:DURATIONS]))
+    return _Singular(
+        left, along, -float(third), 2 * float(left[2 * n :] @ along[: kinds.DURATIONS])
+    )
 
 
 def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
