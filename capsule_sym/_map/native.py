@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,19 @@ from capsule_sym._map.trajectory import (
     FINISHED,
     MEMORY_IS_FULL,
     TIME_IS_UP,
+    Kept,
+    Statistics,
     Trajectory,
     after,
 )
 from capsule_sym._native import Watch
 from capsule_sym._native import core as _core
 from capsule_sym._parameters import Parameters
+from capsule_sym.generated.facts import PARAMETERS
 from capsule_sym.generated.interface import Precision
+
+_NOTHING = Kept("final")
+_row = attrgetter(*PARAMETERS)
 
 
 def core() -> Any:
@@ -31,6 +38,39 @@ def core() -> Any:
     if _core is None:
         raise InvalidInput("backend", "c", "numpy or mpmath: the C core was not compiled")
     return _core
+
+
+def end_of_run(
+    parameters: Parameters,
+    values: tuple[float, float, float],
+    phase: float,
+    periods: int,
+    escalate: bool,
+) -> Trajectory | None:
+    """The end of a run, of which nothing else is kept; None where the core leaves a switch open.
+
+    It takes the same steps as `NativeRun`, in one call.
+    """
+    if periods >= core().ROWS:
+        return None
+    native = evaluation.borrowed(_row(parameters))
+    precision = Precision.AS_NEEDED if escalate else Precision.DOUBLE
+    found = native.end_of_run(*values, phase, periods, precision)
+    evaluation.give_back(native)
+    if found is None:
+        return None
+    state, position, passed, angle, *took = found
+    return Trajectory(
+        parameters,
+        "c",
+        (Instant(0, phase), values),
+        (instant(passed, angle, parameters.omega), state),
+        position,
+        Status.FINISHED,
+        FINISHED,
+        Statistics(*took),
+        _NOTHING,
+    )
 
 
 class NativeRun:

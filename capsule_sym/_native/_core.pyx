@@ -43,7 +43,7 @@ cdef extern from *:
 
 OUTCOMES = interface.OUTCOMES
 DONE, FULL, OPEN, STOPPED, REFUSED = map(int, interface.Stop)
-cdef int _OPEN = OPEN, _REFUSED = REFUSED
+cdef int _DONE = DONE, _FULL = FULL, _OPEN = OPEN, _REFUSED = REFUSED
 ROWS = 8192  # of a strobe whose rows are taken again and again, at least
 
 def digest():
@@ -99,6 +99,7 @@ cdef capsule_watch *_attend(attention *a, watch, int[::1] flag):
 
 
 cdef enum:
+    PIECE = 512  # segments that a run writes at a time: where it pauses, it goes on within a rounding
     MOST_EXTREMA = 64  # of a quantity in a segment
     MAP_WORK = 32  # what making a map takes for a watch, in expansions
 
@@ -265,8 +266,13 @@ cdef class Fields:
 cdef class Map(Fields):
     """The map at one parameter set, seven numbers in the order of `Parameters`."""
 
+    cdef capsule_segment *piece
+
     def __cinit__(self, const double[::1] parameters):
         capsule_map_make(<const capsule_parameters *> &parameters[0], self.map)
+
+    def __dealloc__(self):
+        free(self.piece)
 
     def remake(self, double alpha, double omega, double delta, double zeta, double beta,
                double gamma, double f_b):
@@ -280,6 +286,45 @@ cdef class Map(Fields):
         cdef signed char[::1] view = out.reshape(1).view("i1")
         (<capsule_state *> &view[0])[0] = capsule_state_at(self.map, x_r, v_r, v_c, phase)
         return out
+
+    def end_of_run(self, double x_r, double v_r, double v_c, double phase, int64_t periods,
+                   int precision):
+        """Where a run comes to by `run`, piece by piece of records that are counted and not kept.
+
+        (x_r, v_r, v_c), x_c, whole periods and angle there, and how many segments, evaluations and
+        segments in 106 bits it took; None where a switch stays open.
+        """
+        cdef attention a
+        cdef capsule_state state
+        cdef capsule_request request
+        cdef size_t written, i
+        cdef int64_t segments = 0, evaluations = 0, wide = 0
+        cdef capsule_outcome open_
+        cdef capsule_stop stop
+        if self.piece is NULL:
+            self.piece = <capsule_segment *> malloc(PIECE * sizeof(capsule_segment))
+            if self.piece is NULL:
+                raise MemoryError()
+        memset(&request, 0, sizeof(request))
+        request.watch = _attend(&a, None, None)
+        request.segments, request.room, request.precision = self.piece, PIECE, precision
+        with nogil:
+            state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
+            while True:
+                stop = capsule_run(self.map, &state, periods, &request, &written, &open_)
+                segments += <int64_t> written
+                for i in range(written):
+                    evaluations += self.piece[i].evaluations
+                    wide += self.piece[i].wide
+                if stop != _FULL:
+                    break
+        _raised(&a)
+        if stop == REFUSED:
+            raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
+        if stop != _DONE:
+            return None
+        return ((state.x_r, state.v_r, state.v_c), state.position, state.period, state.angle,
+                segments, evaluations, wide)
 
     def final(self, double x_r, double v_r, double v_c, double phase, int64_t periods):
         """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""

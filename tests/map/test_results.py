@@ -126,3 +126,20 @@ def test_arrays_that_a_result_keeps_are_read_only() -> None:
     assert at.times[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         runs["segments"].columns["x_r"][:] = 9.0
+
+
+@pytest.mark.skipif(core is None, reason="the C core was not compiled")
+def test_a_run_of_which_the_end_is_kept_takes_the_steps_of_one_that_keeps_all() -> None:
+    """Some have more segments than are written at a time; 106 bits decide some switches."""
+    low, high = (0.3, 0.3, 0, 0, 0, 1, 1), (3, 2, 1, 0.3, 9, 4, 1)
+    rows = np.random.default_rng(5).uniform(low, high, (30, 7)).tolist()
+    drawn = [(Parameters(*row), (row[2] - 0.2, 0.0, 0.0), 60) for row in rows]
+    drawn.append((Parameters(alpha=3.0, omega=1.3, delta=0.1, f_b=0.2), (0.1, 0.5, 0.0), 400))
+    longest = 0
+    for parameters, state, periods in drawn:
+        whole = simulate(parameters, state, periods=periods, backend="c")
+        end = simulate(parameters, state, periods=periods, keep="final", backend="c")
+        assert (end.final, end.advance, end.status) == (whole.final, whole.advance, whole.status)
+        assert end.statistics == whole.statistics
+        longest = max(longest, whole.statistics.segments)
+    assert longest > 1024
