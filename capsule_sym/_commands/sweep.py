@@ -269,8 +269,8 @@ def _dask(address: str | None, workers: int | None) -> Iterator[dict[str, Any]]:
         yield {}
         return
     options.require("sweep", "distributed")
-    from capsule_sym._sweeps.cluster import client_of
     from capsule_sym._sweeps.execution import MOST_WORKERS
+    from capsule_sym._sweeps.pools import client_of
 
     with client_of(address, workers) as client:
         count = sum(client.nthreads().values())

@@ -17,8 +17,8 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import START
-from capsule_sym._sweeps.end_orbit import NotSolved, orbit_at_end
 from capsule_sym._sweeps.execution import Settings, Summary, run_then
+from capsule_sym._sweeps.itineraries import NotSolved, orbit_at_end
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.quantities import ATTRACTOR
 from capsule_sym._sweeps.results import open_results

@@ -18,7 +18,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.stability import floquet_multipliers, lyapunov_exponents
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
-from capsule_sym._sweeps.end_orbit import orbit_at_end
+from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
 from capsule_sym.generated.py import DIGEST

@@ -14,7 +14,6 @@ from concurrent.futures import (
     Future,
     wait,
 )
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -27,7 +26,7 @@ from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
 from capsule_sym._sweeps.layout import Added
-from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, Processes, Threads
+from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
@@ -263,26 +262,3 @@ class _Run:
         """The next chunk: those under which workers died come last."""
         index = next(self.todo, None)
         return self.lost.popleft() if index is None and self.lost else index
-
-
-@contextmanager
-def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
-    """The pool of a kind, or around an executor that is given and stays open.
-
-    Left by an exception, such as an interrupt, it does not wait for the chunks under way.
-    """
-    if isinstance(executor, Executor):
-        if type(executor).__module__.partition(".")[0] == "distributed":
-            from capsule_sym._sweeps.cluster import DaskPool
-
-            yield DaskPool(executor)
-        else:
-            yield Pool(executor)
-        return
-    pool = Threads(workers) if executor == "threads" else Processes(workers)
-    try:
-        yield pool
-    except BaseException:
-        pool.abandon()
-        raise
-    pool.executor.shutdown()

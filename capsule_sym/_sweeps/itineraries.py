@@ -1,4 +1,7 @@
-"""Itineraries as texts and as codes without a table: the same in every chunk, run and machine."""
+"""Itineraries as texts, and as codes without a table: the same in every chunk, run and machine.
+
+And the exact orbit of an itinerary that a run has come to.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,11 @@ from collections.abc import Sequence
 from hashlib import blake2b
 from typing import TYPE_CHECKING
 
+from capsule_sym._errors import CapsuleError
 from capsule_sym._map.itinerary import begun
+from capsule_sym._orbits.shooting.orbit import Orbit
+from capsule_sym._orbits.shooting.search import solve_orbit
+from capsule_sym._parameters import Parameters
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,3 +34,25 @@ def texts(results: xr.Dataset) -> dict[int, str]:
     flags = results["itinerary"].attrs
     meanings = [text.replace("_", " ") for text in flags["flag_meanings"].split()]
     return dict(zip(flags["flag_values"], meanings, strict=True))
+
+
+class NotSolved(CapsuleError):
+    """Newton's method finds no orbit of this itinerary at the end of a run."""
+
+
+def orbit_at_end(
+    parameters: Parameters, state: tuple[float, float, float], period_number: int, itinerary: int
+) -> Orbit:
+    """The orbit of an itinerary (its code) and period number at a state of phase 0.
+
+    Raises NotSolved where Newton's method leads to none, or to one of another itinerary.
+    """
+    orbit = solve_orbit(parameters, state, 0.0, 2 * period_number + 1)
+    if not orbit.success:
+        raise NotSolved(f"{orbit.status}: {orbit.message}")
+    found = text(orbit.itinerary.fields)
+    if (orbit.itinerary.period_number, code(found)) != (period_number, itinerary):
+        raise NotSolved(
+            f"the orbit's itinerary is {found}, its period number {orbit.itinerary.period_number}"
+        )
+    return orbit

@@ -1,10 +1,19 @@
-"""What computes chunks: threads, processes, or an executor that is given; how it is stopped."""
+"""What computes chunks: threads, processes, a Dask cluster or another executor; how it is stopped.
+
+On a cluster what is not wanted any more is stopped, and waiting is said.
+"""
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from threading import Event, Thread
+from typing import Any
 
-from capsule_sym._errors import CapsuleError
+from capsule_sym._errors import CapsuleError, InvalidInput
 from capsule_sym._native import Watch
 from capsule_sym._processes import end, spawning, undisturbed
 from capsule_sym._sweeps.cells import Block, compute
@@ -13,6 +22,12 @@ from capsule_sym._sweeps.sweep import Sweep
 KINDS = ("threads", "processes")
 PATIENCE = 5.0
 """Seconds without a finished chunk after which a pool is asked how it is."""
+_CONNECTING = 10  # seconds until an address is given up
+_ANSWERING = 5  # seconds until a scheduler is said to be silent
+_LOOKING = 0.2  # seconds between two looks at whether a chunk is still wanted
+_SILENT = logging.CRITICAL + 1
+
+_log = logging.getLogger(__name__)
 
 
 class Lost(CapsuleError):
@@ -45,7 +60,7 @@ class Pool:
         self.executor.shutdown(wait=False, cancel_futures=True)
 
 
-class Threads(Pool):
+class _Threads(Pool):
     def __init__(self, workers: int) -> None:
         super().__init__(ThreadPoolExecutor(workers))
         self.watch = Watch()
@@ -58,7 +73,7 @@ class Threads(Pool):
         super().abandon()
 
 
-class Processes(Pool):
+class _Processes(Pool):
     def __init__(self, workers: int) -> None:
         self.processes = spawning(workers)
         super().__init__(self.processes)
@@ -69,3 +84,116 @@ class Processes(Pool):
 
     def abandon(self) -> None:
         end(self.processes)
+
+
+class DaskPool(Pool):
+    """The executor of a Dask client."""
+
+    def __init__(self, executor: Any) -> None:
+        super().__init__(executor)
+        self.client, self.given = executor._client, executor.submit
+        self.said = ""
+
+    def submit(self, part: Sweep) -> Future[Block]:
+        """Has a chunk computed; raises Lost where the client has lost its scheduler."""
+        try:
+            # Not pure: a chunk that is given again is one of its own.
+            future: Future[Block] = self.given(compute_while_wanted, part, pure=False)
+        except Exception as error:
+            raise self.lost() from error
+        return future
+
+    def lost(self) -> CapsuleError:
+        """What a future that nobody cancelled means."""
+        return Lost(
+            "the connection to the Dask scheduler is lost; what was finished is kept, and "
+            "--resume goes on from there"
+        )
+
+    def died(self, error: Exception) -> bool:
+        """Whether so many workers died under a chunk that the scheduler gave it up."""
+        return isinstance(error, import_module("distributed").KilledWorker)
+
+    def waited(self) -> None:
+        """Says what a run waits for, once, where that is not its chunks."""
+        try:
+            count = len(self.client.sync(self.client.scheduler.ncores, callback_timeout=_ANSWERING))
+            saying = "" if count else "waiting: the Dask cluster has no workers"
+        except Exception:  # of many kinds; that the connection is lost the futures tell
+            saying = "waiting: the Dask scheduler does not answer"
+        if saying and saying != self.said:
+            _log.warning("%s; Ctrl-C ends the run, and keeps what is finished", saying)
+        self.said = saying
+
+
+def compute_while_wanted(part: Sweep) -> Block:
+    """The results of a chunk in a worker, which gives up when nobody waits for them any more."""
+    distributed: Any = import_module("distributed")
+    worker = distributed.get_worker()
+    key, watch, done = worker.get_current_task(), Watch(), Event()
+
+    def look() -> None:
+        while not done.wait(_LOOKING):
+            task = worker.state.tasks.get(key)
+            if task is None or task.state != "executing":
+                watch.stop()
+
+    Thread(target=look, daemon=True).start()
+    try:
+        return compute(part, watch)
+    finally:
+        done.set()
+
+
+@contextmanager
+def pool_of(executor: str | Executor, workers: int) -> Iterator[Pool]:
+    """The pool of a kind, or around an executor that is given and stays open.
+
+    Left by an exception, such as an interrupt, it does not wait for the chunks under way.
+    """
+    if isinstance(executor, Executor):
+        if type(executor).__module__.partition(".")[0] == "distributed":
+            yield DaskPool(executor)
+        else:
+            yield Pool(executor)
+        return
+    pool = _Threads(workers) if executor == "threads" else _Processes(workers)
+    try:
+        yield pool
+    except BaseException:
+        pool.abandon()
+        raise
+    pool.executor.shutdown()
+
+
+@contextmanager
+def client_of(address: str, workers: int | None) -> Iterator[Any]:
+    """A client of the Dask scheduler at an address, or of a cluster of its own for "local".
+
+    Logs of Dask are silenced in this process: what matters of them is told by exceptions. Raises
+    InvalidInput where no scheduler answers within seconds.
+    """
+    distributed: Any = import_module("distributed")
+    for name in ("distributed", "distributed.client", "distributed.nanny", "asyncio", "tornado"):
+        logging.getLogger(name).setLevel(_SILENT)
+    with ExitStack() as stack:
+        if address == "local":
+            with undisturbed():  # of which the processes that are started later have it, too
+                cluster = stack.enter_context(
+                    distributed.LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        dashboard_address=None,
+                        silence_logs=_SILENT,
+                    )
+                )
+            # Its hook into the garbage collection swallows a Ctrl-C that comes during one.
+            import_module("distributed.gc").disable_gc_diagnosis()
+            yield stack.enter_context(distributed.Client(cluster))
+            return
+        try:
+            client = distributed.Client(address, timeout=_CONNECTING)
+        except Exception as error:  # of many kinds, one for each part of an address
+            allowed = f"the address of a Dask scheduler that answers within {_CONNECTING} s"
+            raise InvalidInput("dask", address, allowed) from error
+        yield stack.enter_context(client)

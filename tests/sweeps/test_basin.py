@@ -19,10 +19,9 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._native import present
-from capsule_sym._sweeps import basin, end_orbit
+from capsule_sym._sweeps import basin, itineraries
 from capsule_sym._sweeps.basin import NONE, identify
-from capsule_sym._sweeps.end_orbit import NotSolved, orbit_at_end
-from capsule_sym._sweeps.itineraries import code
+from capsule_sym._sweeps.itineraries import NotSolved, code, orbit_at_end
 
 # Two motions coexist here, of one and of two excitation periods.
 TWO = Parameters(1.139284451807824, 1.2060847203112472, 0.01003369298122625, 0.05188929819462264,
@@ -81,7 +80,7 @@ def test_a_basin_whose_time_is_over_among_its_attractors_goes_on(
         return solve_orbit(*given)
 
     with monkeypatch.context() as patch:
-        patch.setattr(end_orbit, "solve_orbit", late)
+        patch.setattr(itineraries, "solve_orbit", late)
         summary, found = run_basin(sweep, tmp_path / "store", max_seconds=1e9)
     assert (summary.status, summary.computed) == ("time-limit", sweep.size)
     assert found.attractors == ()

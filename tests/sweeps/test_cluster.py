@@ -18,8 +18,7 @@ from typing import Any
 import pytest
 
 from capsule_sym import InvalidInput
-from capsule_sym._sweeps.cluster import DaskPool, client_of
-from capsule_sym._sweeps.pools import Lost
+from capsule_sym._sweeps.pools import DaskPool, Lost, client_of
 from tests.sweeps import chart
 
 pytest.importorskip("distributed")

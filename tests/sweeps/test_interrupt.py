@@ -20,8 +20,7 @@ from capsule_sym._native import Watch, core
 from capsule_sym._processes import undisturbed
 from capsule_sym._sweeps import cells
 from capsule_sym._sweeps.cells import Abandoned, Block, compute
-from capsule_sym._sweeps.execution import pool_of
-from capsule_sym._sweeps.pools import Lost
+from capsule_sym._sweeps.pools import Lost, pool_of
 from capsule_sym._sweeps.store import Store
 from tests.sweeps import chart
 

@@ -32,8 +32,7 @@ from capsule_sym._sweeps import cells as cells_module
 from capsule_sym._sweeps import pools as run_module
 from capsule_sym._sweeps import store as store_module
 from capsule_sym._sweeps.cells import compute
-from capsule_sym._sweeps.cluster import client_of
-from capsule_sym._sweeps.pools import Lost
+from capsule_sym._sweeps.pools import Lost, client_of
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import NotWritten, opened
