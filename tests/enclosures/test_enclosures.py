@@ -108,9 +108,9 @@ def test_flow_against_an_independent_exponential(index: int) -> None:
 def test_a_flow_is_of_its_own_duration_and_digits() -> None:
     """The last exponential is kept: not for another duration, nor for more digits."""
     with precision(512):
-        field, h = Field(4, VALUES), ball(2.5)
-    first = field.flow(h)
-    assert not field.flow(ball(2.6)).overlaps(first)
+        field, h = Field(4, VALUES), ball(2.6)
+    first = field.flow(ball(2.5))
+    assert not field.flow(h).overlaps(first)
     with precision(512):
         assert field.flow(h)[0, 0].rad() < arb("1e-60")
 
