@@ -160,9 +160,9 @@ cdef class Fields:
         the change of x_r, v_r, the change of v_c, and x_c's advance; the Jacobian has their rows
         and the columns of the generated `jacobian`. At rest the last two of each are zero.
         """
-        if not 1 <= field <= 6 or start.shape[0] != 7:
+        if not 1 <= field <= CAPSULE_FIELD_COUNT or start.shape[0] != 7:
             raise ValueError("field must be 1 to 6, and start seven numbers")
-        values, rows = np.zeros(4), np.zeros((4, 12))
+        values, rows = np.zeros(4), np.zeros((4, CAPSULE_COLUMN_COUNT))
         cdef double[::1] out = values
         cdef double[:, ::1] slopes = rows
         _closed_form(&self.map.field[field - 1], <const capsule_start *> &start[0], h, &out[0],
@@ -179,7 +179,7 @@ cdef class Fields:
         cdef capsule_extremum found[MOST_EXTREMA]
         cdef int count
         interface.Quantity(quantity)
-        if not 1 <= field <= 6 or not 0 <= zeros <= 1:
+        if not 1 <= field <= CAPSULE_FIELD_COUNT or not 0 <= zeros <= 1:
             raise ValueError("field must be 1 to 6, and zeros 0 or 1")
         (begin.x_r, begin.gap, begin.v_r, begin.v_c, begin.margin, begin.cos_theta,
          begin.sin_theta) = start
@@ -192,12 +192,12 @@ cdef class Fields:
 
     def constants(self, int field):
         """The constants of field F1 to F6, in the order of the kernels' own."""
-        if not 1 <= field <= 6:
+        if not 1 <= field <= CAPSULE_FIELD_COUNT:
             raise ValueError("field must be 1 to 6")
         cdef const capsule_constants *c = &self.map.field[field - 1]
-        return (c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b, int(c.contact),
-                int(c.drift), c.m, c.kappa, c.push, c.friction, c.sigma, c.K, c.q, c.nu, c.slow, c.Z2,
-                bool(c.resonant), c.fast, c.rate)
+        own = [(<const double *> c)[i] for i in range(CAPSULE_PARAMETER_COUNT)]
+        return (*own, int(c.contact), int(c.drift), c.m, c.kappa, c.push, c.friction, c.sigma, c.K,
+                c.q, c.nu, c.slow, c.Z2, bool(c.resonant), c.fast, c.rate)
 
     cdef capsule_itinerary _itinerary(self, const int32_t[::1] fields, int periods, bint mirrored,
                                       Py_ssize_t unknowns) except *:
@@ -274,10 +274,12 @@ cdef class Map(Fields):
     def __dealloc__(self):
         free(self.piece)
 
-    def remake(self, double alpha, double omega, double delta, double zeta, double beta,
-               double gamma, double f_b):
-        """Makes this the map at other parameters; quick where omega, zeta, beta, gamma stay."""
-        cdef capsule_parameters parameters = [alpha, omega, delta, zeta, beta, gamma, f_b]
+    def remake(self, *values):
+        """Makes this the map at other parameters; quick where those of the flow stay."""
+        cdef capsule_parameters parameters
+        cdef int i
+        for i in range(CAPSULE_PARAMETER_COUNT):
+            (<double *> &parameters)[i] = values[i]
         capsule_map_remake(&parameters, self.map)
 
     def state_at(self, double x_r, double v_r, double v_c, double phase):
@@ -429,21 +431,21 @@ cdef class Map(Fields):
         cdef size_t n = times.shape[0], done
         if segments.dtype != SEGMENT:
             raise TypeError("segments must be of dtype SEGMENT")
-        _need(switches.shape[0] + 1 == len(segments) and switches.shape[1] == 11, "switches",
-              (len(segments) - 1, 11))
-        _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and slopes.shape[2] == 12,
-              "slopes", (n, 4, 12))
+        _need(switches.shape[0] + 1 == len(segments) and switches.shape[1] == CAPSULE_SLOPE_COUNT,
+              "switches", (len(segments) - 1, CAPSULE_SLOPE_COUNT))
+        _need(<size_t> slopes.shape[0] == n and slopes.shape[1] == 4 and
+              slopes.shape[2] == CAPSULE_COLUMN_COUNT, "slopes", (n, 4, CAPSULE_COLUMN_COUNT))
         cdef attention a
         cdef capsule_slopes at
         cdef const signed char[::1] bytes_ = segments.view("i1")
         cdef size_t count = len(segments)
-        cdef double[11] *ends = NULL
-        cdef double[4][12] *rows = NULL
+        cdef double[CAPSULE_SLOPE_COUNT] *ends = NULL
+        cdef double[4][CAPSULE_COLUMN_COUNT] *rows = NULL
         cdef const double *when = NULL
         if count > 1:
-            ends = <double[11] *> &switches[0, 0]
+            ends = <double[CAPSULE_SLOPE_COUNT] *> &switches[0, 0]
         if n:
-            rows, when = <double[4][12] *> &slopes[0, 0, 0], &times[0]
+            rows, when = <double[4][CAPSULE_COLUMN_COUNT] *> &slopes[0, 0, 0], &times[0]
         cdef capsule_watch *limit = _attend(&a, watch, None if watch is None else watch.flag)
         with nogil:
             capsule_slopes_start(&at)
@@ -459,8 +461,9 @@ cdef int _check_rows(const double[:, ::1] parameters, states) except -1:
     """Refuses what the loops below would read or write beside: every array has a row for each run."""
     if states.dtype != STATE or states.ndim != 1:
         raise TypeError("states must be of dtype STATE, shape (n,)")
-    return _need(parameters.shape[0] == len(states) and parameters.shape[1] == 7, "parameters",
-                 (len(states), 7))
+    return _need(parameters.shape[0] == len(states) and
+                 parameters.shape[1] == CAPSULE_PARAMETER_COUNT, "parameters",
+                 (len(states), CAPSULE_PARAMETER_COUNT))
 
 
 cdef int _need(bint met, name, shape) except -1:
@@ -700,7 +703,8 @@ def orbit_many(const double[:, ::1] parameters, const double[:, ::1] states,
         raise TypeError("orbits must be of dtype ORBIT")
     cdef Py_ssize_t i, k, count = parameters.shape[0], kept = 0
     cdef _OrbitWorkspace work
-    _need(parameters.shape[1] == 7, "parameters", (count, 7))
+    _need(parameters.shape[1] == CAPSULE_PARAMETER_COUNT, "parameters",
+          (count, CAPSULE_PARAMETER_COUNT))
     _need(states.shape[0] == count and states.shape[1] == 3, "states", (count, 3))
     _need(period_numbers.shape[0] == count, "period_numbers", (count,))
     _need(stops.shape[0] == count, "stops", (count,))

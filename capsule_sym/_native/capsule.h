@@ -201,8 +201,8 @@ size_t capsule_evaluate(const capsule_map *map, const capsule_segment *segments,
    of the time of the last switch before, by the start's x_r, v_r, v_c and phase of the forcing, and
    by the seven parameters. */
 typedef struct {
-    double state[4][11];
-    double time[11];
+    double state[4][CAPSULE_SLOPE_COUNT];
+    double time[CAPSULE_SLOPE_COUNT];
 } capsule_slopes;
 
 /* The derivatives where a run begins. */
@@ -216,9 +216,9 @@ capsule_stop capsule_slopes_start(capsule_slopes *at);
    the run takes. Returns how many segments were passed: less than `count` where `watch`, which may be null, stops it, and at a field
    that there is not; 0 where it is refused. */
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
-                             capsule_slopes *at, double (*switches)[11],
+                             capsule_slopes *at, double (*switches)[CAPSULE_SLOPE_COUNT],
                              const double *times, size_t n,
-                             double (*slopes)[4][12], capsule_watch *watch);
+                             double (*slopes)[4][CAPSULE_COLUMN_COUNT], capsule_watch *watch);
 
 /* What is computed of an orbit besides its state, monodromy matrix and progression. */
 typedef struct {

@@ -68,7 +68,7 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
             return CAPSULE_STOPPED;
         for (int n = 0; n < nodes; n++) {
             const double v_r = states[n][1], damper = force_change(c, 0.0, v_r);
-            double by_delta, by_zeta, by_beta;
+            double by_damper[SLOPES];
             const double weight = width * RULE[rule].pair[n < half ? half - 1 - n : n - half][1];
             *loss += weight * damper * v_r;
             if (work) {
@@ -81,8 +81,9 @@ static capsule_stop add_loss(const capsule_closed_run *run, const capsule_segmen
                 continue;
             for (int k = 0; k < SLOPES; k++)
                 slopes[k] += weight * 2.0 * damper * by[n][1][k];
-            force_slopes(c, 0.0, v_r, &by_delta, &by_zeta, &by_beta);
-            slopes[PARAMETER + ZETA_AT] += weight * by_zeta * v_r;
+            damper_gradient(c, v_r, by_damper);
+            for (int k = PARAMETER; k < SLOPES; k++)
+                slopes[k] += weight * by_damper[k] * v_r;
         }
     }
     return CAPSULE_DONE;
@@ -124,8 +125,9 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
                              capsule_orbit *orbit, double slopes[METRICS][SLOPES])
 {
     const capsule_parameters *p = &run->map->parameters;
-    const double per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
-    double advance = 0.0, slip = 0.0, loss = 0.0, lost = 0.0, before[SLOPES] = {0.0};
+    const double load = load_force(run->map->field), per_period = 1.0 / run->periods, per_turn = p->omega / TWO_PI;
+    double by[SLOPES], slip[SLOPES] = {0.0}; /* of friction by parameters, and times the advance */
+    double advance = 0.0, loss = 0.0, lost = 0.0, before[SLOPES] = {0.0};
     capsule_peak peak[2];
     capsule_slopes at;
     capsule_stop stop = CAPSULE_DONE;
@@ -141,7 +143,9 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         const double way = DRIFT_OF[s->field - 1];
         const double friction = friction_at(&run->map->field[s->field - 1], way);
         advance += s->advance;
-        slip += way * s->advance;
+        friction_gradient(&run->map->field[s->field - 1], way, by);
+        for (int k = PARAMETER; k < SLOPES; k++)
+            slip[k] += by[k] * s->advance;
         lost += friction * s->advance;
         if (request->energies)
             stop = add_loss(run, s, start, request, &at, &loss, NULL, slopes[DAMPER]);
@@ -165,7 +169,7 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
     if (request->energies) {
         orbit->damper_loss = loss * per_period;
         orbit->friction_loss = lost * per_period;
-        orbit->work = orbit->damper_loss + orbit->friction_loss;
+        orbit->work = orbit->damper_loss + orbit->friction_loss - load * orbit->progression;
     }
     if (request->forces) {
         orbit->peak_force = peak[BETWEEN].size;
@@ -184,9 +188,12 @@ capsule_stop capsule_metrics(const capsule_closed_run *run, const capsule_orbit_
         slopes[FRICTION][k] *= per_period;
     }
     slopes[VELOCITY][PARAMETER + OMEGA_AT] += orbit->progression / TWO_PI;
-    slopes[FRICTION][PARAMETER + F_B_AT] += slip * per_period;
+    for (int k = PARAMETER; k < SLOPES; k++)
+        slopes[FRICTION][k] += slip[k] * per_period;
+    load_force_gradient(run->map->field, by);
     for (int k = 0; k < SLOPES; k++)
-        slopes[WORK][k] = slopes[DAMPER][k] + slopes[FRICTION][k];
+        slopes[WORK][k] = slopes[DAMPER][k] + slopes[FRICTION][k] - load * slopes[PROGRESSION][k] -
+                          by[k] * orbit->progression;
     for (int m = WORK; m < METRICS; m++)
         if (m < PEAK_FORCE ? !request->energies : !request->forces)
             for (int k = 0; k < SLOPES; k++)

@@ -5,8 +5,11 @@
 #include "capsule.h"
 
 /* Columns of derivatives: x_r, v_r, v_c and phase at the start, the parameters, and the rate. */
-enum { SLOPES = 11, RATE = 11, COLUMNS_AT = 12, PARAMETER = 4, METRICS = 7 };
-enum { ALPHA_AT, OMEGA_AT, DELTA_AT, ZETA_AT, BETA_AT, GAMMA_AT, F_B_AT, PARAMETERS };
+enum {
+    SLOPES = CAPSULE_SLOPE_COUNT, RATE = SLOPES, COLUMNS_AT = CAPSULE_COLUMN_COUNT,
+    PARAMETER = CAPSULE_STATE_COUNT + 1, PARAMETERS = CAPSULE_PARAMETER_COUNT,
+    METRICS = CAPSULE_METRIC_COUNT, OMEGA_AT = CAPSULE_OMEGA_AT
+};
 
 /* A run over whole excitation periods from forcing angle 0. Its last time moves with omega. */
 typedef struct {

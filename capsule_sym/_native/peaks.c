@@ -167,13 +167,13 @@ void capsule_peak_slopes(const capsule_constants *c, capsule_force force_, const
 {
     const int between = force_ == BETWEEN;
     const double side = force_of(c, force_, peak->x_r, peak->gap, peak->v_r) < 0.0 ? -1.0 : 1.0;
-    const double by_x = between ? force_change(c, 1.0, 0.0) : force(c, 0.0, 1.0, 0.0);
-    const double by_v = between ? force_change(c, 0.0, 1.0) : 0.0;
-    double by_delta, by_zeta, by_beta;
-    force_slopes(c, peak->gap, between ? peak->v_r : 0.0, &by_delta, &by_zeta, &by_beta);
+    double of[SLOPES];
+    if (between)
+        force_gradient(c, peak->gap, peak->v_r, of);
+    else
+        contact_gradient(c, peak->gap, of);
     for (int k = 0; k < SLOPES; k++)
-        slopes[k] = side * (by_x * by[0][k] + by_v * by[1][k]);
-    slopes[PARAMETER + DELTA_AT] += side * by_delta;
-    slopes[PARAMETER + ZETA_AT] += side * by_zeta;
-    slopes[PARAMETER + BETA_AT] += side * by_beta;
+        slopes[k] = side * (of[0] * by[0][k] + of[1] * by[1][k]);
+    for (int k = PARAMETER; k < SLOPES; k++)
+        slopes[k] += side * of[k];
 }

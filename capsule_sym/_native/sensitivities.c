@@ -3,7 +3,7 @@
    into the next segment that is the saltation. */
 #include "chain.h"
 
-#define N 11
+#define N CAPSULE_SLOPE_COUNT
 #define PHASE STATES /* among the slopes; the parameters follow */
 #define OMEGA (PHASE + 1 + BY(omega) - BY_PARAMETER)
 

@@ -243,6 +243,7 @@ def formulas() -> tuple[Formula, ...]:
         _gradient("gap", "the gap x_r - delta", (), x_r - delta),
         _gradient("speed", "the capsule's velocity v_c", (), v_c),
         _gradient("force", "the interaction force P", (gap, v_r), P),
+        _gradient("damper", "the damper's force", (v_r,), DAMPER * v_r),
         _gradient("contact", "the second spring's force", (gap,), P.coeff(kappa) * kappa),
         _gradient("friction", "the friction of drift of a way", (way,), friction_of(way)),
         _gradient("load_force", "the constant force on the mass", (), LOAD),
