@@ -200,7 +200,7 @@ def fit(
     problem = Problem(measured(data), system, tuple(unknown), tuple(state), phase, progress)
     limits = _limits(problem, bounds or {})
     guesses = [problem.guess, *_drawn(problem, *limits, starts, seed)]
-    found, border, done = list[Least](), "", False
+    found, errors, border = list[Least](), None, None
     with Watch(checked_seconds(max_seconds)):
         if starts:
             guesses = _best(problem, guesses)[:follow]
@@ -209,9 +209,10 @@ def fit(
             found.append(least(problem, guess, limits, loss, steps))
             check_time()
         best = min(found, key=lambda one: one.cost)
-        border = _border(problem, best.x, _errors(problem, best).standard, *limits)
-        done = True
-    return _result(problem, min(found, key=lambda one: one.cost), limits, border, done)
+        errors = _errors(problem, best)
+        border = _border(problem, best.x, errors.standard, *limits)
+    best = min(found, key=lambda one: one.cost)
+    return _result(problem, best, errors or _errors(problem, best), limits, border)
 
 
 def _best(problem: Problem, guesses: Sequence[Vector]) -> list[Vector]:
@@ -292,14 +293,18 @@ def _errors(problem: Problem, found: Least) -> _Errors:
 
 
 def _result(
-    problem: Problem, found: Least, limits: tuple[Vector, Vector], border: str, done: bool
+    problem: Problem,
+    found: Least,
+    errors: _Errors,
+    limits: tuple[Vector, Vector],
+    border: str | None,
 ) -> Fit:
-    """Result of the least squares that fit best."""
-    errors, values = _errors(problem, found), found.x
+    """Result of the least squares that fit best; without a border the time was over."""
+    values = found.x
     status = FitStatus.CONVERGED if found.success else FitStatus.NOT_CONVERGED
     message = "the least squares came to rest" if found.success else found.message
     bound = (values <= limits[0]) | (values >= limits[1])
-    if not done:
+    if border is None:
         status, message = FitStatus.TIME_LIMIT, "the time is over: these are the best values so far"
     elif errors.lost:
         status, message = FitStatus.NOT_IDENTIFIABLE, "the measurements leave a combination open"
@@ -321,7 +326,7 @@ def _result(
         noise=errors.noise,
         singular_values=errors.singular,
         open_combinations=errors.lost,
-        border=border,
+        border=border or "",
         problem=problem,
         limits=limits,
         found=found,
