@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -44,6 +44,9 @@ test: $(READY)  ## run the tests
 
 test-long: $(READY)  ## run the tests that take more than ten seconds each
 	CAPSULE_SYM_ALL=1 $(BIN)/python -m pytest -n 2 --dist worksteal -q -m "long or sampled" $(STILL)
+
+second-model: $(READY)  ## declare another model, generate and compile it, and judge its runs
+	$(BIN)/python -m pytest -q -m long $(STILL) tests/secondmodel
 
 wheel: $(READY)  ## build the wheel of this machine in dist/, repair it, and try it with every Python here
 	@$(call bring,wheel)
