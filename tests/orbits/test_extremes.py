@@ -14,10 +14,10 @@ from capsule_sym import (
     Ending,
     Parameters,
     continue_orbit,
+    is_admissible,
     simulate,
     solve_orbit,
 )
-from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.search import endings
 
 _ROUGH = {"alpha": 1.2, "omega": 0.8, "zeta": 0.05, "beta": 1.5, "gamma": 3.3}
