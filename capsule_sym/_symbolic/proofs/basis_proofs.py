@@ -8,10 +8,9 @@ solutions of the same linear differential equations with the same initial values
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, partial
 from math import prod
-from typing import NamedTuple
 
 import sympy as sp
 from sympy.codegen.cfunctions import expm1
@@ -42,26 +41,7 @@ from capsule_sym._symbolic.model.basis import (
     slow,
 )
 from capsule_sym._symbolic.model.symbols import h, omega
-
-Residuals = tuple[sp.Expr, ...]
-
-
-class Proof(NamedTuple):
-    """A statement of the theory with the computation that decides it.
-
-    `claim` is the expression that the derivation uses; `check` gives the residuals that a claim
-    leaves in its definition, all zero for a true one and not all zero for any other.
-    """
-
-    name: str
-    equation: str
-    statement: str
-    claim: sp.Expr
-    check: Callable[[sp.Expr], Residuals]
-
-    def residuals(self) -> Residuals:
-        """Residuals of the claim itself; the statement is proved when all are zero."""
-        return self.check(self.claim)
+from capsule_sym._symbolic.proofs.items import Item, Residuals, proof
 
 
 def image(expression: sp.Expr) -> sp.Expr:
@@ -165,12 +145,12 @@ def _image_residual(expected: sp.Expr, claim: sp.Expr) -> Residuals:
     return _equal(expected, image(claim).subs(_NORMS))
 
 
-def _definitions() -> Iterator[Proof]:
+def _definitions() -> Iterator[Item]:
     """Initial values, derivatives, relations, and what holds away from the confluences."""
     z = sp.Symbol("z")
     for name, value in INITIAL.items():
         at_infinity = sp.cancel((s * IMAGES[name]).subs(s, 1 / z)).subs(z, 0)
-        yield Proof(
+        yield proof(
             f"basis.initial.{name}",
             "initial value theorem",
             f"{name}(0) = {value}",
@@ -183,7 +163,7 @@ def _definitions() -> Iterator[Proof]:
                 expected = s * IMAGES[name] - INITIAL[name]
             else:
                 expected = sp.diff(IMAGES[name], variable)
-            yield Proof(
+            yield proof(
                 f"basis.derivative.{variable}.{name}",
                 "Laplace images",
                 f"d {name}/d {variable} = {rule}",
@@ -197,7 +177,7 @@ def _definitions() -> Iterator[Proof]:
         ("forced", FORCED),
     ):
         for name, form in table.items():
-            yield Proof(
+            yield proof(
                 f"basis.{kind}.{name}",
                 "Laplace images",
                 f"{name} = {form}",
@@ -238,7 +218,7 @@ def _limit_residuals(
     return (sp.simplify(sp.limit(closed, nu, 0) - claim),)
 
 
-def _closed_forms() -> Iterator[Proof]:
+def _closed_forms() -> Iterator[Item]:
     """The closed forms of G, Gd and H in each case of damping, and where the cases meet."""
     cases = {
         "oscillating": (basis.OSCILLATING, {K: sigma**2 + nu**2}),
@@ -246,21 +226,21 @@ def _closed_forms() -> Iterator[Proof]:
     }
     for kind, (table, constants) in cases.items():
         for name, form in table.items():
-            yield Proof(
+            yield proof(
                 f"basis.{kind}.{name}",
                 "G'' + 2 sigma G' + K G = 0, G(0) = 0, G'(0) = 1, H' = G, H(0) = 0",
                 f"{name} = {form} where K = {constants[K]}",
                 form,
                 partial(_closed_residuals, name, table, constants),
             )
-        yield Proof(
+        yield proof(
             f"basis.critical.{kind}",
             "limit at K = sigma^2",
             "G = h exp(-sigma h) as nu -> 0",
             h * sp.exp(-sigma * h),
             partial(_limit_residuals, table, constants),
         )
-    yield Proof(
+    yield proof(
         "basis.overdamped.slow",
         "Q(slow) = 0",
         "slow = -K/(sigma + nu), for K = sigma^2 - nu^2",
@@ -305,10 +285,10 @@ def _twice_residuals(name: sp.Symbol, claim: sp.Expr) -> Residuals:
     return _reduction().numerator(slope), _reduction().numerator(start)
 
 
-def _additions() -> Iterator[Proof]:
+def _additions() -> Iterator[Item]:
     """The addition theorem, and what it gives for doubled durations."""
     for name, form in basis.add(_FIRST, _PLAIN).items():
-        yield Proof(
+        yield proof(
             f"basis.add.{name}",
             "the differential equation in h2, and its initial value",
             f"{name}(h1 + h2) = {form}",
@@ -316,7 +296,7 @@ def _additions() -> Iterator[Proof]:
             partial(_sum_residuals, name),
         )
     for name, form in (*basis.double().items(), *basis.double_sensitivities().items()):
-        yield Proof(
+        yield proof(
             f"basis.double.{name}",
             "the differential equation in h, and its initial value",
             f"{name}(2 h) = {form}",
@@ -326,6 +306,6 @@ def _additions() -> Iterator[Proof]:
 
 
 @cache
-def proofs() -> tuple[Proof, ...]:
+def proofs() -> tuple[Item, ...]:
     """Every statement about the response functions on which the derivation rests."""
     return (*_definitions(), *_closed_forms(), *_additions())

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
+from itertools import chain
 
 import sympy as sp
 
@@ -36,10 +37,9 @@ from capsule_sym._symbolic.model.symbols import (
 from capsule_sym._symbolic.proofs.basis_proofs import (
     DEPENDENT,
     INDEPENDENT,
-    Proof,
     Reduction,
-    Residuals,
 )
+from capsule_sym._symbolic.proofs.items import Item, Residuals, proof
 
 JET_ORDER = 10  # the recurrence has one form at every order; so many of its steps are compared
 
@@ -139,10 +139,10 @@ def _general(stick: bool) -> _Motion:
     return _Motion(name, "Eqs. (7)-(12)", stick, field, flow.general_constants(stick))
 
 
-def _flow_proofs(segment: Segment) -> Iterator[Proof]:
+def _flow_proofs(segment: Segment) -> Iterator[Item]:
     motion, general = _of(segment), _general(segment.stick)
     for state, claim in motion.end.items():
-        yield Proof(
+        yield proof(
             f"flow.{segment.name}.{state}",
             motion.equation,
             f"{state}(h) has the rate that {segment.name} gives it, and its value at h = 0",
@@ -150,7 +150,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Proof]:
             partial(motion.solves, state),
         )
     if not segment.stick:
-        yield Proof(
+        yield proof(
             f"flow.{segment.name}.drift_short",
             motion.equation,
             "v_c(h) by the interaction force is v_c(h) by the momentum of both bodies",
@@ -173,7 +173,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Proof]:
         ),
     }
     for name, (claim, expected) in shared.items():
-        yield Proof(
+        yield proof(
             f"flow.{segment.name}.{name}",
             motion.equation,
             f"{segment.name} is the {general.name} of contact {mode[contact]}, drift {mode[drift]}",
@@ -182,7 +182,7 @@ def _flow_proofs(segment: Segment) -> Iterator[Proof]:
         )
 
 
-def _jet_proofs() -> Iterator[Proof]:
+def _jet_proofs() -> Iterator[Item]:
     """The first derivatives agree with each field; every further one is the rate of the last."""
     steps = dict(jets.jet(JET_ORDER))
     x, p = jets.position_symbol, jets.force_symbol
@@ -199,7 +199,7 @@ def _jet_proofs() -> Iterator[Proof]:
     successors = [(x(n), x(n + 1)) for n in range(2, JET_ORDER + 1)]
     successors += [(p(n), p(n + 1)) for n in range(JET_ORDER)]
     for symbol, successor in successors:
-        yield Proof(
+        yield proof(
             f"jets.{successor}",
             "Eqs. (7)-(12)",
             f"{successor} = d {symbol}/d tau",
@@ -207,7 +207,7 @@ def _jet_proofs() -> Iterator[Proof]:
             partial(follows, steps[symbol]),
         )
     for name, power in drives.items():
-        yield Proof(
+        yield proof(
             f"jets.{name}",
             "Eqs. (7)-(12)",
             f"{name} = {power}",
@@ -218,7 +218,7 @@ def _jet_proofs() -> Iterator[Proof]:
         motion = _of(segment)
         firsts = {"x2": segment.field[1], "p0": segment.interaction}
         for symbol in (x(2), p(0)):
-            yield Proof(
+            yield proof(
                 f"jets.{segment.name}.{symbol}",
                 motion.equation,
                 f"{symbol} = {firsts[symbol.name]} in {segment.name}",
@@ -226,7 +226,7 @@ def _jet_proofs() -> Iterator[Proof]:
                 partial(motion.equals, firsts[symbol.name]),
             )
         if not segment.stick:
-            yield Proof(
+            yield proof(
                 f"jets.{segment.name}.v_c",
                 motion.equation,
                 "v_c' = (P - friction)/gamma",
@@ -235,10 +235,10 @@ def _jet_proofs() -> Iterator[Proof]:
             )
 
 
-def _jacobian_proofs(motion: _Motion) -> Iterator[Proof]:
+def _jacobian_proofs(motion: _Motion) -> Iterator[Item]:
     for state, line in zip(motion.end, _rows(motion.stick), strict=True):
         for column, entry in zip(jacobian.COLUMNS, line, strict=True):
-            yield Proof(
+            yield proof(
                 f"jacobian.{motion.name}.{state}.{column}",
                 f"variational equations of {motion.equation}",
                 f"d {state}(h)/d {column} has the rate of the linearised field, and its value at 0",
@@ -248,11 +248,11 @@ def _jacobian_proofs(motion: _Motion) -> Iterator[Proof]:
 
 
 @cache
-def proofs() -> tuple[Proof, ...]:
+def proofs() -> tuple[Item, ...]:
     """Every statement about the six flows, their jets and their Jacobians."""
-    groups: Iterable[Iterator[Proof]] = (
+    groups: Iterable[Iterator[Item]] = (
         *map(_flow_proofs, SEGMENTS),
         _jet_proofs(),
         *map(_jacobian_proofs, (_general(stick=False), _general(stick=True))),
     )
-    return tuple(proof for group in groups for proof in group)
+    return tuple(chain.from_iterable(groups))

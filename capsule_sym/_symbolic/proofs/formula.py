@@ -27,6 +27,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
+from capsule_sym._symbolic.proofs.items import vanishes
 
 NAMES: dict[str, sp.Expr] = {
     **{str(symbol): symbol for symbol in (alpha, beta, delta, f_b, gamma, omega, tau, zeta)},
@@ -122,4 +123,4 @@ def cleared(relation: Relation) -> Relation:
 
 def same(first: sp.Expr, second: sp.Expr) -> bool:
     """Whether two expressions are identically equal."""
-    return bool(sp.expand(sp.together(first - second)) == 0)
+    return vanishes(first - second)

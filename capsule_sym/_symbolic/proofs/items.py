@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from time import perf_counter
 from typing import Any, Literal
 
 import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation, Undecided
-from capsule_sym._symbolic.model.proof import implies, sign_under
+from capsule_sym._symbolic.model.proof import sign_under
 
 Verdict = Literal["proved", "refuted", "conditional"]
 Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
@@ -83,14 +83,26 @@ def settle(item: Item) -> Result:
     return Result(item, status, witness, perf_counter() - start)
 
 
-def implication(claim: tuple[tuple[Relation, ...], Relation]) -> bool:
-    """Check of a claim (hypotheses, conclusion)."""
-    return implies(*claim)
+Residuals = tuple[sp.Expr, ...]
 
 
-def implications(claims: tuple[tuple[tuple[Relation, ...], Relation], ...]) -> bool:
-    """Check of several claims (hypotheses, conclusion) together."""
-    return all(map(implication, claims))
+def proof(
+    name: str,
+    equation: str,
+    statement: str,
+    claim: sp.Expr,
+    residuals: Callable[[sp.Expr], Residuals],
+) -> Item:
+    """The item of an expression that the derivation uses.
+
+    `residuals` gives what an expression leaves in its definition: all zero for a true one, and
+    not all zero for any other.
+    """
+    return Item(name, equation, statement, claim, partial(_leaves_nothing, residuals), claim + 1)
+
+
+def _leaves_nothing(residuals: Callable[[sp.Expr], Residuals], claim: sp.Expr) -> bool:
+    return all(residual == 0 for residual in residuals(claim))
 
 
 def signed(claim: tuple[sp.Expr, tuple[Relation, ...], int]) -> bool:
