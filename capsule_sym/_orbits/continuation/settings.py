@@ -136,6 +136,8 @@ class ContinuationSettings:
             )
             if not entries or not all(_allowed(entry, **one.metadata) for entry in entries):
                 raise InvalidInput(one.name, value, _range(many, **one.metadata))
+        if list(self.seed_periods) != sorted(set(self.seed_periods)):
+            raise InvalidInput("seed_periods", self.seed_periods, "ascending, each once")
         if self.least_step > self.first_step:
             raise InvalidInput(
                 "least_step", self.least_step, f"first_step, {self.first_step:g}, at most"
