@@ -25,6 +25,7 @@ from capsule_sym._figures.style import (
 from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._study.arcs import Motion, cycle, is_periodic
+from capsule_sym.generated.facts import FIELDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -127,7 +128,7 @@ def draw_itineraries(
     units = units or Units()
     alphas = units.scale("alpha") * np.array([m.parameters.alpha for m in motions])
     edges = column_edges(alphas)
-    bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in range(1, 7)}
+    bars: dict[int, list[list[tuple[float, float]]]] = {field: [] for field in FIELDS}
     cycles = [cycle(motion) if is_periodic(motion) else [] for motion in motions]
     longest = max((round(one[-1].time[-1] - one[0].time[0]) for one in cycles if one), default=1)
     for drawn, left, right in zip(cycles, edges[:-1], edges[1:], strict=True):

@@ -27,6 +27,7 @@ from capsule_sym._map.trajectory import (
 from capsule_sym._map.transitions import State, Undetermined, select_field, start_at
 from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
+from capsule_sym.generated.facts import FIELDS
 
 # Below this, doubles soon underflow. A motion without forcing that has come so far stays there.
 _NOTHING = 1e-200
@@ -58,7 +59,7 @@ class Run:
         self.numbers, self.parameters = numbers, parameters
         self.watch, self.progress = watch or Watch(), progress
         self.escalate = escalate and numbers.name != "mpmath"
-        self.constants = [numbers.constants(field, parameters) for field in range(1, 7)]
+        self.constants = [numbers.constants(field, parameters) for field in FIELDS]
         self.omega, self.delta = numbers.number(parameters.omega), numbers.number(parameters.delta)
         self.segments: list[Segment] = []
         self.stroboscopic: list[Triple] = []

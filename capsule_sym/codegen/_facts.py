@@ -81,7 +81,10 @@ def page_facts() -> str:
     rows = "".join(
         f"  {name}: {json.dumps(field, ensure_ascii=False)},\n" for name, field in fields.items()
     )
+    modes = {g.index: {"contact": g.contact, "drift": g.drift} for g in SEGMENTS}
     return (
+        f"export const FIELDS: Record<number, {{ contact: boolean; drift: number }}> = "
+        f"{json.dumps(modes)};\n"
         f"export const PARAMETERS = {names} as const;\n"
         f"export const PARAMETER_FIELDS = {{\n{rows}}} as const;\n"
     )

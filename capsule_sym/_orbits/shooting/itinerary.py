@@ -10,6 +10,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.expansion import Guard
 from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.steady import SteadyMotion, abbreviated
+from capsule_sym.generated.facts import FIELD_OF, FIELDS
 
 _FRICTION = (Guard.DRIFT, Guard.UPPER, Guard.LOWER)
 _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}
@@ -17,17 +18,17 @@ _OPPOSITE = {Guard.UPPER: Guard.LOWER, Guard.LOWER: Guard.UPPER}
 
 def contact(field: int) -> int:
     """1 where the second spring is in contact (F4, F5, F6), else 0."""
-    return int(field > 3)
+    return FIELDS[field][0]
 
 
 def drift(field: int) -> int:
     """Direction in which the capsule drifts: 1, 0 (it sticks) or -1."""
-    return 1 - (field - 1) % 3
+    return FIELDS[field][1]
 
 
 def mirror(field: int) -> int:
     """The field of the mirror image (-x_r, -v_r, -v_c), without contact of the second spring."""
-    return 2 + drift(field)
+    return FIELD_OF[0, -drift(field)]
 
 
 def guard_between(field: int, following: int) -> Guard:
@@ -90,7 +91,7 @@ class Itinerary:
         """
         order = tuple(fields)
         for field in order:
-            if field not in range(1, 7):
+            if field not in FIELDS:
                 raise InvalidInput("itinerary", order, "fields from 1 to 6")
         if len(order) == 1 and drift(order[0]) == 0:
             return cls((ItinerarySegment(order[0], None),), period_number, mirrored)

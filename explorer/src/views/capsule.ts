@@ -1,4 +1,5 @@
 // The capsule itself: mass, springs, contact, friction and drift at one time of the motion.
+import { FIELDS } from "../../../generated/page/model.ts";
 import { POINT } from "../core.ts";
 import { FONT, UNIT, extent, maths } from "../draw/axes.ts";
 import type { Theme } from "../draw/colours.ts";
@@ -67,7 +68,7 @@ export function drawCapsule(motion: Motion, now: Now, pen: Pen, width: number, h
   const x = centre + now.x_r * scale;
   const y = top + tall / 2;
   const stop = centre + half + motion.parameters.delta * scale;
-  const contact = now.field > 3;
+  const contact = FIELDS[now.field]?.contact;
   const plate = contact ? x + half : stop;
   pen.strokeStyle = theme.soft;
   pen.lineWidth = 1.75 * UNIT;
@@ -120,7 +121,7 @@ function ground(pen: Pen, moved: number, width: number, floor: number, theme: Th
 }
 
 function friction(pen: Pen, now: Now, bound: number, centre: number, floor: number, length: number, theme: Theme): void {
-  const sliding = now.field % 3 === 2 ? 0 : now.field % 3 === 1 ? 1 : -1;
+  const sliding = FIELDS[now.field]?.drift ?? 0;
   const force = sliding ? -sliding * bound : -Math.max(-bound, Math.min(bound, now.force));
   const size = (force / bound) * length * 0.16;
   pen.strokeStyle = pen.fillStyle = theme.mark;
