@@ -270,10 +270,9 @@ static void run_queues(batch_progress *w, size_t end)
             start_run(w, slot, w->batch->states[row], 0);
         }
         int slot[8];
-        if (workspace->waiting[fullest] < w->lanes)
-            for (int i = 0; i < CLEAR_QUEUE + 4; i++)
-                if (workspace->waiting[i] > workspace->waiting[fullest])
-                    fullest = i;
+        for (int i = 0; i < CLEAR_QUEUE + 4 && workspace->waiting[fullest] < w->lanes; i++)
+            if (workspace->waiting[i] > workspace->waiting[fullest])
+                fullest = i;
         const int16_t *queue = workspace->queue[fullest];
         const int waiting = workspace->waiting[fullest];
         const int count = waiting < w->lanes ? waiting : w->lanes;
