@@ -118,22 +118,26 @@ cdef void _closed_form(const capsule_constants *c, const capsule_start *start, d
     capsule_jacobian(c, start, h, rows)
 
 
+cdef object _part(object block, const double *begin, const double *at, Py_ssize_t rows,
+                  Py_ssize_t columns):
+    cdef Py_ssize_t first = at - begin
+    return block[first : first + rows * columns].reshape(rows, columns)
+
+
 cdef object _arrays(object block, const capsule_system *system, int count):
     """The arrays of a system, which are laid out in a block."""
-    cdef double[::1] begin = block
+    cdef double[::1] numbers = block
+    cdef const double *begin = &numbers[0]
     cdef Py_ssize_t unknowns = CAPSULE_UNKNOWNS(count), columns = CAPSULE_COLUMNS(count)
-
-    def part(Py_ssize_t at, *shape):
-        return block[at : at + int(np.prod(shape))].reshape(shape)
-
+    states_by = _part(block, begin, system.states_by, count + 1, CAPSULE_STATE_COUNT * columns)
     return (
-        block[: system.states_by - &begin[0]].view(SEGMENT_FLOW),
-        part(system.states_by - &begin[0], count + 1, CAPSULE_STATE_COUNT, columns),
-        part(system.residual - &begin[0], unknowns),
-        part(system.by - &begin[0], unknowns, columns),
-        part(system.advance_by - &begin[0], columns),
+        block[: system.states_by - begin].view(SEGMENT_FLOW),
+        states_by.reshape(count + 1, CAPSULE_STATE_COUNT, columns),
+        block[system.residual - begin : system.residual - begin + unknowns],
+        _part(block, begin, system.by, unknowns, columns),
+        block[system.advance_by - begin : system.advance_by - begin + columns],
         system.advance,
-        part(system.monodromy - &begin[0], CAPSULE_STATE_COUNT, CAPSULE_STATE_COUNT),
+        _part(block, begin, system.monodromy, CAPSULE_STATE_COUNT, CAPSULE_STATE_COUNT),
     )
 
 
