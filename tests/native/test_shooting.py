@@ -15,6 +15,7 @@ from capsule_sym import (
     Parameters,
     continue_orbit,
     monodromy_matrix,
+    solve_itinerary,
     solve_orbit,
 )
 from capsule_sym._map.backend import backend
@@ -237,3 +238,19 @@ def test_a_watch_stops_the_search() -> None:
         np.array(long.fields, np.int32), 200, False, z, watch=watch
     )
     assert found[2] is None
+
+
+def test_what_is_too_long_for_the_core_is_solved_without_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    orbit = solve_orbit(Parameters(alpha=0.6))
+    long = Itinerary(1025 * orbit.itinerary.segments, 1025)
+    z = np.array([*orbit.z[:4], *(1025 * orbit.z[4:].tolist())])
+    with pytest.raises(ValueError, match="fields 1 to 6"):
+        core.Fields(np.array(orbit.values)).solve_itinerary(
+            np.array(long.fields, np.int32), 1025, False, z
+        )
+    monkeypatch.setattr(closed, "_LONGEST", 1)
+    other = solve_itinerary(orbit.parameters, orbit.itinerary, list(1.01 * orbit.z))
+    assert other.system.monodromy is None
+    assert other.z == pytest.approx(orbit.z, abs=1e-13)

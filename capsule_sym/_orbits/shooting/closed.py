@@ -14,6 +14,8 @@ from capsule_sym._native import check_time, core, present
 from capsule_sym._orbits.shooting.itinerary import Itinerary
 from capsule_sym.generated import facts
 
+_LONGEST = 4096  # segments of an itinerary that the C core takes
+
 
 class ClosedForms:
     """The closed forms of F1 to F6 at seven parameter values, in the number system of a backend."""
@@ -33,14 +35,14 @@ class ClosedForms:
         return self.values[facts.PARAMETERS.index(name)]
 
     def evaluated(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
-        """An itinerary's equations as the C core evaluates them; None without it."""
-        if self._fields is None:
+        """An itinerary's equations by the C core; None without it, or where it is too long."""
+        if self._fields is None or len(itinerary) > _LONGEST:
             return None
         return self._fields.evaluate_itinerary(*_spelt(itinerary), np.array(z, dtype=float))  # type: ignore[no-any-return]
 
     def solved(self, itinerary: Itinerary, z: NDArray[Any]) -> tuple[Any, ...] | None:
-        """Unknowns, system, status, steps and residual where the C core ends; None without it."""
-        if self._fields is None:
+        """Unknowns, system, status, steps and residual where the C core ends; None likewise."""
+        if self._fields is None or len(itinerary) > _LONGEST:
             return None
         found = self._fields.solve_itinerary(*_spelt(itinerary), z, watch=present())
         check_time()
