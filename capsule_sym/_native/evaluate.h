@@ -118,7 +118,7 @@ static size_t states_at(const capsule_map *map, const capsule_segment *segments,
         const double time = times[i];
         at = segment_of_time(&c, segments, count, at, time);
         const capsule_segment *s = &segments[at];
-        if (s->field < 1 || s->field > 6)
+        if (s->field < 1 || s->field > CAPSULE_FIELD_COUNT)
             return i;
         if (more && at == count - 1 && since(&c, s->end_period, s->end_angle, time) >= 0.0)
             return i;

@@ -82,7 +82,7 @@ capsule_stop capsule_slopes_start(capsule_slopes *at)
 
 static int is_field(const capsule_segment *s)
 {
-    return s->field >= 1 && s->field <= 6;
+    return s->field >= 1 && s->field <= CAPSULE_FIELD_COUNT;
 }
 
 size_t capsule_differentiate(const capsule_map *map, const capsule_segment *segments, size_t count,
