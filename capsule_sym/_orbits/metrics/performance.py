@@ -145,11 +145,14 @@ def _energies(forms: ClosedForms, flow: SegmentFlow) -> tuple[_Energy, _Energy, 
     work = _integral(drive * v_m, power_by, weights, h)
     damper = formulas.force_change(c, 0, v_r)
     loss_by = 2 * damper * v_r_by
-    loss_by[BY["zeta"]] += formulas.force_slopes(c, 0, v_r)[1] * v_r
+    for name, slope in zip(PARAMETERS, formulas.damper_gradient(c, v_r)[STATES + 1 :], strict=True):
+        loss_by[BY[name]] += slope * v_r
     damper_loss = _integral(damper * v_r, loss_by, weights, h)
     friction, advance = formulas.friction_at(c, c.drift), flow.moved[2]
     friction_by = friction * flow.matrix[STATES]
-    friction_by[BY["f_b"]] += c.drift * advance
+    slopes = formulas.friction_gradient(c, c.drift)[STATES + 1 :]
+    for name, slope in zip(PARAMETERS, slopes, strict=True):
+        friction_by[BY[name]] += slope * advance
     return work, damper_loss, (friction * advance, friction_by)
 
 

@@ -223,12 +223,6 @@ def formulas() -> tuple[Formula, ...]:
             (("v_r", sp.solve(motion.subs({x_change: v_r, v_change: v_rate}), v_r)[0]),),
         ),
         Formula(
-            "force_slopes",
-            "Derivatives of P with respect to the parameters in it.",
-            (gap, v_r),
-            tuple((f"by_{name}", slope) for name in PARAMETERS if (slope := _slope(name))),
-        ),
-        Formula(
             "load_force",
             "The constant force on the mass, beside drive and interaction.",
             (),
@@ -286,11 +280,6 @@ def _gradient(name: str, doc: str, arguments: tuple[sp.Symbol, ...], function: s
     results = tuple((f"by_{by}", slope) for by, slope in zip(GRADIENT, slopes, strict=True))
     doc = f"Derivatives of {doc} by state, phase and parameters."
     return Formula(f"{name}_gradient", doc, arguments, results, array=True)
-
-
-def _slope(name: sp.Symbol) -> sp.Expr:
-    slope = sp.diff(P.subs(kappa, contact * STOP), name)
-    return with_gap(slope).subs(contact * STOP, kappa)
 
 
 def _rate_of_forcing() -> sp.Expr:
