@@ -282,6 +282,8 @@ cdef class Map(Fields):
         """Makes this the map at other parameters; quick where those of the flow stay."""
         cdef capsule_parameters parameters
         cdef int i
+        if len(values) != CAPSULE_PARAMETER_COUNT:
+            raise ValueError(f"{CAPSULE_PARAMETER_COUNT} parameters are needed")
         for i in range(CAPSULE_PARAMETER_COUNT):
             (<double *> &parameters)[i] = values[i]
         capsule_map_remake(&parameters, self.map)

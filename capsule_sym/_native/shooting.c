@@ -467,8 +467,7 @@ static capsule_stop solve(search *s, capsule_solution *solution)
     const int m = s->unknowns;
     const equations e = equations_of(&s->parameters, s->itinerary);
     evaluate(&e, s->z, &s->at);
-    solution->residual = largest(s->at.residual, m);
-    solution->status = CAPSULE_NOT_FINITE;
+    *solution = (capsule_solution){largest(s->at.residual, m), CAPSULE_NOT_FINITE, 0};
     if (!(solution->residual < INFINITY))
         return CAPSULE_DONE;
     for (solution->steps = 1; solution->steps <= MOST_STEPS; solution->steps++) {

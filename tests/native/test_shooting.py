@@ -19,6 +19,7 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._map.backend import backend
+from capsule_sym._map.batch import parameter_rows
 from capsule_sym._native import Watch, core
 from capsule_sym._orbits.shooting import closed
 from capsule_sym._orbits.shooting.closed import ClosedForms
@@ -226,6 +227,18 @@ def test_parameters_stay_what_a_model_may_have() -> None:
     )
     assert status != Solving.SOLVED
     assert values[4] >= 0
+
+
+def test_a_search_that_begins_nowhere_takes_no_step() -> None:
+    fields = core.Fields(parameter_rows(Parameters())[0])
+    found = fields.solve_itinerary(np.array([1, 2], np.int32), 1, False, [np.nan] * 6)
+    assert found[2:4] == (Solving.NOT_FINITE, 0)
+
+
+def test_a_map_is_remade_of_all_parameters() -> None:
+    remade = core.Map(parameter_rows(Parameters())[0])
+    with pytest.raises(ValueError, match="7 parameters are needed"):
+        remade.remake(1.0)
 
 
 def test_a_watch_stops_the_search() -> None:
