@@ -269,11 +269,13 @@ typedef struct {
     double advance;       /* of x_c */
 } capsule_system;
 
-/* How many doubles these arrays take together, and the arrays laid out one after another in a block. */
+/* How many doubles these arrays take together. */
 #define CAPSULE_SYSTEM_ROOM(count)                                                                 \
     ((count) * (sizeof(capsule_segment_flow) / sizeof(double)) +                                   \
      (((count) + 1) * CAPSULE_STATE_COUNT + CAPSULE_UNKNOWNS(count) + 4) * CAPSULE_COLUMNS(count) + \
      CAPSULE_UNKNOWNS(count) + CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT)
+
+/* The arrays for an itinerary of so many segments, laid out one after another in a block of that room. */
 capsule_system capsule_system_in(double *block, int count);
 
 /* Evaluates the equations of an itinerary at unknowns z. */

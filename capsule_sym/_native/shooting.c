@@ -63,7 +63,8 @@ static int zeros_of(const capsule_itinerary *it, int i)
 
 static int allowed(const capsule_itinerary *it)
 {
-    if (!it || !it->fields || it->count < 1 || it->count > CAPSULE_LONGEST || it->periods < 1)
+    if (!it || !it->fields || it->count < 1 || it->count > CAPSULE_LONGEST || it->periods < 1 ||
+        (it->mirrored && it->periods % 2 == 0))
         return 0;
     for (int i = 0; i < it->count; i++)
         if (it->fields[i] < 1 || it->fields[i] > CAPSULE_FIELD_COUNT)
@@ -490,7 +491,7 @@ static capsule_stop solve(search *s, capsule_solution *solution)
             if (better && !factored(s))
                 return CAPSULE_DONE;
             solution->status = CAPSULE_IMPRECISE;
-            if (condition(s) * UNIT > LOST)
+            if (!(condition(s) * UNIT <= LOST))
                 return CAPSULE_DONE;
             solution->status = CAPSULE_SOLVED;
             return CAPSULE_DONE;

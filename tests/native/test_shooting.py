@@ -10,6 +10,7 @@ import pytest
 from mpmath import mp
 
 from capsule_sym import (
+    InvalidInput,
     Itinerary,
     Orbit,
     Parameters,
@@ -233,6 +234,14 @@ def test_a_search_that_begins_nowhere_takes_no_step() -> None:
     fields = core.Fields(parameter_rows(Parameters())[0])
     found = fields.solve_itinerary(np.array([1, 2], np.int32), 1, False, [np.nan] * 6)
     assert found[2:4] == (Solving.NOT_FINITE, 0)
+
+
+def test_a_mirrored_half_is_over_an_odd_number_of_periods() -> None:
+    with pytest.raises(InvalidInput, match="period_number = 2: must be odd"):
+        Itinerary.of([2, 3], 2, True)
+    fields, at = np.array([2, 3], np.int32), core.Fields(parameter_rows(Parameters())[0])
+    with pytest.raises(ValueError, match="fields"):
+        at.solve_itinerary(fields, 2, True, [0.89, -0.64, 0.0, 24.5, 3.0, 0.9])
 
 
 def test_a_map_is_remade_of_all_parameters() -> None:

@@ -81,6 +81,9 @@ class Itinerary:
             raise InvalidInput("period_number", self.period_number, "a whole number >= 1")
         if self.period_number < 1:
             raise InvalidInput("period_number", self.period_number, "a whole number >= 1")
+        if self.mirrored and self.period_number % 2 == 0:
+            allowed = "odd for a motion that is its own mirror image"
+            raise InvalidInput("period_number", self.period_number, allowed)
 
     @classmethod
     def of(cls, fields: Iterable[int], period_number: int = 1, mirrored: bool = False) -> Itinerary:
