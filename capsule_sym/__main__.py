@@ -16,9 +16,15 @@ def main() -> NoReturn:
         from capsule_sym import _cli as cli
 
         cli.main()
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Exception) as error:
+        # What a library makes of an interrupt in its middle may be any error.
+        if not (isinstance(error, KeyboardInterrupt) or _came):
+            raise
         print("error: interrupted", file=sys.stderr, flush=True)
         sys.exit(130)
+
+
+_came: list[int] = []
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
@@ -26,6 +32,7 @@ def interrupt(number: int, frame: FrameType | None) -> None:
 
     The first lines of a module that Cython compiled drop what is raised in them.
     """
+    _came.append(number)
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             _thread.start_new_thread(_again, (_thread.get_ident(), number))

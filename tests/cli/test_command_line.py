@@ -235,6 +235,23 @@ def test_an_interrupt_while_python_imports_is_one_line(name: str) -> None:
     assert done.stderr.count("\n") == 1
 
 
+def test_an_interrupt_of_which_a_library_makes_another_error_is_one_line() -> None:
+    code = (
+        "import os, runpy, signal, sys\n"
+        "from capsule_sym import _cli\n"
+        "def cut_off():\n"
+        "    try:\n"
+        "        os.kill(os.getpid(), signal.SIGINT)\n"
+        "        sys.version_info >= (3, 11)\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise RuntimeError('cannot release un-acquired lock')\n"
+        "_cli.main = cut_off\n"
+        "runpy.run_module('capsule_sym', run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+
+
 def test_a_core_of_other_kernels_is_one_line() -> None:
     code = (
         "import sys\n"

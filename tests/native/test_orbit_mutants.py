@@ -33,8 +33,8 @@ MUTANTS = {
     "other switches": ("passed == first", "1"),
     "a state that is held": ("metric[m][i] * orbit->by_parameter", "0.0 * orbit->by_parameter"),
     "a loss at times that stay": ("damper * last->end[1] * run->end_by_omega", "0.0"),
-    "zeta in the loss alone": ("+= weight * by_zeta * v_r;", "+= 0.0;"),
-    "f_b in the loss alone": ("+= slip * per_period;", "+= 0.0;"),
+    "parameters in the loss alone": ("+= weight * by_damper[k] * v_r;", "+= 0.0;"),
+    "friction in the loss alone": ("+= slip[k] * per_period;", "+= 0.0;"),
     "omega in the velocity alone": ("+= orbit->progression / TWO_PI;", "+= 0.0;"),
     "one panel": ("fmax(1.0, ceil(type / RULE[rule].reach))", "1.0"),
     "8 nodes too far": ("{4, 2.0,", "{4, 12.0,"),
@@ -50,9 +50,11 @@ MUTANTS = {
     "peaks at switches alone": ("(at.rate > 0.0) != (then.rate > 0.0)", "0"),
     "a peak at the run's own end": ("(s->target ? 1.0 : 1.0 - 8.0 * UNIT)", "1.0"),
     "peaks in segments alone": ("if (size > peak->size)", "if (0)"),
-    "delta in the force": ("+= side * by_delta;", "+= 0.0;"),
-    "zeta in the force": ("+= side * by_zeta;", "+= 0.0;"),
-    "beta in the force": ("+= side * by_beta;", "+= 0.0;"),
+    "parameters in the force": ("+= side * of[k];", "+= 0.0;"),
+    "the contact's force as the whole": (
+        "contact_gradient(c, peak->gap, of);",
+        "force_gradient(c, peak->gap, peak->v_r, of);",
+    ),
     "a force's sign": ("< 0.0 ? -1.0 : 1.0;", "< 0.0 ? 1.0 : 1.0;"),
 }
 
