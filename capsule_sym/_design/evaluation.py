@@ -32,6 +32,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
+from capsule_sym.generated.facts import BOUNDS
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle
@@ -115,11 +116,13 @@ def _drifting(
 ) -> NDArray[np.bool_]:
     """Whether motions drift, by parameters (n, 7), fields (n, m), METRICS (n, 7), multiplier."""
     metrics = dict(zip(METRICS, values.T, strict=True))
+    # The longest way that loses so much, against the least of the friction bounds.
+    bounds = [rows[:, PARAMETERS.index(name)] for name in BOUNDS.values()]
     return drifts(
         rows,
         contact=np.isin(fields, _CONTACT).any(axis=1),
         progression=metrics["progression"],
-        way=metrics["friction_loss"] / rows[:, PARAMETERS.index("f_b")],
+        way=metrics["friction_loss"] / np.min(bounds, axis=0, initial=np.inf),
         segments=np.count_nonzero(fields, axis=1),
         attracting=np.asarray(multipliers) < 1 - _NEUTRAL,
     )

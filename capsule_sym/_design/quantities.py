@@ -26,6 +26,7 @@ from capsule_sym._parameters import (
     mean_power,
     names_of,
 )
+from capsule_sym.generated.facts import BOUNDS
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
@@ -116,17 +117,17 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
 def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slope]:
     """The dimensionless metrics, those derived from others too, by the seven parameters."""
     rows = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
-    omega, f_b = (Slope(getattr(p, name), rows[name]) for name in ("omega", "f_b"))
+    own = {name: Slope(getattr(p, name), row) for name, row in rows.items()}
     velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1
-    way = forward * metrics["progression"]
+    way, bound = forward * metrics["progression"], BOUNDS.get(forward)
     # A capsule that stands still goes no way at any cost; with no work it has no ratio.
     nowhere = Slope(math.inf, 0.0 * work.slope)
     return dict(metrics) | {
         "speed": forward * velocity,
-        "power": mean_power(work, omega),
+        "power": mean_power(work, own["omega"]),
         "speed_per_work": way / work if work.value > 0 else 0 * work,
-        "cost_of_transport": work / (f_b * way) if way.value > 0 else nowhere,
+        "cost_of_transport": work / (own[bound] * way) if bound and way.value > 0 else nowhere,
     }
 
 

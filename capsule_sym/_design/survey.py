@@ -16,7 +16,7 @@ from capsule_sym._design.program import Program
 from capsule_sym._design.quantities import System, dimensionless, of, valued
 from capsule_sym._design.scenarios import Scenario
 from capsule_sym._errors import InvalidInput
-from capsule_sym._native import check_time
+from capsule_sym._native import check_time, present
 from capsule_sym._parameters import Parameters
 
 _CELLS = 4096  # in memory at once
@@ -83,6 +83,9 @@ def overview(program: Program, points: Matrix, scenarios: Sequence[Scenario]) ->
     least = np.full((len(points), len(program.limits)), np.inf)
     contact, stiff, total = 0.0, False, len(points) * len(scenarios)
     for first, (k, one) in product(range(0, len(points), _CELLS), enumerate(scenarios)):
+        if present().over:
+            worst[first:] = np.nan
+            break
         block = points[first : first + _CELLS]
         program.tell(f"survey, {first * len(scenarios) + k * len(block)} of {total} runs")
         own = [one.system(program.system_at(u)) for u in block]

@@ -40,7 +40,8 @@ def drifts(
     capsule's way, and of f_b h^2 with the larger bound and alpha/omega^2 over 1 + gamma.
     """
     p = dict(zip(PARAMETERS, np.asarray(parameters, dtype=float).T, strict=True))
-    period, bound = math.tau / p["omega"], np.maximum(*(p[name] for name in BOUNDS.values()))
+    bound = np.max([p[name] for name in BOUNDS.values()], axis=0, initial=0.0)
+    period = math.tau / p["omega"]
     terms = way + (bound * period**2 + p["alpha"] / p["omega"] ** 2) / (1 + p["gamma"])
     above: Any = np.abs(progression) > _ROUNDED * unit * np.asarray(segments) * terms
     alone = ~np.asarray(contact, dtype=bool) | (p["beta"] == 0)

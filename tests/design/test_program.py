@@ -1,5 +1,6 @@
 """What an optimisation makes of its metric, its limits and the units it has them in."""
 
+import math
 from functools import partial
 from itertools import count
 
@@ -17,12 +18,13 @@ from capsule_sym import (
     solve_orbit,
     steer,
 )
-from capsule_sym._design import evaluation
+from capsule_sym._design import evaluation, quantities
 from capsule_sym._design import survey as survey_module
 from capsule_sym._design.optimise import program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.stationary import rough, stationary
 from capsule_sym._design.survey import Survey, spread
+from capsule_sym._map import drift
 from tests.design.clock import LIMIT, Clock
 
 BOUNDS = {"alpha": (0.1, 2.0), "omega": (0.5, 1.5)}
@@ -325,6 +327,40 @@ def test_a_survey_that_is_out_of_time_has_the_best_cell(monkeypatch, surveys, sh
         for f in (1 - shares.get("f_b", 0), 1 + shares.get("f_b", 0))
     ]
     assert found.value == pytest.approx(min(worst), rel=1e-9)
+
+
+def test_a_survey_that_is_out_of_time_looks_at_no_further_cells(monkeypatch) -> None:
+    clock, looked, survey = Clock(monkeypatch, "over"), [], evaluation.survey
+
+    def limited(systems, *given):
+        looked.append(len(systems))
+        found = survey(systems, *given)
+        clock.progress("over")
+        return found
+
+    monkeypatch.setattr(evaluation, "survey", limited)
+    monkeypatch.setattr(survey_module, "_CELLS", 4)
+    found = optimise("speed", {"alpha": (0.5, 1.5)}, samples=100, max_seconds=LIMIT)
+    assert looked == [4]
+    assert found.message == "the time is over: this is the best place so far"
+
+
+@pytest.mark.parametrize("bounds", [{1: "f_b", -1: "gamma"}, {1: "f_b"}, {}])
+def test_metrics_know_no_friction_bound_but_those_of_the_model(monkeypatch, bounds) -> None:
+    """One where the capsule goes forward may be another than where it goes back, or none at all."""
+    monkeypatch.setattr(evaluation, "BOUNDS", bounds)
+    monkeypatch.setattr(drift, "BOUNDS", bounds)
+    monkeypatch.setattr(quantities, "BOUNDS", bounds)
+    for delta, way in ((1.0, 1), (0.02, -1)):
+        p = Parameters(alpha=0.9, delta=delta, gamma=0.5, f_b=0.8)
+        metrics = quantities.of(evaluation.settle(p, (0.0, 0.0, 0.0)).metrics, p)
+        gone, cost = (metrics[name].value for name in ("progression", "cost_of_transport"))
+        assert gone * way > 0.1
+        if way in bounds:
+            bound = getattr(p, bounds[way])
+            assert cost == pytest.approx(metrics["work"].value / (bound * abs(gone)), rel=1e-12)
+        else:
+            assert cost == math.inf
 
 
 @pytest.mark.parametrize(("at", "least"), [("survey", 0), ("point 1 of 7", 1), ("point 4 of 7", 5)])

@@ -184,6 +184,15 @@ def test_exponents_at_a_time_limit_are_those_of_what_was_passed(
     assert np.isnan(none.values).all()
 
 
+def test_a_derivative_is_not_given_where_there_is_no_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = simulate(Parameters(alpha=0.005), periods=10**9)
+    clock = iter(range(10**6))
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
+    assert np.isnan(jacobian(run, max_seconds=2000)).all()
+    short = simulate(Parameters(), periods=2)
+    assert np.array_equal(jacobian(short, max_seconds=2000), jacobian(short))
+
+
 def test_exponents_of_a_long_rest_do_not_underflow() -> None:
     run = simulate(Parameters(alpha=0.005), periods=3000)
     assert lyapunov_exponents(run).values[:2] == pytest.approx([-0.05, -0.05], abs=1e-5)

@@ -115,16 +115,18 @@ def _product(numbers: Backend, orbit: Orbit, first: int) -> Matrix:
     return product
 
 
-def jacobian(trajectory: Trajectory) -> NDArray[np.float64]:
+def jacobian(trajectory: Trajectory, *, max_seconds: float = math.inf) -> NDArray[np.float64]:
     """Derivative (3, 3) of a run's final state with respect to the state at its start.
 
     Dimensionless, the product of the segments' derivatives and of saltation matrices, in double
-    precision whatever the trajectory's backend.
+    precision whatever the trajectory's backend. After `max_seconds` of the clock it is nan.
     """
-    product = np.eye(3)
-    for matrix, _ in _matrices(trajectory, trajectory.segments):
-        product = matrix @ product
-    return product
+    product, done = np.eye(3), False
+    with Watch(checked_seconds(max_seconds)):
+        for matrix, _ in _matrices(trajectory, trajectory.segments):
+            product = matrix @ product
+        done = True
+    return product if done else np.full((3, 3), np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +169,6 @@ def lyapunov_exponents(
     frame, sums, time, status = np.eye(3), np.zeros(3), 0.0, Status.TIME_LIMIT
     with Watch(checked_seconds(max_seconds)):
         for matrix, lasting in _matrices(trajectory, segments):
-            check_time()
             frame, grown = _orthonormal(matrix @ frame)
             sums[: len(grown)] += grown
             sums[len(grown) :] = -math.inf
@@ -198,6 +199,7 @@ def _steps(
     start = forms.numbers.kernels.Start(0.0, -c.delta, 0.0, 0.0, 0.0, 1.0, 0.0)
     matrix = forms.run(segment.field, c, start, duration / pieces)[1][:3, :3]
     for _ in range(pieces):
+        check_time()
         yield matrix, duration / pieces
     if following and drift(segment.field) not in (0, drift(following.field)):
         state = np.array([float(value) for value in segment.end_state])
