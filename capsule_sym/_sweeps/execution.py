@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -33,7 +33,7 @@ from capsule_sym._sweeps.store import Store, opened
 from capsule_sym._sweeps.sweep import Sweep
 
 MOST_WORKERS = 1024  # more than the one writer keeps at work
-_MOST_DEATHS = 3  # of pools in which nothing was finished, before their chunks are blamed
+_MOST_DEATHS = 3  # of every worker, while nothing is finished, before the chunks are blamed
 
 Progress = Callable[[int, int], None]
 
@@ -170,11 +170,9 @@ def run_then(
                 any_core=how.any_core,
             ) as to,
         ):
-            whole, damaged = to.check.whole, len(to.check.chunks) + len(to.check.files)
-            held = sum(map(sweep.cells_in, whole))
-            todo = (i for i in range(math.prod(sweep.chunks)) if i not in whole)
-            work = _Run(to, count, how.progress, held)
-            work.all(todo, how.executor)
+            damaged = len(to.check.chunks) + len(to.check.files)
+            work = _Run(to, count, how.progress)
+            work.all(how.executor)
             to.finish(last())
             finished = True
     except KeyboardInterrupt:
@@ -184,81 +182,83 @@ def run_then(
         raise KeyboardInterrupt(f"{kept}, and --resume goes on from there") from None
     assert work is not None  # what opens a store has no limit of time
     seconds, outcomes = perf_counter() - begin, dict(Held(path).tally().outcomes)
-    return Summary(sweep.size, work.done - held, damaged, seconds, count, outcomes, finished)
+    return Summary(sweep.size, work.done - work.held, damaged, seconds, count, outcomes, finished)
 
 
 class _Run:
-    def __init__(self, store: Store, workers: int, progress: Progress, done: int) -> None:
-        self.store, self.workers, self.progress, self.done = store, workers, progress, done
-        self.todo: Iterator[int] = iter(())
+    """A run of the chunks that a store lacks, written one by one as they are finished."""
+
+    def __init__(self, store: Store, workers: int, progress: Progress) -> None:
+        self.store, self.workers, self.progress = store, workers, progress
+        whole, chunks = store.check.whole, math.prod(store.sweep.chunks)
+        self.todo = (index for index in range(chunks) if index not in whole)
+        self.left, self.held = chunks - len(whole), sum(map(store.sweep.cells_in, whole))
+        self.done = self.held
+        self.under_way: dict[Future[Block], int] = {}
         self.lost: deque[int] = deque()
         self.deaths = 0
-        progress(done, store.sweep.size)
+        """Chunks lost with their workers since one was finished; one death may take several."""
+        progress(self.done, store.sweep.size)
 
-    def all(self, todo: Iterator[int], executor: str | Executor) -> None:
-        """Runs chunks until none is left, with a new pool where a worker's death broke the old."""
-        self.todo = todo
-        while True:
-            under_way: dict[Future[Block], int] = {}
+    def all(self, executor: str | Executor) -> None:
+        """Runs chunks until none is left."""
+        with pool_of(executor, self.workers) as pool:
             try:
-                with pool_of(executor, self.workers) as pool:
-                    try:
-                        return self._through(pool, under_way)
-                    except BaseException:
-                        for future in under_way:
-                            future.cancel()
-                        raise
-            except BrokenExecutor as error:
-                # All others come first, until only those are left that workers die under.
-                self.lost.extend(sorted(under_way.values()))
-                self.deaths += 1
-                if isinstance(executor, Executor) or self.deaths == _MOST_DEATHS:
-                    chunks = sorted(self.lost)
-                    raise Lost(
-                        f"a worker died under one of the chunks {chunks}: {error}"
-                    ) from error
+                while self.left:
+                    self._give(pool)
+                    self._take(pool)
+            except BaseException:
+                for future in self.under_way:
+                    future.cancel()
+                raise
 
-    def _through(self, pool: Pool, under_way: dict[Future[Block], int]) -> None:
-        sweep = self.store.sweep
-        while True:
-            # A chunk is written before its worker gets the next, so that no more than one chunk
-            # per worker is ever lost.
-            while len(under_way) < self.workers and (index := self._next()) is not None:
-                check_time()
-                try:
-                    under_way[pool.submit(sweep.part(index))] = index
-                except BaseException:
-                    self.lost.append(index)
-                    raise
-            if not under_way:
+    def _give(self, pool: Pool) -> None:
+        """Gives a chunk to each free worker: those under which workers died come last.
+
+        No worker has a chunk in advance, so that no more than one chunk for each is ever lost.
+        """
+        while len(self.under_way) < self.workers:
+            index = next(self.todo, None)
+            if index is None and not self.lost:
                 return
-            done = wait(under_way, min(PATIENCE, present().left), FIRST_COMPLETED).done
-            if not done:
-                check_time()
-                pool.waited()
-            for future in done:
-                index = under_way[future]
-                try:
-                    block = future.result()
-                except (BrokenExecutor, TimeUp):
-                    raise
-                except CancelledError as error:
-                    raise pool.lost() from error
-                except Exception as error:
-                    self.deaths += 1  # one death may fail all chunks under way
-                    if pool.died(error) and self.deaths < _MOST_DEATHS * self.workers:
-                        self.lost.append(under_way.pop(future))
-                        continue
-                    reason = " ".join(f"{type(error).__name__}: {error}".split())
-                    raise Lost(f"chunk {index}: {reason}") from error
-                with deferred():  # what is kept and what is counted agree at an interrupt
-                    self.store.publish(index, block)
-                    del under_way[future]
-                    self.deaths = 0
-                    self.done += sweep.cells_in(index)
-                self.progress(self.done, sweep.size)
+            index = self.lost.popleft() if index is None else index
+            check_time()
+            try:
+                self.under_way[pool.submit(self.store.sweep.part(index))] = index
+            except BrokenExecutor as error:
+                self._failed(pool, index, error)
 
-    def _next(self) -> int | None:
-        """The next chunk: those under which workers died come last."""
-        index = next(self.todo, None)
-        return self.lost.popleft() if index is None and self.lost else index
+    def _take(self, pool: Pool) -> None:
+        """Writes the chunks that are finished, and keeps those in mind whose workers died."""
+        done = wait(self.under_way, min(PATIENCE, present().left), FIRST_COMPLETED).done
+        if not done:
+            check_time()
+            pool.waited()
+        for future in done:
+            index = self.under_way[future]
+            try:
+                block = future.result()
+            except TimeUp:
+                raise
+            except CancelledError as error:
+                raise pool.lost() from error
+            except Exception as error:
+                self._failed(pool, self.under_way.pop(future), error)
+                continue
+            with deferred():  # what is kept and what is counted agree at an interrupt
+                self.store.publish(index, block)
+                del self.under_way[future]
+                self.deaths, self.left = 0, self.left - 1
+                self.done += self.store.sweep.cells_in(index)
+            self.progress(self.done, self.store.sweep.size)
+
+    def _failed(self, pool: Pool, index: int, error: Exception) -> None:
+        """Puts a chunk back whose worker died; raises Lost where no others are to die for it."""
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        if not pool.died(error):
+            raise Lost(f"chunk {index}: {reason}") from error
+        self.lost.append(index)
+        self.deaths += 1
+        if not pool.outlives or self.deaths >= _MOST_DEATHS * min(self.workers, self.left):
+            chunks = sorted({*self.lost, *self.under_way.values()})
+            raise Lost(f"a worker died under one of the chunks {chunks}: {reason}") from error

@@ -7,7 +7,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from threading import Event, Thread
@@ -37,6 +43,9 @@ class Lost(CapsuleError):
 class Pool:
     """An executor to which chunks are given."""
 
+    outlives = False
+    """Whether a chunk can be given again whose worker died."""
+
     def __init__(self, executor: Executor) -> None:
         self.executor = executor
 
@@ -45,8 +54,8 @@ class Pool:
         return self.executor.submit(compute, part)
 
     def died(self, error: Exception) -> bool:
-        """Whether a chunk failed because its worker died, and may be given again."""
-        return False
+        """Whether a chunk failed because workers died."""
+        return isinstance(error, BrokenExecutor)
 
     def waited(self) -> None:
         """Called when nothing was finished for some time."""
@@ -74,20 +83,32 @@ class _Threads(Pool):
 
 
 class _Processes(Pool):
+    """Processes; others take their place where one dies, under which all of them break off."""
+
+    outlives = True
+    executor: ProcessPoolExecutor
+
     def __init__(self, workers: int) -> None:
-        self.processes = spawning(workers)
-        super().__init__(self.processes)
+        self.workers = workers
+        super().__init__(spawning(workers))
 
     def submit(self, part: Sweep) -> Future[Block]:
-        with undisturbed():  # processes are started when they are needed
-            return super().submit(part)
+        try:
+            with undisturbed():  # processes are started when they are needed
+                return super().submit(part)
+        except BrokenExecutor:
+            self.abandon()
+            self.executor = spawning(self.workers)
+            return self.submit(part)
 
     def abandon(self) -> None:
-        end(self.processes)
+        end(self.executor)
 
 
 class DaskPool(Pool):
     """The executor of a Dask client."""
+
+    outlives = True
 
     def __init__(self, executor: Any) -> None:
         super().__init__(executor)

@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from capsule_sym import (
 )
 from capsule_sym._native import check_time, live, present
 from capsule_sym._sweeps import cells as cells_module
+from capsule_sym._sweeps import execution
 from capsule_sym._sweeps import pools as run_module
 from capsule_sym._sweeps import store as store_module
 from capsule_sym._sweeps.cells import compute
@@ -418,6 +419,47 @@ def test_an_error_of_a_worker_is_told_with_its_chunk(tmp_path: Path) -> None:
     with pytest.raises(Lost, match="chunk 2: MemoryError: no room"):
         run_sweep(SWEEP, tmp_path / "store", executor=Failing(), workers=1)
     assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == 2
+
+
+class Died(Exception):
+    """Told of a chunk by a cluster that gives it up."""
+
+
+class Mortal(run_module.Pool):
+    """A cluster that loses its worker under some chunks, whatever it gives them to."""
+
+    outlives = True
+
+    def __init__(self, *deadly: int) -> None:
+        super().__init__(Here())
+        self.deadly = [chart().part(index).columns()[0].tobytes() for index in deadly]
+        self.deaths = 0
+
+    def submit(self, part: Sweep) -> Future[Any]:
+        future = super().submit(part)
+        if part.columns()[0].tobytes() in self.deadly:
+            self.deaths += 1
+            future = Future()
+            future.set_exception(Died("killed"))
+        return future
+
+    def died(self, error: Exception) -> bool:
+        return isinstance(error, Died)
+
+
+@pytest.mark.parametrize(("deadly", "deaths"), [((4,), 5), ((0, 7), 10), (range(9), 12)])
+def test_chunks_are_blamed_for_the_deaths_of_workers_when_nothing_else_is_left(
+    deadly: Any, deaths: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three deaths for each chunk at which a worker is lost, however many workers there are."""
+    pool = Mortal(*deadly)
+    monkeypatch.setattr(execution, "pool_of", lambda *_: nullcontext(pool))
+    with pytest.raises(Lost) as told:
+        run_sweep(chart(), tmp_path / "store", workers=4)
+    blamed = f"a worker died under one of the chunks {[*deadly]}: Died: killed"
+    assert str(told.value) == blamed
+    assert len(list((tmp_path / "store" / "chunks").rglob("*.json"))) == 9 - len(deadly)
+    assert pool.deaths <= deaths
 
 
 @pytest.mark.parametrize("how", [{"executor": "fibres"}, {"workers": 0}, {"workers": 1.5}])
