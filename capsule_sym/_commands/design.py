@@ -63,7 +63,7 @@ def design(
     from capsule_sym._design.optimise import optimise
     from capsule_sym._design.optimum import OptimumStatus
     from capsule_sym._design.pareto import pareto
-    from capsule_sym._design.scenarios import scenarios_of
+    from capsule_sym._design.program import scenarios_of
     from capsule_sym._design.steering import steer, usual_drive
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.counts import FOLLOW, SAMPLES, SEED
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum
-from capsule_sym._design.program import Program
+from capsule_sym._design.program import Program, scenarios_of
 from capsule_sym._design.quantities import (
     Function,
     System,
@@ -25,7 +25,6 @@ from capsule_sym._design.quantities import (
     limits_of,
     real,
 )
-from capsule_sym._design.scenarios import scenarios_of
 from capsule_sym._design.survey import Survey
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, check_start, checked_seconds

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from capsule_sym._design.borders import kink_beside
 from capsule_sym._design.evaluation import agrees
 from capsule_sym._design.local import Search
-from capsule_sym._design.optimum import Optimum, OptimumStatus
+from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
 from capsule_sym._design.program import Place, Program
-from capsule_sym._design.results import failed_limits, optimum_of
 from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
 from capsule_sym._design.survey import Survey, Surveyor
 from capsule_sym._native import check_time

@@ -10,43 +10,34 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import lru_cache
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from capsule_sym._design.units import slopes_of, varied
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import is_real
 from capsule_sym._orbits.continuation.parameter_paths import Slope, arithmetic
 from capsule_sym._orbits.shooting.equations import PARAMETERS, Matrix, Vector
 from capsule_sym._parameters import (
     METRIC_UNITS,
+    UNITS,
     Parameters,
     PhysicalParameters,
     mean_power,
     names_of,
 )
-from capsule_sym.generated.facts import BOUNDS
+from capsule_sym.generated.facts import BOUNDS, DRIVEN
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
+DEVICE = PhysicalParameters.__slots__
 
 OF_DEVICE = {
-    "M_m": "kg",
-    "M_c": "kg",
-    "k1": "N/m",
-    "k2": "N/m",
-    "c": "N s/m",
-    "G": "m",
-    "P_d": "N",
-    "Omega": "rad/s",
-    "mu": "",
-    "g": "m/s^2",
-    "x_r": "m",
-    "v_r": "m/s",
-    "v_c": "m/s",
-    "x_c": "m",
-    "phase": "s",
+    **{"M_m": "kg", "M_c": "kg", "k1": "N/m", "mu": "", "g": "m/s^2"},
+    **{name: unit for name, (_, unit) in DRIVEN.items()},
+    **{name: UNITS[name].name for name in ("x_r", "v_r", "v_c", "x_c", "phase")},
 }
 """Units of a device's parameters, and of a start."""
 
@@ -80,6 +71,43 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: _plain(one) for name, one in value.items()}
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+class Slopes(NamedTuple):
+    """Derivatives by the fields of PhysicalParameters, in their order; n of them."""
+
+    parameters: Matrix
+    """Of the dimensionless parameters, shape (7, n)."""
+    length: Vector
+    """Of the logarithm of the unit of length, shape (n,)."""
+    rate: Vector
+    """Of the logarithm of the natural frequency, shape (n,)."""
+
+
+class _Varied(SimpleNamespace):
+    """A device whose fields are numbers with derivatives, with the scaling of any device."""
+
+    friction_force = PhysicalParameters.friction_force
+    natural_frequency = PhysicalParameters.natural_frequency
+    length_scale = PhysicalParameters.length_scale
+    ratios = PhysicalParameters.ratios
+    scale = PhysicalParameters.scale
+
+
+@lru_cache(maxsize=16)
+def varied(device: PhysicalParameters) -> Any:
+    """The device with derivatives by its fields, of each of them and of all units."""
+    own = zip(DEVICE, np.eye(len(DEVICE)), strict=True)
+    return _Varied(**{name: Slope(getattr(device, name), row) for name, row in own})
+
+
+@lru_cache(maxsize=16)
+def slopes_of(device: PhysicalParameters) -> Slopes:
+    """How parameters and units change with each physical parameter."""
+    own, none = varied(device), np.zeros(len(DEVICE))
+    found = [getattr(own.ratios()[name], "slope", none) for name in PARAMETERS]
+    length, rate = own.length_scale, own.natural_frequency
+    return Slopes(np.array(found), length.slope / length.value, rate.slope / rate.value)
 
 
 def dimensionless(system: System) -> Parameters:

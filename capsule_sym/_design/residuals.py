@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.measured import OF_STATE, Measured
-from capsule_sym._design.quantities import System, dimensionless, real
+from capsule_sym._design.quantities import DEVICE, System, dimensionless, real, slopes_of
 from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
-from capsule_sym._design.units import DEVICE, slopes_of
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._native import check_time

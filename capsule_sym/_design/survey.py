@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design import evaluation
-from capsule_sym._design.program import Program
+from capsule_sym._design.program import Program, Scenario
 from capsule_sym._design.quantities import System, dimensionless, of, valued
-from capsule_sym._design.scenarios import Scenario
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time, present
 from capsule_sym._parameters import Parameters

@@ -21,8 +21,8 @@ from capsule_sym import (
     simulate,
 )
 from capsule_sym._design.measured import measured
+from capsule_sym._design.quantities import DEVICE, slopes_of
 from capsule_sym._design.residuals import Problem
-from capsule_sym._design.units import DEVICE, slopes_of
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
 
