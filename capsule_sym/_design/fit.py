@@ -251,13 +251,10 @@ def _drawn(problem: Problem, low: Vector, high: Vector, count: int, seed: int) -
     if not count:
         return []
     Sobol = package("scipy.stats.qmc", "design").Sobol
-    size = np.where(problem.guess == 0.0, 1.0, np.abs(problem.guess))
-    first = np.where(
-        np.isfinite(high), low, np.where(np.isfinite(low), size / 2, problem.guess - size)
-    )
-    last = np.where(
-        np.isfinite(high), high, np.where(np.isfinite(low), 2 * size, problem.guess + size)
-    )
+    guess, bounded, above = problem.guess, np.isfinite(high), np.isfinite(low)
+    size = np.where(guess == 0.0, 1.0, np.abs(guess))
+    first = np.select([bounded, above], [low, size / 2], guess - size)
+    last = np.select([bounded, above], [high, 2 * size], guess + size)
     if "phase" in problem.unknown and not np.isfinite(high[problem.unknown.index("phase")]):
         k, system = problem.unknown.index("phase"), problem.system
         first[k] = 0.0

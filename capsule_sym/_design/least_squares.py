@@ -182,15 +182,12 @@ class Profile:
     def growth(self, at: float) -> float:
         """How far the sum has grown, in variances, where the unknown is held at a value."""
         loss, others = self.found.loss, self.others
-        full = self.found.x.copy()
-        full[self.k] = at
 
         def whole(part: Vector) -> Vector:
-            full[others] = part
-            return full
+            return np.insert(part, self.k, at)
 
         if not others.any():
-            total = loss.sum(self.problem.residuals(full))
+            total = loss.sum(self.problem.residuals(np.array([at])))
         else:
             found = package("scipy.optimize", "design").least_squares(
                 lambda part: self.problem.residuals(whole(part)),

@@ -75,8 +75,8 @@ def measured(table: Mapping[str, ArrayLike], device: PhysicalParameters | None =
         there = np.isfinite(values)
         if np.ptp(values[there]) == 0.0 if there.any() else True:
             raise InvalidInput(name, "constant" if there.any() else "empty", "a column that varies")
-        scaled = values if device is None else _dimensionless(device, name, values)
-        parts.append((times[there], np.full(there.sum(), k), scaled[there]))
+        unit = 1.0 if device is None else device.scale("x_r" if name.startswith("x") else "v_r")
+        parts.append((times[there], np.full(there.sum(), k), values[there] / unit))
     t, column, values = (np.concatenate(one) for one in zip(*parts, strict=True))
     rate = 1.0 if device is None else device.natural_frequency
     order = np.argsort(t, kind="stable")
@@ -100,13 +100,6 @@ def _refuse(name: str, values: NDArray[np.float64], bad: NDArray[np.bool_], allo
     if bad.any():
         row = int(np.argmax(bad))
         raise InvalidInput(f"{name} in row {row + 1}", float(values[row]), allowed)
-
-
-def _dimensionless(
-    device: PhysicalParameters, name: str, values: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    unit = device.displacement(1.0) if name.startswith("x") else device.velocity(1.0)
-    return values / unit
 
 
 def read_measured(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:

@@ -75,17 +75,10 @@ def optimise(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
     )
     survey = checked_survey(samples, seed, follow)
-    optimiser = Optimiser(program, named(metric))
+    optimiser = Optimiser(program)
     with Watch(checked_seconds(max_seconds)):
         optimiser.run(survey)
     return optimiser.result
-
-
-def named(metric: str | Function) -> str:
-    """A metric in words."""
-    if isinstance(metric, str):
-        return metric.replace("-per-", "_per_")
-    return str(getattr(metric, "__name__", "function"))
 
 
 def program_of(

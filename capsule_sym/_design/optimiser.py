@@ -27,9 +27,8 @@ Vector = NDArray[np.float64]
 class Optimiser:
     """One optimisation, from its survey to its result; limits of time are those around it."""
 
-    def __init__(self, program: Program, name: str) -> None:
-        self.program, self.name = program, name
-        self.surveyor = Surveyor(program, name)
+    def __init__(self, program: Program) -> None:
+        self.program, self.surveyor = program, Surveyor(program)
         self.evaluations, self.followed, self.samples = 0, 0, 0
         self.best: Place | None = None
         """The best place that was passed."""
@@ -121,11 +120,13 @@ class Optimiser:
     def told(self, status: OptimumStatus = OptimumStatus.TIME_LIMIT, message: str = "") -> Optimum:
         """The result without a place."""
         program = self.program
-        return Optimum(self.name, program.sign < 0, program.system, status=status, message=message)
+        return Optimum(
+            program.name, program.sign < 0, program.system, status=status, message=message
+        )
 
     def rough(self, place: Place) -> Optimum:
         """The result of a place that is no optimum."""
-        return optimum_of(self.program, self.name, rough(self.program, place), None)
+        return optimum_of(self.program, rough(self.program, place), None)
 
     def as_good(self, found: Optimum, best: Place) -> bool:
         """Whether an optimum is as good as the best place that is known to be feasible."""
@@ -158,10 +159,10 @@ class Optimiser:
         """The optimum where a search came to rest, if it satisfies all conditions."""
         found = stationary(self.program, places[0])
         if found is not None and self.holds(found, places[0]):
-            return optimum_of(self.program, self.name, found, None)
+            return optimum_of(self.program, found, None)
         kink = kink_beside(self.program, places)
         if kink is not None and all(map(self.confirmed, kink.sides)):
-            return optimum_of(self.program, self.name, kink.found, kink)
+            return optimum_of(self.program, kink.found, kink)
         return None
 
     def holds(self, found: Stationary, near: Place) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -139,7 +140,7 @@ class Optimum:
         )
 
 
-def optimum_of(program: Program, name: str, found: Stationary, kink: Kink | None) -> Optimum:
+def optimum_of(program: Program, found: Stationary, kink: Kink | None) -> Optimum:
     """The result of a place that was found, by words and numbers."""
     place = found.place
     system, sign, unit = program.system_at(place.u), program.sign, program.unit
@@ -158,23 +159,19 @@ def optimum_of(program: Program, name: str, found: Stationary, kink: Kink | None
     )
     if kink is not None:
         slopes = slopes - sign * unit * found.border * kink.border_by
-    slacks, multipliers = (
-        row.reshape(len(program.scenarios), -1) for row in (place.slacks, found.multipliers)
+    held = zip(
+        product(range(len(program.scenarios)), zip(program.texts, program.sizes, strict=True)),
+        place.slacks.tolist(),
+        found.multipliers.tolist(),
+        strict=True,
     )
     constraints = [
-        Constraint(
-            text=text,
-            slack=float(slacks[s, i] * size),
-            multiplier=float(multipliers[s, i] * unit / size),
-            active=bool(multipliers[s, i] > 0),
-            scenario=s,
-        )
-        for s in range(len(program.scenarios))
-        for i, (text, size) in enumerate(zip(program.texts, program.sizes, strict=True))
+        Constraint(text, slack * size, multiplier * unit / size, multiplier > 0, scenario)
+        for (scenario, (text, size)), slack, multiplier in held
     ]
     ranges = program.high - program.low
     return Optimum(
-        metric=name,
+        metric=program.name,
         maximised=sign < 0,
         system=system,
         over={name: float(getattr(system, name)) for name in program.names},

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.counts import POINTS
 from capsule_sym._design.evaluation import Motion
-from capsule_sym._design.optimise import checked_survey, named, program_of
+from capsule_sym._design.optimise import checked_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
 from capsule_sym._design.program import Program
@@ -134,7 +134,7 @@ def pareto(
         metric, over, base, maximise, subject_to, margin, starts, tolerances, progress
     )
     cost = function_of("against", against, program.system)
-    fronts = _Fronts(program, cost, (named(metric), named(against)), points)
+    fronts = _Fronts(program, cost, points)
     with Watch(checked_seconds(max_seconds)):
         fronts.run(survey)
     return fronts.result
@@ -149,12 +149,10 @@ class _Point(NamedTuple):
 
 
 class _Fronts:
-    def __init__(
-        self, program: Program, cost: Function, names: tuple[str, str], points: int
-    ) -> None:
-        self.program, self.cost, self.names, self.count = program, cost, names, points
-        self.first = Optimiser(program, names[0])
-        self.second = Optimiser(self.costs, names[1])
+    def __init__(self, program: Program, cost: Function, points: int) -> None:
+        self.program, self.cost, self.count = program, cost, points
+        self.names = program.name, self.costs.name
+        self.first, self.second = Optimiser(program), Optimiser(self.costs)
         self.bounds = np.empty(0)
         self.ends: tuple[_Point, _Point] | None = None
         self.found: list[list[_Point]] = []
@@ -259,7 +257,7 @@ class _Fronts:
                 limit_units=(*self.program.limit_units, abs(bound) or 1.0),
             )
             place = self.program.u_of(last.system)
-            point = Optimiser(program, self.names[0]).from_place(place)
+            point = Optimiser(program).from_place(place)
             if point is not None and self.whole(point):
                 # All scenarios have this bound: it is let out for all of them.
                 held = point.constraints[before :: len(program.texts)]

@@ -23,6 +23,7 @@ from capsule_sym._design.quantities import (
     System,
     dimensionless,
     dimensionless_slopes,
+    named,
     of,
     real,
     valued,
@@ -160,6 +161,11 @@ class Program:
     """Whether the limits themselves are what is optimised: the least slack is to be greatest."""
     progress: Callable[[str], object] | None = None
     """Called with what is done, in words."""
+
+    @property
+    def name(self) -> str:
+        """The metric in words."""
+        return named(self.function)
 
     def tell(self, doing: str) -> None:
         """Says what is done to who wants to know."""

@@ -213,11 +213,12 @@ def _limit(one: object, system: System) -> Limit:
         if not real(number):
             raise InvalidInput("subject_to", one, allowed)
         function = function_of("subject_to", metric, system)
-        text = f"{metric if isinstance(metric, str) else _named(metric)} {relation} {number:g}"
+        text = f"{metric if isinstance(metric, str) else named(metric)} {relation} {number:g}"
     return Limit(text, function, float(number), 1 if relation == ">=" else -1)
 
 
-def _named(function: object) -> str:
+def named(function: object) -> str:
+    """The name of a function in messages."""
     return str(getattr(function, "__name__", "function"))
 
 
@@ -228,7 +229,7 @@ def valued(
 
     Raises InvalidInput for a function that gives anything but arithmetic of the metrics.
     """
-    name = text or _named(function)
+    name = text or named(function)
     allowed = "arithmetic (+ - * / **) of the metrics and parameters that the function gets by name"
     none = math.nan, np.zeros(len(next(iter(metrics.values())).slope))
     try:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from capsule_sym._design.optimise import checked_survey, program_of
 from capsule_sym._design.optimiser import Optimiser
 from capsule_sym._design.optimum import Optimum, OptimumStatus
-from capsule_sym._design.quantities import System, record
+from capsule_sym._design.quantities import System, dimensionless, record
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
@@ -176,8 +177,7 @@ def steer(
     survey = checked_survey(samples, seed, follow)
     given = subject_to, margin, ((0.0, 0.0, 0.0),), None, progress
     forward, backward = (
-        Optimiser(program_of("velocity", bounds, system, way, *given), "velocity")
-        for way in (True, False)
+        Optimiser(program_of("velocity", bounds, system, way, *given)) for way in (True, False)
     )
     ways, done = list[_Way](), False
     with Watch(checked_seconds(max_seconds)):
@@ -185,7 +185,13 @@ def steer(
         backward.run(survey)
         if progress is not None:
             progress("the way between the drives")
-        _join(forward.result, backward.result, bounds, points, ways)
+        ends = forward.result, backward.result
+        if _unlike(*ends) is None:
+            for corner in (None, *_corners(*ends, bounds)):
+                ways.append(_Way(corner))
+                ways[-1].follow(*ends, points)
+                if ways[-1].broken is None:
+                    break
         done = True
     return _steered(forward.result, backward.result, ways, done)
 
@@ -211,44 +217,26 @@ class _Way:
     corner: Drive | None
     branches: list[Branch] = field(default_factory=list)
     broken: Break | None = None
-    whole: bool = False
 
-
-def _join(
-    forward: Optimum,
-    backward: Optimum,
-    bounds: Mapping[str, Sequence[float]],
-    points: int,
-    ways: list[_Way],
-) -> None:
-    """Try ways between two optima that drive both ways, until one is whole; adds them to `ways`."""
-    if _unlike(forward, backward) is not None:
-        return
-    for corner in (None, *_corners(forward, backward, bounds)):
-        ways.append(_Way(corner))
-        ways[-1].broken = _followed(forward, backward, points, ways[-1])
-        ways[-1].whole = ways[-1].broken is None
-        if ways[-1].whole:
-            return
-
-
-def _followed(forward: Optimum, backward: Optimum, points: int, way: _Way) -> Break | None:
-    """Follow the orbits along a way, and return where it is broken; None if it is whole."""
-    orbit, system, corner = forward.orbits[0], forward.system, way.corner
-    for target in ([corner] if corner else []) + [backward.over]:
-        branch = _stretch(orbit, _parameters(system, target), points)
-        check_time()
-        if branch is None:  # the corner is where the stretch begins
-            continue
-        way.branches.append(branch)
-        broken = _broken(branch)
-        if broken is not None:
-            return Break(corner, drive_at(system, tuple(forward.over), broken[0]), broken[1])
-        orbit = branch.points[-1].orbit
-    if not same(orbit, backward.orbits[0]):
-        why = f"the path ends on another orbit than the best, {orbit.itinerary}"
-        return Break(corner, dict(backward.over), why)
-    return None
+    def follow(self, forward: Optimum, backward: Optimum, points: int) -> None:
+        """Follows the orbits along the way between two optima, as far as they are stable."""
+        orbit, system = forward.orbits[0], forward.system
+        for target in filter(None, (self.corner, backward.over)):
+            branch = _stretch(
+                orbit, dimensionless(replace(system, **dict[str, Any](target))), points
+            )
+            check_time()
+            if branch is None:  # the corner is where the stretch begins
+                continue
+            self.branches.append(branch)
+            if (broken := _broken(branch)) is not None:
+                at = drive_at(system, tuple(forward.over), broken[0])
+                self.broken = Break(self.corner, at, broken[1])
+                return
+            orbit = branch.points[-1].orbit
+        if not same(orbit, backward.orbits[0]):
+            why = f"the path ends on another orbit than the best, {orbit.itinerary}"
+            self.broken = Break(self.corner, dict(backward.over), why)
 
 
 def _steered(forward: Optimum, backward: Optimum, ways: Sequence[_Way], done: bool) -> Steering:
@@ -261,7 +249,7 @@ def _steered(forward: Optimum, backward: Optimum, ways: Sequence[_Way], done: bo
     elif not done:
         status = SteeringStatus.TIME_LIMIT
         message = f"the time is over: of the paths that were tried {len(breaks)} are broken"
-    elif ways[-1].whole:
+    elif ways[-1].broken is None:
         shown = ways[-1]
         path = (forward.over, *([shown.corner] if shown.corner else []), backward.over)
         status = SteeringStatus.CONNECTED
@@ -290,24 +278,16 @@ def _corners(
     forward: Optimum, backward: Optimum, bounds: Mapping[str, Sequence[float]]
 ) -> Iterator[Drive]:
     """Drives that a path may go by: one value of either end, then some between the bounds."""
-    names = list(forward.over)
-    if len(names) < 2:
+    if len(forward.over) < 2:
         return
-    first, second = names
-    yield {first: forward.over[first], second: backward.over[second]}
-    yield {first: backward.over[first], second: forward.over[second]}
-    for a in _WAYS:
-        for b in _WAYS:
-            yield {
-                name: low + share * (high - low)
-                for name, share, (low, high) in zip(names, (a, b), bounds.values(), strict=True)
-            }
-
-
-def _parameters(system: System, drive: Drive) -> Parameters:
-    if isinstance(system, Parameters):
-        return system.replace(**drive)
-    return replace(system, **drive).dimensionless()
+    _, second = forward.over
+    yield forward.over | {second: backward.over[second]}
+    yield backward.over | {second: forward.over[second]}
+    for shares in product(_WAYS, repeat=2):
+        yield {
+            name: low + share * (high - low)
+            for name, share, (low, high) in zip(forward.over, shares, bounds.values(), strict=True)
+        }
 
 
 def _stretch(orbit: Orbit, target: Parameters, points: int) -> Branch | None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design import evaluation
 from capsule_sym._design.program import Program, Scenario
-from capsule_sym._design.quantities import System, dimensionless, of, valued
+from capsule_sym._design.quantities import dimensionless, of, valued
 from capsule_sym._errors import InvalidInput
 from capsule_sym._native import check_time, present
 from capsule_sym._parameters import Parameters
@@ -37,20 +37,20 @@ class Overview(NamedTuple):
     stiff: bool
     """Whether it has a stiffness somewhere."""
 
-    def flat(self, name: str, system: System) -> str:
+    def flat(self, program: Program) -> str:
         """Why no drift is possible where the metric is the same everywhere; else empty."""
         moving = self.worst[~np.isnan(self.worst)]
         found = np.unique(moving)
         one = len(moving) == 1 and 0 < abs(found[0]) < np.inf
         if len(found) != 1 or self.in_contact or one:
             return ""
-        own = isinstance(system, Parameters)
+        own = isinstance(program.system, Parameters)
         value = f"is {abs(found[0]):g}" if np.isfinite(found[0]) else "has no number"
         why = f"the mass does not reach the spring: lower {'delta' if own else 'G'} or raise "
         why += "alpha" if own else "P_d"
         if not self.stiff:
             why = f"the spring has no stiffness: raise {'beta' if own else 'k2'}"
-        return f"{name} {value} at each of {len(moving)} surveyed places: {why}"
+        return f"{program.name} {value} at each of {len(moving)} surveyed places: {why}"
 
 
 class Survey(NamedTuple):
@@ -108,8 +108,8 @@ def overview(program: Program, points: Matrix, scenarios: Sequence[Scenario]) ->
 class Surveyor:
     """A survey, and what it says of an optimisation: starts, units, and the best cell."""
 
-    def __init__(self, program: Program, name: str) -> None:
-        self.program, self.name = program, name
+    def __init__(self, program: Program) -> None:
+        self.program = program
         self.flat = ""
         """Why no place is better than another."""
         self.best: tuple[float, Vector] | None = None
@@ -123,9 +123,9 @@ class Surveyor:
         points = spread(len(self.program.names), survey.samples, survey.seed)
         first, *others = self.program.scenarios
         found = overview(self.program, points, [first])
-        if others and found.flat(self.name, self.program.system):
+        if others and found.flat(self.program):
             found, others = overview(self.program, points, [first, *others]), []
-        if reason := found.flat(self.name, self.program.system):
+        if reason := found.flat(self.program):
             self.flat = reason
             return []
         known = np.flatnonzero(np.isfinite(found.worst)).tolist()
@@ -135,7 +135,7 @@ class Surveyor:
             # A few cells may vary less than the objective does.
             slope = float(abs(self.program.by_u(place.objective_by)).max())
             if not slope and np.ptp(found.worst[known]) == 0.0:
-                told = f"{self.name} is {abs(found.worst[known[0]]):g}"
+                told = f"{self.program.name} is {abs(found.worst[known[0]]):g}"
                 self.flat = (
                     f"{told} at each of {len(known)} surveyed places, and nothing changes it"
                 )
@@ -188,7 +188,7 @@ class Surveyor:
             check_time()
             if moving.any():
                 allowed = "a function that has a finite number somewhere within the bounds"
-                raise InvalidInput("metric", self.name, allowed)
+                raise InvalidInput("metric", self.program.name, allowed)
             return
         upper, lower = np.quantile(finite, (0.75, 0.25))
         units = []

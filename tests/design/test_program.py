@@ -270,7 +270,7 @@ def test_a_survey_runs_all_scenarios_of_the_best_cells_alone(monkeypatch) -> Non
     names = ("zeta", "beta", "gamma", "f_b")
     tolerances = dict.fromkeys(names, 0.05)
     program = program_of("speed", BOUNDS, None, True, (), None, START, tolerances)
-    surveyor = Optimiser(program, "speed").surveyor
+    surveyor = Optimiser(program).surveyor
     starts = surveyor.starts(Survey(64, 0, 3))
     assert sum(runs) < 64 + 16 * 20  # of 64 * 17
     # The first is the best of all cells, each in its worst scenario.
