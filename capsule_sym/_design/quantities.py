@@ -32,7 +32,6 @@ from capsule_sym.generated.facts import BOUNDS, DRIVEN
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
-DEVICE = PhysicalParameters.__slots__
 
 OF_DEVICE = {
     **{"M_m": "kg", "M_c": "kg", "k1": "N/m", "mu": "", "g": "m/s^2"},
@@ -73,19 +72,8 @@ def _plain(value: Any) -> Any:
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
-class Slopes(NamedTuple):
-    """Derivatives by the fields of PhysicalParameters, in their order; n of them."""
-
-    parameters: Matrix
-    """Of the dimensionless parameters, shape (7, n)."""
-    length: Vector
-    """Of the logarithm of the unit of length, shape (n,)."""
-    rate: Vector
-    """Of the logarithm of the natural frequency, shape (n,)."""
-
-
 class _Varied(SimpleNamespace):
-    """A device whose fields are numbers with derivatives, with the scaling of any device."""
+    """Values that are numbers with derivatives; those of a device have its scaling."""
 
     friction_force = PhysicalParameters.friction_force
     natural_frequency = PhysicalParameters.natural_frequency
@@ -94,20 +82,10 @@ class _Varied(SimpleNamespace):
     scale = PhysicalParameters.scale
 
 
-@lru_cache(maxsize=16)
-def varied(device: PhysicalParameters) -> Any:
-    """The device with derivatives by its fields, of each of them and of all units."""
-    own = zip(DEVICE, np.eye(len(DEVICE)), strict=True)
-    return _Varied(**{name: Slope(getattr(device, name), row) for name, row in own})
-
-
-@lru_cache(maxsize=16)
-def slopes_of(device: PhysicalParameters) -> Slopes:
-    """How parameters and units change with each physical parameter."""
-    own, none = varied(device), np.zeros(len(DEVICE))
-    found = [getattr(own.ratios()[name], "slope", none) for name in PARAMETERS]
-    length, rate = own.length_scale, own.natural_frequency
-    return Slopes(np.array(found), length.slope / length.value, rate.slope / rate.value)
+def varied(values: Mapping[str, float], by: Sequence[str]) -> Any:
+    """Values by name with derivatives (k,) by k of them, as a device's with all of its units."""
+    rows, none = dict(zip(by, np.eye(len(by)), strict=True)), np.zeros(len(by))
+    return _Varied(**{name: Slope(value, rows.get(name, none)) for name, value in values.items()})
 
 
 def dimensionless(system: System) -> Parameters:
@@ -115,10 +93,14 @@ def dimensionless(system: System) -> Parameters:
     return system if isinstance(system, Parameters) else system.dimensionless()
 
 
+@lru_cache(maxsize=16)
 def dimensionless_slopes(system: System) -> Matrix:
     """Derivatives (7, k) of the dimensionless parameters by the k parameters of the system."""
-    own = isinstance(system, Parameters)
-    return np.eye(len(PARAMETERS)) if own else slopes_of(system).parameters
+    if isinstance(system, Parameters):
+        return np.eye(len(PARAMETERS))
+    names = names_of(system)
+    ratios, none = varied(values_of(system), names).ratios(), np.zeros(len(names))
+    return np.array([getattr(ratios[name], "slope", none) for name in PARAMETERS])
 
 
 def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
@@ -128,24 +110,20 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
     dimensionless, with derivatives (7,).
     """
     found = _with_derived(metrics, dimensionless(system))
-    own = {
-        name: Slope(getattr(system, name), row)
-        for name, row in zip(names_of(system), np.eye(len(names_of(system))), strict=True)
-    }
-    if isinstance(system, Parameters):
-        return found | own
-    by, device = slopes_of(system).parameters, varied(system)
-    for name, metric in found.items():
-        found[name] = Slope(metric.value, metric.slope @ by)
-        if not math.isinf(metric.value):
-            found[name] = found[name] * device.scale(name)
-    return found | own
+    own = varied(values_of(system), names_of(system))
+    if isinstance(system, PhysicalParameters):
+        by = dimensionless_slopes(system)
+        for name, metric in found.items():
+            found[name] = Slope(metric.value, metric.slope @ by)
+            if not math.isinf(metric.value):
+                found[name] = found[name] * own.scale(name)
+    every: dict[str, Slope] = found | vars(own)
+    return every
 
 
 def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slope]:
     """The dimensionless metrics, those derived from others too, by the seven parameters."""
-    rows = dict(zip(PARAMETERS, np.eye(len(PARAMETERS)), strict=True))
-    own = {name: Slope(getattr(p, name), row) for name, row in rows.items()}
+    own = vars(varied(p.to_dict(), PARAMETERS))
     velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1
     way, bound = forward * metrics["progression"], BOUNDS.get(forward)

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._design.measured import OF_STATE, Measured
-from capsule_sym._design.quantities import DEVICE, System, dimensionless, real, slopes_of
+from capsule_sym._design.quantities import System, dimensionless, real, varied
 from capsule_sym._design.sensitivities import SLOPES, START, sensitivities
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map import Trajectory, simulate
 from capsule_sym._native import check_time
-from capsule_sym._parameters import UNITS, PhysicalParameters, names_of
+from capsule_sym._orbits.continuation.parameter_paths import Slope
+from capsule_sym._parameters import PhysicalParameters, names_of
 
 OF_START = (*START, "x_c")
-_POWERS = np.array([(UNITS[name].length, UNITS[name].rate) for name in OF_START])  # of their units
 _PHASE, _OMEGA, _X_C = START.index("phase"), SLOPES.index("omega"), OF_START.index("x_c")
 _BLOCK = 2**15  # times whose derivatives, all 48 of each, are in memory at once
 _LOST = 1e3  # residual of a motion that does not reach the last of the times
@@ -181,19 +181,15 @@ class Problem:
 
         These are x_c at the start, and the logarithms of the units of length and of rate.
         """
-        system, by_length, by_rate = self.system_at(values), *np.zeros((2, len(self.unknown)))
-        if isinstance(system, PhysicalParameters):
-            names, slopes = (*DEVICE, *OF_START), slopes_of(system)
-            rows = np.vstack([slopes.parameters, slopes.length, slopes.rate])
-            rows = np.column_stack([rows, np.zeros((len(rows), len(OF_START)))])
-            *parameters, by_length, by_rate = rows[:, [names.index(one) for one in self.unknown]]
-        else:
-            parameters = [[name == one for one in self.unknown] for name in SLOPES[len(START) :]]
-        chosen = np.array([[name == one for one in self.unknown] for name in OF_START])
+        now = varied(self.now(values), self.unknown)
+        own, none = vars(now), np.zeros(len(values))
+        units = dict.fromkeys(OF_START, Slope(1.0, none))
+        if isinstance(self.system, PhysicalParameters):
+            own, units = own | now.ratios(), {name: now.scale(name) for name in OF_START}
         # The start is held in SI units: in those of the device it moves as they do.
-        by_start = chosen / run.units[:, None]
-        by_start -= run.start[:, None] * (_POWERS @ [by_length, by_rate])
-        chain = np.vstack([by_start[: len(START)], np.array(parameters, dtype=float)])
+        own |= {name: own[name] / unit for name, unit in units.items()}
+        chain = np.array([getattr(own[name], "slope", none) for name in SLOPES])
         # The phase was taken less whole periods, which depend on omega.
         chain[_PHASE] += run.whole * chain[_OMEGA]
-        return chain, by_start[_X_C], by_length, by_rate
+        by_length, by_time = (units[name].slope / units[name].value for name in ("x_c", "phase"))
+        return chain, own["x_c"].slope, by_length, -by_time

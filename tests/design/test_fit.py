@@ -21,8 +21,9 @@ from capsule_sym import (
     simulate,
 )
 from capsule_sym._design.measured import measured
-from capsule_sym._design.quantities import DEVICE, slopes_of
+from capsule_sym._design.quantities import dimensionless_slopes, values_of, varied
 from capsule_sym._design.residuals import Problem
+from capsule_sym._parameters import names_of
 from tests.design.clock import LIMIT, Clock
 from tests.sampling import many, sampled
 
@@ -57,8 +58,9 @@ def physical(device=DEVICE_TRUE, **options):
 
 def test_units_change_as_differences_say() -> None:
     for device in (DEVICE_TRUE, replace(DEVICE_TRUE, c=0.0, G=0.0, k2=0.0, P_d=0.0)):
-        slopes = slopes_of(device)
-        for column, name in enumerate(DEVICE):
+        slopes, own = dimensionless_slopes(device), varied(values_of(device), names_of(device))
+        length, rate = own.length_scale, own.natural_frequency
+        for column, name in enumerate(names_of(device)):
             value = getattr(device, name)
             step = 1e-6 * (value or 1.0)
             up, down = (
@@ -71,11 +73,11 @@ def test_units_change_as_differences_say() -> None:
                 strict=True,
             )
             change = np.array([(a - b) / width for a, b in pairs])
-            assert slopes.parameters[:, column] == pytest.approx(change, rel=1e-8, abs=1e-9)
+            assert slopes[:, column] == pytest.approx(change, rel=1e-8, abs=1e-9)
             lengths = math.log(up.length_scale / down.length_scale) / width
-            assert slopes.length[column] == pytest.approx(lengths, rel=1e-8, abs=1e-9)
+            assert length.slope[column] / length.value == pytest.approx(lengths, rel=1e-8, abs=1e-9)
             rates = math.log(up.natural_frequency / down.natural_frequency) / width
-            assert slopes.rate[column] == pytest.approx(rates, rel=1e-8, abs=1e-9)
+            assert rate.slope[column] / rate.value == pytest.approx(rates, rel=1e-8, abs=1e-9)
 
 
 @pytest.mark.parametrize("si", [False, True])
