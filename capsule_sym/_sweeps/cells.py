@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import CapsuleError, Outcome
-from capsule_sym._map import SteadyMotion, simulate
+from capsule_sym._map import simulate
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import TimeUp, Watch, core, live
 from capsule_sym._orbits.metrics.many import performance_many
@@ -65,17 +65,27 @@ def compute(part: Sweep, watch: Watch | None = None) -> Block:
         open_ = (cells.columns["outcome"] != CellOutcome.FAILED) & ~cells.closed
         for i in np.flatnonzero(open_).tolist():
             cells.guarded(i, cells.close)
-    kept = {name: cells.columns[name] for name in variables(part.compute)}
-    reasons = {str(i): cells.reasons[i] for i in sorted(cells.reasons)}
+    kept = {name: cells.columns[name][cells.back] for name in variables(part.compute)}
+    reasons = {int(cells.order[i]): reason for i, reason in cells.reasons.items()}
     return Block(
-        kept, cells.counted() if "itinerary" in part.compute else {}, reasons, KERNELS, CORE
+        kept,
+        cells.counted() if "itinerary" in part.compute else {},
+        {str(i): reasons[i] for i in sorted(reasons)},
+        KERNELS,
+        CORE,
     )
 
 
 class _Cells:
+    """The cells of a chunk in the `order` of what they share; `back` is the order that they had."""
+
     def __init__(self, part: Sweep, watch: Watch) -> None:
         self.part, self.watch = part, watch
-        self.rows, self.states, self.phases = part.columns()
+        rows, states, phases = part.columns()
+        # The core takes runs side by side that share these parameters.
+        self.order = np.lexsort([rows[:, PARAMETERS.index(name)] for name in _SHARED])
+        self.back = np.argsort(self.order)
+        self.rows, self.states, self.phases = (one[self.order] for one in (rows, states, phases))
         self.columns: dict[str, NDArray[np.generic]] = {}
         for name, v in variables().items():
             shape = (part.size, v.dimension[1]) if v.dimension else (part.size,)
@@ -105,77 +115,50 @@ class _Cells:
     def fast(self) -> NDArray[np.intp]:
         """All cells by the C core; returns those that it leaves open."""
         assert core is not None
-        count, last = self.part.size, min(self.part.periods, 2 * LONGEST)
-        # The core takes runs side by side that share these parameters.
-        order = np.lexsort([self.rows[:, PARAMETERS.index(name)] for name in _SHARED])
-        rows = np.ascontiguousarray(self.rows[order])
+        count, last, watch = self.part.size, min(self.part.periods, 2 * LONGEST), self.watch
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
         strobe = np.empty((count, last + 1, 3))
-        watch = self.watch
-        core.start_many(rows, self.states[order], self.phases[order], records, watch)
-        core.run_many(rows, records, self.part.periods - last, stops, watch=watch)
+        core.start_many(self.rows, self.states, self.phases, records, watch)
+        core.run_many(self.rows, records, self.part.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
         records["period"] = 0
-        core.run_many(rows, records, last, stops, strobe, watch=watch)
+        core.run_many(self.rows, records, last, stops, strobe, watch=watch)
         stops[ahead] = core.OPEN
         tolerance = self.part.tolerance
-        core.steady_many(rows, records, strobe, tolerance, stops, motions, switches, watch)
+        core.steady_many(self.rows, records, strobe, tolerance, stops, motions, switches, watch)
         self.look()
-        self.columns["period_number"][order] = motions["period_number"]
-        if OF_ORBIT & set(self.part.compute):
-            self.close_many(order, rows, records, motions, stops, switches)
-            self.look()
-        back = np.argsort(order)
-        records, motions, stops, switches = (
-            records[back],
-            motions[back],
-            stops[back],
-            switches[back],
-        )
-        columns = self.columns
+        columns, done, period_number = self.columns, stops == core.DONE, motions["period_number"]
+        periodic, never = period_number > 0, motions["never"] != 0
+        columns["period_number"][:] = period_number
         columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
-        period_number = motions["period_number"]
-        periodic = period_number > 0
-        columns["progression"][periodic] = (motions["advance"] / np.maximum(period_number, 1))[
-            periodic
-        ]
+        columns["progression"][periodic] = motions["advance"][periodic] / period_number[periodic]
         columns["outcome"][:] = np.where(
-            motions["never"] != 0,
+            never,
             CellOutcome.NEVER_SWITCHES,
             np.where(periodic, CellOutcome.CONVERGED, CellOutcome.NOT_PERIODIC),
         )
         codes: dict[bytes, int] = {}
-        field = motions["field"].tolist()
-        passed = motions["switches"].tolist()
-        done = (stops == core.DONE) & (periodic | (motions["never"] != 0))
-        for i in np.flatnonzero(done).tolist():
+        field, passed = motions["field"].tolist(), motions["switches"].tolist()
+        for i in np.flatnonzero(done & (periodic | never)).tolist():
             key = switches[i, : passed[i]].tobytes() or bytes([16 * field[i]])
             if key not in codes:
                 codes[key] = self.code([label // 16 for label in key])
             columns["itinerary"][i] = codes[key]
-        return np.flatnonzero(stops != core.DONE)
+        if OF_ORBIT & set(self.part.compute):
+            self.close_many(np.flatnonzero(done & periodic), switches)
+            self.look()
+        return np.flatnonzero(~done)
 
-    def close_many(
-        self,
-        order: NDArray[np.intp],
-        rows: NDArray[np.float64],
-        records: NDArray[np.void],
-        motions: NDArray[np.void],
-        stops: NDArray[np.int8],
-        switches: NDArray[np.uint8],
-    ) -> None:
-        """What is asked for of closed orbits, for the rows with a periodic motion.
+    def close_many(self, chosen: NDArray[np.intp], switches: NDArray[np.uint8]) -> None:
+        """What is asked for of closed orbits, of cells with a periodic motion.
 
-        `order` has the rows' cells. One whose orbit switches otherwise than its motion is left to
-        `close`.
+        One whose orbit switches otherwise than its motion is left to `close`.
         """
-        assert core is not None
-        chosen = np.flatnonzero((stops == core.DONE) & (motions["period_number"] > 0))
         found = performance_many(
-            rows[chosen],
-            np.stack([records[name][chosen] for name in ("x_r", "v_r", "v_c")], axis=-1),
-            motions["period_number"][chosen],
+            self.rows[chosen],
+            self.columns["final"][chosen],
+            self.columns["period_number"][chosen],
             energies="energies" in self.part.compute,
             forces="forces" in self.part.compute,
             watch=self.watch,
@@ -185,7 +168,7 @@ class _Cells:
         fields[np.arange(len(chosen)), found.records["segments"] - 1] = 0
         same = (fields == switches[chosen, : fields.shape[1]] // 16).all(axis=1)
         good = found.closed & same
-        cells, found = order[chosen[good]], found.of(good)
+        cells, found = chosen[good], found.of(good)
         self.closed[cells] = True
         self.columns["multipliers"][cells] = found.multipliers
         self.columns["lyapunov"][cells] = self.exponents(cells, found.multipliers[:, 0])
@@ -240,9 +223,8 @@ class _Cells:
             self.columns["period_number"][i] = motion.period_number
             self.columns["progression"][i] = motion.progression
         if motion is not None or never:
-            self.columns["itinerary"][i] = self.code(
-                _fields(motion) or [trajectory.segments[-1].field]
-            )
+            passed = trajectory.segments[-1:] if motion is None else motion.segments
+            self.columns["itinerary"][i] = self.code([segment.field for segment in passed])
         if never:
             outcome = CellOutcome.NEVER_SWITCHES
         elif motion is None:
@@ -271,7 +253,3 @@ class _Cells:
             value = performance(orbit)
             for name in (*VARIABLES["energies"], *VARIABLES["forces"]):
                 columns[name][i] = getattr(value, name).value
-
-
-def _fields(motion: SteadyMotion | None) -> list[int]:
-    return [segment.field for segment in motion.segments] if motion else []

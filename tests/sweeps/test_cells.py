@@ -193,7 +193,7 @@ def test_orbits_closed_by_the_core_are_those_that_python_closes(
 @needs_core
 def test_the_core_closes_nearly_every_periodic_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     left = []
-    monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(i))
+    monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(self.order[i]))
     block = compute(chart(12, 12, periods=100, chunk=(12, 12), compute=("itinerary", *ORBITS)))
     periodic = block.columns["period_number"] > 0
     assert periodic.sum() > 100
@@ -213,7 +213,7 @@ def test_a_cell_whose_orbit_switches_otherwise_is_left_to_python(
         return found
 
     monkeypatch.setattr(cells, "performance_many", other)
-    monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(i))
+    monkeypatch.setattr(cells._Cells, "close", lambda self, i: left.append(self.order[i]))
     compute(Sweep((Axis.of("alpha", [0.6, 0.9, 1.2, 1.5]),), compute=("energies",)))
     assert left == [1, 2]
 
