@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any
 
@@ -17,7 +17,10 @@ from capsule_sym._sweeps.sweep import Sweep
 from capsule_sym.generated.facts import DRIVEN
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
-_SPACINGS = {"linear": Axis.linear, "log": Axis.log}
+_SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
+    "linear": (Axis.linear, np.linspace),
+    "log": (Axis.log, np.geomspace),
+}
 
 
 def load_sweep(path: str | PathLike[str]) -> Sweep:
@@ -64,14 +67,14 @@ def _device(given: Any) -> PhysicalParameters:
 
 
 def _axis(name: str, given: Any, device: PhysicalParameters | None) -> Axis:
+    """An axis; one in SI units has the spacing of the parameter in proportion to it."""
     check_name(name)
-    if device is not None and name in DRIVEN:
-        return _in_units(device, name, given)
+    own = device if name in DRIVEN else None
     if isinstance(given, list | tuple):
-        return Axis.of(name, given)
+        return Axis.of(name, given) if own is None else Axis.of_device(own, name, given)
     if not isinstance(given, Mapping):
         raise InvalidInput(name, given, "a list of values or a table")
-    if "sobol" in given:
+    if "sobol" in given and own is None:
         _check_table(name, given, ("sobol", "count", "seed"), needed=("count", "seed"))
         ranges = given["sobol"] if device is None else _box(device, given["sobol"])
         axis = Axis.sobol(ranges, given["count"], given["seed"])
@@ -80,19 +83,13 @@ def _axis(name: str, given: Any, device: PhysicalParameters | None) -> Axis:
     spacing = given.get("spacing", "linear")
     if not isinstance(spacing, str) or spacing not in _SPACINGS:
         raise InvalidInput("spacing", spacing, f"one of {', '.join(_SPACINGS)}")
-    return _SPACINGS[spacing](name, given["from"], given["to"], given["count"])
-
-
-def _in_units(device: PhysicalParameters, name: str, given: Any) -> Axis:
-    """An axis in SI units, which has the same spacing as the parameter in proportion to it."""
-    if isinstance(given, list | tuple):
-        return Axis.of_device(device, name, given)
-    _check_table(name, given, ("from", "to", "count", "spacing"))
-    tied, factor = device.tie(name)
-    ends = {end: _scaled(given[end], factor) for end in ("from", "to") if end in given}
-    count = len(_axis(tied, {**given, **ends}, None))  # which checks them all
-    spaced = np.geomspace if given.get("spacing") == "log" else np.linspace
-    return Axis.of_device(device, name, spaced(given["from"], given["to"], count))
+    of, spaced = _SPACINGS[spacing]
+    low, high, count = given["from"], given["to"], given["count"]
+    if own is None:
+        return of(name, low, high, count)
+    tied, factor = own.tie(name)
+    of(tied, _scaled(low, factor), _scaled(high, factor), count)  # which checks them all
+    return Axis.of_device(own, name, spaced(low, high, count))
 
 
 def _scaled(value: Any, factor: float) -> Any:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view as windows
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
@@ -204,18 +205,13 @@ def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]]) -> Mask:
 def _corners(points: _Points, lattice: list[NDArray[np.intp]]) -> Mask:
     """The corners of all squares of a lattice that are mixed, or beside one that is."""
     number = points.number[np.ix_(*lattice)]
-    corners = [number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]]
-    mixed = np.pad((corners[0] != np.stack(corners[1:])).any(axis=0), 1)
-    beside = np.zeros_like(mixed)
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            beside |= np.roll(mixed, (i, j), axis=(0, 1))
-    chosen = np.zeros(number.shape, bool)
-    for i in (0, 1):
-        for j in (0, 1):
-            chosen[i : i + mixed.shape[0] - 2, j : j + mixed.shape[1] - 2] |= beside[1:-1, 1:-1]
+    # Along an axis of one value the squares are lines, with each end twice.
+    squares = windows(np.pad(number, [(0, n == 1) for n in number.shape], mode="edge"), (2, 2))
+    mixed = squares.min(axis=(2, 3)) != squares.max(axis=(2, 3))
+    beside: Mask = windows(np.pad(mixed, 1), (3, 3)).any(axis=(2, 3))
+    chosen: Mask = windows(np.pad(beside, 1), (2, 2)).any(axis=(2, 3))
     mask = np.zeros(points.number.shape, bool)
-    mask[np.ix_(*lattice)] = chosen
+    mask[np.ix_(*lattice)] = chosen[: number.shape[0], : number.shape[1]]
     return mask
 
 

@@ -69,6 +69,21 @@ def test_a_refined_chart_is_the_full_one(shape: tuple[int, int], tmp_path: Path)
         np.testing.assert_array_equal(refined["gamma"], full["gamma"])
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_chart_along_one_axis_is_refined_too(
+    first: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(execution_module, "compute", disk)
+    axes = Axis.linear("alpha", 0.0, 2.0, 97), Axis.of("gamma", [3.1])
+    sweep = Sweep(axes[first:] + axes[:first])
+    refine_sweep(sweep, tmp_path / "chart", stride=16)
+    expected = disk(sweep).columns["itinerary"].reshape(sweep.shape)
+    assert len(np.unique(expected)) == 2
+    with open_results(tmp_path / "chart") as results:
+        np.testing.assert_array_equal(results["itinerary"], expected)
+        assert results["computed"].values.mean() < 0.5
+
+
 def test_an_interrupted_refinement_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(execution_module, "compute", disk)
     sweep = Sweep((Axis.linear("alpha", 0.0, 2.0, 33), Axis.linear("gamma", 1.0, 5.0, 33)))
