@@ -208,8 +208,8 @@ def _corners(points: _Points, lattice: list[NDArray[np.intp]]) -> Mask:
     # Along an axis of one value the squares are lines, with each end twice.
     squares = windows(np.pad(number, [(0, n == 1) for n in number.shape], mode="edge"), (2, 2))
     mixed = squares.min(axis=(2, 3)) != squares.max(axis=(2, 3))
-    beside: Mask = windows(np.pad(mixed, 1), (3, 3)).any(axis=(2, 3))
-    chosen: Mask = windows(np.pad(beside, 1), (2, 2)).any(axis=(2, 3))
+    beside = windows(np.pad(mixed, 1), (3, 3)).max(axis=(2, 3))
+    chosen = windows(np.pad(beside, 1), (2, 2)).max(axis=(2, 3))
     mask = np.zeros(points.number.shape, bool)
     mask[np.ix_(*lattice)] = chosen[: number.shape[0], : number.shape[1]]
     return mask
