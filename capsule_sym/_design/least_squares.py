@@ -162,9 +162,8 @@ class Profile:
         if math.isinf(step):  # the measurements leave it open
             return float(high if step > 0 else low)
         goal = deviations**2
-        far = value + step
         for _ in range(_STRETCHES):
-            far = float(np.clip(far, low, high))
+            far = float(np.clip(value + step, low, high))
             if far == value:
                 return far
             if self.growth(far) >= goal:
@@ -176,7 +175,6 @@ class Profile:
             if far in (low, high):
                 return far
             step *= _LONGER
-            far = value + step
         return math.copysign(math.inf, deviations)
 
     def growth(self, at: float) -> float:

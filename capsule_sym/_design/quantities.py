@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import lru_cache
@@ -174,24 +175,19 @@ def limits_of(constraints: Sequence[object], system: System) -> tuple[Limit, ...
 
 def _limit(one: object, system: System) -> Limit:
     allowed = 'a text such as "peak_force <= 2", or (function, "<=" or ">=", number)'
-    if isinstance(one, str):
-        relation = next((mark for mark in ("<=", ">=") if mark in one), None)
-        left, _, right = one.partition(relation or "<=")
-        try:
-            number = float(right)
-        except ValueError:
-            number = math.nan
-        if relation is None or not math.isfinite(number):
-            raise InvalidInput("subject_to", one, allowed)
-        function, text = function_of("subject_to", left.strip(), system), one
-    else:
-        if not (isinstance(one, tuple) and len(one) == 3 and one[1] in ("<=", ">=")):
-            raise InvalidInput("subject_to", one, allowed)
-        metric, relation, number = one
-        if not real(number):
-            raise InvalidInput("subject_to", one, allowed)
-        function = function_of("subject_to", metric, system)
-        text = f"{metric if isinstance(metric, str) else named(metric)} {relation} {number:g}"
+    given, text = one, one if isinstance(one, str) else ""
+    if text:
+        relation = "<=" if "<=" in text else ">="
+        left, _, right = text.partition(relation)
+        with suppress(ValueError):
+            given = left.strip(), relation, float(right)
+    if not (isinstance(given, tuple) and len(given) == 3 and given[1] in ("<=", ">=")):
+        raise InvalidInput("subject_to", one, allowed)
+    metric, relation, number = given
+    if not real(number):
+        raise InvalidInput("subject_to", one, allowed)
+    function = function_of("subject_to", metric, system)
+    text = text or f"{metric if isinstance(metric, str) else named(metric)} {relation} {number:g}"
     return Limit(text, function, float(number), 1 if relation == ">=" else -1)
 
 

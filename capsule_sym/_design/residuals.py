@@ -138,43 +138,32 @@ class Problem:
         return _Run(None if lost else run, times, start, units, (phase - reduced) / p.omega)
 
     def _at(self, values: Vector, slopes: bool = True) -> tuple[Vector, Matrix, str]:
+        """The same as `at`, anew, block by block of the times; without slopes no Jacobian."""
         run, count = self._run(values), len(self.data.values)
         residuals, jacobian = np.full(count, _LOST), np.zeros((slopes * count, len(values)))
         for first in range(0, len(self.different) if run.trajectory else 0, _BLOCK):
             check_time()
+            assert run.trajectory is not None
             rows = slice(*np.searchsorted(self.which, (first, first + _BLOCK)))
-            self._block(values, run, slice(first, first + _BLOCK), rows, residuals, jacobian)
+            which, times = self.which[rows] - first, run.times[first : first + _BLOCK]
+            unit = np.where(self.speeds[rows], run.units[1], run.units[0])
+            found = sensitivities(run.trajectory, times) if slopes else None
+            states = run.trajectory(times, position=True) if found is None else found.states
+            states = states + run.start[_X_C] * np.eye(4)[3]
+            model = np.sum(self.rows[rows] * states[which], axis=1)
+            residuals[rows] = (unit * model - self.data.values[rows]) / self.scales[rows]
+            if found is None:
+                continue
+            chain, position, by_length, by_rate = self._chain(values, run)
+            # After a tangential switch there are none.
+            moved = np.where(np.isfinite(found.slopes), found.slopes, 0.0) @ chain
+            elapsed = self.different[first : first + _BLOCK] / run.units[_PHASE]
+            moved += found.rates[..., None] * (elapsed[:, None, None] * by_rate)
+            moved[:, 3] += position
+            by = np.einsum("nk,nkj->nj", self.rows[rows], moved[which])
+            by += model[:, None] * (by_length + self.speeds[rows, None] * by_rate)
+            jacobian[rows] = by * (unit / self.scales[rows])[:, None]
         return residuals, jacobian, run.itinerary
-
-    def _block(
-        self,
-        values: Vector,
-        run: _Run,
-        block: slice,
-        rows: slice,
-        residuals: Vector,
-        jacobian: Matrix,
-    ) -> None:
-        """Residuals of some rows, at some of the different times; of a Jacobian that has rows."""
-        assert run.trajectory is not None
-        which, times = self.which[rows] - block.start, run.times[block]
-        unit = np.where(self.speeds[rows], run.units[1], run.units[0])
-        found = sensitivities(run.trajectory, times) if len(jacobian) else None
-        states = run.trajectory(times, position=True) if found is None else found.states
-        states = states + run.start[_X_C] * np.eye(4)[3]
-        model = np.sum(self.rows[rows] * states[which], axis=1)
-        residuals[rows] = (unit * model - self.data.values[rows]) / self.scales[rows]
-        if found is None:
-            return
-        chain, position, by_length, by_rate = self._chain(values, run)
-        # After a tangential switch there are none.
-        moved = np.where(np.isfinite(found.slopes), found.slopes, 0.0) @ chain
-        elapsed = self.different[block] / run.units[_PHASE]
-        moved += found.rates[..., None] * (elapsed[:, None, None] * by_rate)
-        moved[:, 3] += position
-        by = np.einsum("nk,nkj->nj", self.rows[rows], moved[which])
-        by += model[:, None] * (by_length + self.speeds[rows, None] * by_rate)
-        jacobian[rows] = by * (unit / self.scales[rows])[:, None]
 
     def _chain(self, values: Vector, run: _Run) -> tuple[Matrix, Vector, Vector, Vector]:
         """Derivatives of SLOPES by the unknown (11, k), and of other things, each (k,).
