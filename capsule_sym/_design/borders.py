@@ -28,7 +28,7 @@ from capsule_sym._orbits.shooting.admissibility import (
     inequalities,
 )
 from capsule_sym._orbits.shooting.closed import ClosedForms
-from capsule_sym._orbits.shooting.equations import PARAMETERS
+from capsule_sym._orbits.shooting.equations import BY_TIME, PARAMETERS
 from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.orbit import Orbit
 
@@ -36,7 +36,6 @@ _NEAR = 0.05  # of the bounds: how far from the place where the search rested
 _TRIED = 3  # borders of one motion
 _BESIDE = 1e-5  # of the bounds: where the sides are looked at
 _JUMP = 100  # times what the gradient explains
-_H = 4  # column of a segment's Jacobian
 Vector = NDArray[np.float64]
 
 
@@ -84,7 +83,7 @@ def _gradient(forms: ClosedForms, orbit: Orbit, one: Inequality) -> Vector:
     rows = rows.copy()
     if not c.drift:
         rows[2, 2] = 1.0
-    rows[:, _H] = 0.0  # at a minimum its time counts for nothing
+    rows[:, BY_TIME] = 0.0  # at a minimum its time counts for nothing
     assert one.guard is not None
     return guard_by(c, one.guard, flow.closed.gap + position, v_r, flow.total(rows[:3]))
 

@@ -20,7 +20,6 @@ from capsule_sym._map import simulate
 from capsule_sym._map.drift import drifts
 from capsule_sym._map.itinerary import begun
 from capsule_sym._map.many import simulate_many
-from capsule_sym._map.segments import MODES
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._native import TimeUp, check_time, core, present
 from capsule_sym._orbits.continuation.parameter_paths import Slope
@@ -32,7 +31,7 @@ from capsule_sym._orbits.shooting.orbit import Orbit, solve_itinerary
 from capsule_sym._orbits.shooting.search import orbit_at, solve_orbit
 from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated.facts import BOUNDS
+from capsule_sym.generated.facts import BOUNDS, FIELDS
 
 _BLOCK = 64  # excitation periods after which it is first looked whether a motion has settled
 _PERIODS = 1024  # excitation periods within which it is to settle
@@ -43,7 +42,7 @@ _SAME = 1e-6  # distance of two that are one
 _SURVEYED = 100  # excitation periods before a cell of a survey is closed
 _NEUTRAL = 1e-9  # below 1, of a multiplier of which rounding leaves open if it is
 _OF_DRIFT = np.isin(METRICS, ("velocity", "progression"))
-_CONTACT = [field for field, mode in enumerate(MODES, 1) if mode.startswith("C")]
+_CONTACT = [field for field, (contact, _) in FIELDS.items() if contact]
 Vector = NDArray[np.float64]
 
 

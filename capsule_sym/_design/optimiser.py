@@ -109,7 +109,7 @@ class Optimiser:
         if self.best is not None:
             found = self.rough(self.best)
         elif self.surveyor.best is not None:
-            worst, u = self.surveyor.best
+            _, worst, u = self.surveyor.best
             system = self.program.system_at(u)
             over = {name: float(getattr(system, name)) for name in self.program.names}
             found = replace(found, system=system, over=over, value=self.program.sign * worst)

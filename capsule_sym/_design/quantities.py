@@ -29,7 +29,7 @@ from capsule_sym._parameters import (
     mean_power,
     names_of,
 )
-from capsule_sym.generated.facts import BOUNDS, DRIVEN
+from capsule_sym.generated.facts import BOUNDS, DRIVEN, STATE
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
@@ -37,7 +37,7 @@ Function = Callable[[Mapping[str, Slope]], Slope]
 OF_DEVICE = {
     **{"M_m": "kg", "M_c": "kg", "k1": "N/m", "mu": "", "g": "m/s^2"},
     **{name: unit for name, (_, unit) in DRIVEN.items()},
-    **{name: UNITS[name].name for name in ("x_r", "v_r", "v_c", "x_c", "phase")},
+    **{name: UNITS[name].name for name in (*STATE, "x_c", "phase")},
 }
 """Units of a device's parameters, and of a start."""
 

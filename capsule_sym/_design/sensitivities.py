@@ -24,10 +24,11 @@ from capsule_sym._orbits.shooting.closed import ClosedForms
 from capsule_sym._orbits.shooting.equations import BY_TIME, PARAMETERS, total
 from capsule_sym._orbits.shooting.guards import guard_by
 from capsule_sym._orbits.shooting.itinerary import contact, drift, guard_between
+from capsule_sym.generated import facts
 
-START = ("x_r", "v_r", "v_c", "phase")
+START = (*facts.STATE, "phase")
 SLOPES = (*START, *PARAMETERS)
-STATE = ("x_r", "v_r", "v_c", "x_c")
+STATE = (*facts.STATE, "x_c")
 _PHASE, _OMEGA, _X_C = SLOPES.index("phase"), SLOPES.index("omega"), STATE.index("x_c")
 
 

@@ -61,18 +61,6 @@ class Survey(NamedTuple):
     follow: int
 
 
-class _Cell(NamedTuple):
-    """A cell of a survey, in the order in which cells are taken."""
-
-    beyond: float
-    """How far it is beyond the limits."""
-    worst: float
-    """The objective, of the worst scenario; where not all are run, of the first."""
-    number: int
-    whole: bool
-    """Whether all scenarios are run."""
-
-
 def overview(program: Program, points: Matrix, scenarios: Sequence[Scenario]) -> Overview:
     """The objective and the slacks of some scenarios at points (n, k), in no units.
 
@@ -112,8 +100,8 @@ class Surveyor:
         self.program = program
         self.flat = ""
         """Why no place is better than another."""
-        self.best: tuple[float, Vector] | None = None
-        """The objective of the best cell, in the metric's own unit, and its variables."""
+        self.best: tuple[float, float, Vector] | None = None
+        """Of the best cell how far it is beyond limits, the metric in its own unit, variables."""
 
     def starts(self, survey: Survey) -> list[Vector]:
         """Where to begin: the feasible cells first, then the best, apart from each other.
@@ -154,14 +142,15 @@ class Surveyor:
         """The best of the known points in all scenarios; `found` has the first one, or all."""
         sizes = self.program.sizes[: found.slacks.shape[1]]
 
-        def ranked(worst: float, slacks: Vector, i: int, whole: bool) -> _Cell:
+        def ranked(
+            worst: float, slacks: Vector, i: int, whole: bool
+        ) -> tuple[float, float, int, bool]:
+            """A cell as cells are taken; not `whole` if only its first scenario is run."""
             beyond = max(0.0, -float((slacks / sizes).min(initial=np.inf)))
-            if whole and (self.best is None or (beyond, worst) < best[0]):
-                best[0] = beyond, worst
-                self.best = worst, points[i]
-            return _Cell(beyond, worst, i, whole)
+            if whole and (self.best is None or (beyond, worst) < self.best[:2]):
+                self.best = beyond, worst, points[i]
+            return beyond, worst, i, whole
 
-        best = [(np.inf, np.inf)]
         cells = [ranked(float(found.worst[i]), found.slacks[i], i, not others) for i in known]
         heapify(cells)
         chosen: list[Vector] = []

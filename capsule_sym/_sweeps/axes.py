@@ -16,9 +16,9 @@ from capsule_sym._map.labelled import package
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import PhysicalParameters
 from capsule_sym._sweeps.quantities import TAKEN
-from capsule_sym.generated.facts import DRIVEN, RANGES
+from capsule_sym.generated.facts import DRIVEN, RANGES, STATE
 
-START = ("x_r", "v_r", "v_c", "phase")
+START = (*STATE, "phase")
 
 _MOST_VALUES = 10**8  # of one axis, which is held in memory
 _LONGEST_NAME = 100

@@ -21,6 +21,7 @@ from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.itineraries import orbit_at_end
 from capsule_sym._sweeps.quantities import OF_ORBIT, VARIABLES, CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym.generated.facts import STATE
 from capsule_sym.generated.py import DIGEST
 
 KERNELS = DIGEST
@@ -118,7 +119,7 @@ class _Cells:
         count, last, watch = self.part.size, min(self.part.periods, 2 * LONGEST), self.watch
         records, motions = np.empty(count, core.STATE), np.zeros(count, core.MOTION)
         stops, switches = np.empty(count, np.int8), np.zeros((count, _ROOM), np.uint8)
-        strobe = np.empty((count, last + 1, 3))
+        strobe = np.empty((count, last + 1, len(STATE)))
         core.start_many(self.rows, self.states, self.phases, records, watch)
         core.run_many(self.rows, records, self.part.periods - last, stops, watch=watch)
         ahead = stops != core.DONE
@@ -131,7 +132,7 @@ class _Cells:
         columns, done, period_number = self.columns, stops == core.DONE, motions["period_number"]
         periodic, never = period_number > 0, motions["never"] != 0
         columns["period_number"][:] = period_number
-        columns["final"][:] = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
+        columns["final"][:] = np.stack([records[name] for name in STATE], axis=-1)
         columns["progression"][periodic] = motions["advance"][periodic] / period_number[periodic]
         columns["outcome"][:] = np.where(
             never,

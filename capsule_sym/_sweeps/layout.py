@@ -15,6 +15,7 @@ from zarr.errors import ZarrUserWarning
 
 import capsule_sym
 from capsule_sym._parameters import UNITS
+from capsule_sym._sweeps.axes import START
 from capsule_sym._sweeps.cells import CORE, KERNELS
 from capsule_sym._sweeps.quantities import CellOutcome, variables
 from capsule_sym._sweeps.sweep import Sweep
@@ -97,8 +98,7 @@ def described(sweep: Sweep, origin: dict[str, Any], cores: Iterable[str] = ()) -
     """What is the same for all cells of a sweep, as attributes of its results."""
     fixed = {
         **sweep.parameters.to_dict(),
-        **dict(zip(("x_r", "v_r", "v_c"), sweep.state, strict=True)),
-        "phase": sweep.phase,
+        **dict(zip(START, (*sweep.state, sweep.phase), strict=True)),
     }
     varied = {quantity for axis in sweep.axes for quantity in axis.quantities}
     return {
@@ -115,7 +115,7 @@ def arrays(group: zarr.Group, sweep: Sweep) -> dict[str, Any]:
     """Empty arrays for all results of a sweep."""
     arrays = {}
     for name, v in variables(sweep.compute).items():
-        attributes: dict[str, Any] = {"units": v.unit, "long_name": v.meaning}
+        attributes: dict[str, Any] = {"units": "1", "long_name": v.meaning}
         if sweep.device is not None and name in UNITS:
             attributes |= {"si_units": UNITS[name].name, "si_scale": sweep.device.scale(name)}
         if name == "outcome":

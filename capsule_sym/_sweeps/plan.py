@@ -14,7 +14,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters, PhysicalParameters, read_toml
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym.generated.facts import DRIVEN
+from capsule_sym.generated.facts import DRIVEN, STATE
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
 _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
@@ -53,7 +53,7 @@ def read_plan(plan: Mapping[str, Any]) -> Sweep:
     return Sweep(
         tuple(_axis(name, given, device) for name, given in axes.items()),
         Parameters(**parameters),
-        tuple(start.get(name, 0.0) for name in START[:3]),
+        tuple(start.get(name, 0.0) for name in STATE),
         start.get("phase", 0.0),
         device=device,
         **{name: plan[name] for name in _SETTINGS if name in plan},

@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from enum import IntEnum
 from typing import NamedTuple
 
+from capsule_sym.generated.facts import STATE
+
 
 class CellOutcome(IntEnum):
     """How the run of a cell ended."""
@@ -25,46 +27,41 @@ class CellOutcome(IntEnum):
 
 
 class Variable(NamedTuple):
-    """A result of each cell: its type, its own dimension if it has one, unit and meaning."""
+    """A result of each cell, dimensionless: its type, meaning, and own dimension if it has one."""
 
     dtype: str
-    dimension: tuple[str, int] | None
-    unit: str
     meaning: str
+    dimension: tuple[str, int] | None = None
 
 
-OUTCOME = {"outcome": Variable("i1", None, "1", "how the run of the cell ended")}
+OUTCOME = {"outcome": Variable("i1", "how the run of the cell ended")}
 VARIABLES = {
     "itinerary": {
-        "itinerary": Variable(
-            "i8", None, "1", "fields of one period of the motion, as a 48-bit code"
-        ),
-        "period_number": Variable("i2", None, "1", "excitation periods of the motion, 0 if none"),
+        "itinerary": Variable("i8", "fields of one period of the motion, as a 48-bit code"),
+        "period_number": Variable("i2", "excitation periods of the motion, 0 if none"),
     },
-    "progression": {
-        "progression": Variable("f8", None, "1", "advance of x_c per excitation period"),
-    },
+    "progression": {"progression": Variable("f8", "advance of x_c per excitation period")},
     "final": {
-        "final": Variable("f8", ("component", 3), "1", "x_r, v_r and v_c at the end of the run"),
+        "final": Variable(
+            "f8", "x_r, v_r and v_c at the end of the run", ("component", len(STATE))
+        ),
     },
     "multipliers": {
         "multipliers": Variable(
-            "c16", ("multiplier", 3), "1", "multipliers of the closed orbit, largest first"
+            "c16", "multipliers of the closed orbit, largest first", ("multiplier", len(STATE))
         ),
     },
     "energies": {
-        "velocity": Variable("f8", None, "1", "average velocity of the capsule"),
-        "work": Variable("f8", None, "1", "work of the drive per excitation period"),
-        "damper_loss": Variable("f8", None, "1", "energy lost in the damper, likewise"),
-        "friction_loss": Variable("f8", None, "1", "energy lost by friction, likewise"),
+        "velocity": Variable("f8", "average velocity of the capsule"),
+        "work": Variable("f8", "work of the drive per excitation period"),
+        "damper_loss": Variable("f8", "energy lost in the damper, likewise"),
+        "friction_loss": Variable("f8", "energy lost by friction, likewise"),
     },
     "forces": {
-        "peak_force": Variable("f8", None, "1", "largest force between the bodies"),
-        "peak_contact": Variable("f8", None, "1", "largest force of the second spring"),
+        "peak_force": Variable("f8", "largest force between the bodies"),
+        "peak_contact": Variable("f8", "largest force of the second spring"),
     },
-    "lyapunov": {
-        "lyapunov": Variable("f8", None, "1", "largest Lyapunov exponent, per unit of time"),
-    },
+    "lyapunov": {"lyapunov": Variable("f8", "largest Lyapunov exponent, per unit of time")},
 }
 QUANTITIES = tuple(VARIABLES)
 """What can be computed of a cell. An itinerary comes with its period number, energies with the

@@ -158,8 +158,9 @@ class Sweep:
                 table[..., (*PARAMETERS, *START).index(quantity)] = axis.values[:, i].reshape(
                     across
                 )
-        flat = table.reshape(self.size, -1)
-        return flat[:, :7].copy(), flat[:, 7:10].copy(), flat[:, 10].copy()
+        ends = len(PARAMETERS), len(PARAMETERS) + len(START) - 1
+        rows, states, phases = np.split(table.reshape(self.size, -1), ends, axis=1)
+        return rows.copy(), states.copy(), phases[:, 0].copy()
 
     def record(self) -> dict[str, Any]:
         """The sweep in plain values: two sweeps with one record give the same results."""

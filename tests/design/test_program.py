@@ -283,7 +283,7 @@ def test_a_survey_runs_all_scenarios_of_the_best_cells_alone(monkeypatch) -> Non
     best = int(np.nanargmax(worst))
     assert np.array_equal(starts[0], cells[best])
     assert surveyor.best is not None
-    assert -surveyor.best[0] == pytest.approx(worst[best], rel=1e-12)
+    assert -surveyor.best[1] == pytest.approx(worst[best], rel=1e-12)
 
 
 @pytest.mark.parametrize("at", ["survey", "search 1", "search 2"])
