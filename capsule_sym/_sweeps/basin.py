@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,7 +17,7 @@ from capsule_sym._orbits.shooting.stability import floquet_multipliers
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps import itineraries
 from capsule_sym._sweeps.axes import START
-from capsule_sym._sweeps.execution import Settings, Summary, run_then
+from capsule_sym._sweeps.execution import Summary, run_sweep
 from capsule_sym._sweeps.itineraries import NotSolved, orbit_at_end
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.quantities import ATTRACTOR
@@ -78,19 +78,26 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
                 raise InvalidInput("axis", quantity, f"one of {', '.join(START)} for a basin")
     if sweep.size > _MOST_CELLS:
         raise InvalidInput("cells", sweep.size, f"at most {_MOST_CELLS} for a basin")
-    sweep = replace(sweep, compute=_QUANTITIES)
-    found = Basin((), np.empty(0, np.int16))
+    given = {one.name: getattr(sweep, one.name) for one in fields(Sweep)}
+    over = _OverStarts(**given | {"compute": _QUANTITIES})
+    return run_sweep(over, store, **how), over.found
 
-    def identified() -> dict[str, Added]:
-        nonlocal found
+
+@dataclass(frozen=True, eq=False)
+class _OverStarts(Sweep):
+    """A sweep over starts, and in the end the basin that it has found."""
+
+    kind = "basin"
+    found: Basin = field(default=Basin((), np.empty(0, np.int16)), init=False)
+
+    def further(self, store: Path) -> dict[str, Any]:
+        """The number of each cell's attractor."""
         with open_results(store) as results:
-            found = identify(sweep.parameters, results)
+            found = identify(self.parameters, results)
+        object.__setattr__(self, "found", found)
         meaning = f"attractor of the cell, the most frequent first; {NONE} for none"
         records = [attractor.record() for attractor in found.attractors]
         return {ATTRACTOR: Added(found.numbers, {"long_name": meaning, "attractors": records})}
-
-    summary = run_then(sweep, Path(store), "basin", identified, Settings(**how))
-    return summary, found
 
 
 def identify(parameters: Parameters, results: xr.Dataset) -> Basin:

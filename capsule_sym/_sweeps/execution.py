@@ -18,14 +18,13 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count, checked_seconds
 from capsule_sym._native import TimeUp, Watch, check_time, present
 from capsule_sym._processes import deferred, processors
 from capsule_sym._sweeps.cells import Block
-from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
@@ -132,48 +131,19 @@ def run_sweep(
     on KeyboardInterrupt, which says how much that is, and after `max_seconds`, when chunks under
     way are given up and the status is "time-limit".
     """
-    how = Settings(executor, workers, resume, any_core, command, progress, max_seconds)
-    return run_then(sweep, Path(store), "sweep", dict, how)
-
-
-class Settings(NamedTuple):
-    """How a sweep is run: the arguments of `run_sweep` that do not change its results."""
-
-    executor: str | Executor = "threads"
-    workers: int | None = None
-    resume: bool = False
-    any_core: bool = False
-    command: str = ""
-    progress: Progress = lambda done, total: None
-    max_seconds: float = math.inf
-
-
-def run_then(
-    sweep: Sweep, path: Path, kind: str, last: Callable[[], dict[str, Added]], how: Settings
-) -> Summary:
-    """`run_sweep`, and when all cells are there further results, by `last` from the store."""
-    count = processors() if how.workers is None else how.workers
+    path, count = Path(store), processors() if workers is None else workers
     check_count("workers", count, most=MOST_WORKERS)
-    if not isinstance(how.executor, Executor) and how.executor not in KINDS:
-        raise InvalidInput("executor", how.executor, f"an executor, or one of {', '.join(KINDS)}")
-    limit = Watch(checked_seconds(how.max_seconds))
+    if not isinstance(executor, Executor) and executor not in KINDS:
+        raise InvalidInput("executor", executor, f"an executor, or one of {', '.join(KINDS)}")
+    limit = Watch(checked_seconds(max_seconds))
     begin, work, finished = perf_counter(), None, False
+    to_store = opened(path, sweep, resume=resume, command=command, any_core=any_core)
     try:
-        with (
-            limit,
-            opened(
-                path,
-                sweep,
-                resume=how.resume,
-                command=how.command,
-                kind=kind,
-                any_core=how.any_core,
-            ) as to,
-        ):
+        with limit, to_store as to:
             damaged = len(to.check.chunks) + len(to.check.files)
-            work = _Run(to, count, how.progress)
-            work.all(how.executor)
-            to.finish(last())
+            work = _Run(to, count, progress)
+            work.all(executor)
+            to.finish(sweep.further(path))
             finished = True
     except KeyboardInterrupt:
         if work is None:

@@ -59,7 +59,7 @@ class Store:
         self.held: Held
         self._staged: dict[str, Any] = {}
 
-    def create(self, kind: str, command: str) -> None:
+    def create(self, command: str) -> None:
         """Lays out an empty store; `sweep.json` comes last and says that it is whole."""
         for name in (RESULTS, CHUNKS):
             remove(self.path / name)
@@ -67,7 +67,7 @@ class Store:
         lay(self.results, self.sweep, origin)
         self._describe(
             {
-                "kind": kind,
+                "kind": self.sweep.kind,
                 "sweep": self.sweep.record(),
                 "provenance": origin,
                 "files": checksums(self.results),
@@ -168,7 +168,6 @@ def opened(
     *,
     resume: bool,
     command: str,
-    kind: str = "sweep",
     any_core: bool = False,
 ) -> Iterator[Store]:
     """The store of a sweep for one run: a new one, or with `resume` one that was begun.
@@ -191,11 +190,11 @@ def opened(
         if begun:
             if not resume:
                 raise InvalidInput("store", str(path), "new, or continued with --resume")
-            _check_same(path, sweep, kind, any_core)
+            _check_same(path, sweep, any_core)
         with writing(path):
             remove(store.partial)
             if not begun:
-                store.create(kind, command)
+                store.create(command)
         if begun:
             store.mend()
         yield store
@@ -259,9 +258,9 @@ def _is_begun(path: Path) -> bool:
     return False
 
 
-def _check_same(path: Path, sweep: Sweep, kind: str, any_core: bool) -> None:
+def _check_same(path: Path, sweep: Sweep, any_core: bool) -> None:
     there = Held(path).head
-    for name, value in {"kind": kind, **sweep.record()}.items():
+    for name, value in {"kind": sweep.kind, **sweep.record()}.items():
         before = {"kind": there["kind"], **there["sweep"]}.get(name)
         if before != value:
             raise InvalidInput(name, value, f"{before!r}, as in {path}")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,9 @@ class Sweep:
     say in `si_scale` and `si_units` what they are multiplied with for SI units. Raises InvalidInput
     for any value that is not allowed.
     """
+
+    kind: ClassVar[str] = "sweep"
+    """What its store is."""
 
     axes: tuple[Axis, ...]
     parameters: Parameters = field(default_factory=Parameters)
@@ -161,6 +165,10 @@ class Sweep:
         ends = len(PARAMETERS), len(PARAMETERS) + len(START) - 1
         rows, states, phases = np.split(table.reshape(self.size, -1), ends, axis=1)
         return rows.copy(), states.copy(), phases[:, 0].copy()
+
+    def further(self, store: Path) -> dict[str, Any]:
+        """Results of all cells, each `Added`, that are computed from the others in the end."""
+        return {}
 
     def record(self) -> dict[str, Any]:
         """The sweep in plain values: two sweeps with one record give the same results."""
