@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._design.evaluation import Motion
 from capsule_sym._design.program import Place, Program
-from capsule_sym._design.stationary import SOLVED, Border, Stationary, stationary
+from capsule_sym._design.stationary import Border, Stationary, stationary
 from capsule_sym._map.backend import backend
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.admissibility import (
@@ -109,9 +109,7 @@ def kink_beside(program: Program, places: Sequence[Place]) -> Kink | None:
     for which, inequality, orbits in _candidates(program, places):
         border = border_of(program, which, inequality)
         found = stationary(program, best, border, orbits)
-        if found is None or not (found.residual < SOLVED and found.minimal):
-            continue
-        if abs(found.place.u - best.u).max() < _NEAR:
+        if found and found.minimal and abs(found.place.u - best.u).max() < _NEAR:
             kink = _seen_from_both(program, found, which, border(found.place)[1])
             if kink is not None:
                 return kink

@@ -13,7 +13,7 @@ from capsule_sym._design.evaluation import agrees
 from capsule_sym._design.local import Search
 from capsule_sym._design.optimum import Optimum, OptimumStatus, failed_limits, optimum_of
 from capsule_sym._design.program import Place, Program
-from capsule_sym._design.stationary import SOLVED, Stationary, rough, stationary
+from capsule_sym._design.stationary import Stationary, rough, stationary
 from capsule_sym._design.survey import Survey, Surveyor
 from capsule_sym._native import check_time
 
@@ -169,8 +169,7 @@ class Optimiser:
         """Whether a stationary place is an optimum that the map realises, next to another place."""
         place = found.place
         return (
-            found.residual < SOLVED
-            and found.minimal
+            found.minimal
             and not place.beyond
             and place.worst <= near.worst + _WORSE
             and all(motion.admissible for motion in place.motions)

@@ -13,7 +13,7 @@ import numpy as np
 from capsule_sym._design.borders import Kink, reached
 from capsule_sym._design.program import KEPT, WHOLE, Place, Program
 from capsule_sym._design.quantities import System, of, record, values_of
-from capsule_sym._design.stationary import SOLVED, Stationary
+from capsule_sym._design.stationary import Stationary
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters, names_of
 
@@ -150,7 +150,7 @@ def optimum_of(program: Program, found: Stationary, kink: Kink | None) -> Optimu
     if kink is not None:
         status = OptimumStatus.OPTIMAL_AT_BORDER
         message = "an optimum on a border: the gradients of both sides point to it"
-    elif not (found.residual < SOLVED and found.minimal):
+    elif not found.minimal:
         status = OptimumStatus.NOT_CONVERGED
         message = "the best that was found does not satisfy the conditions of an optimum"
     whole = program.at(place.u, place.motions, WHOLE)

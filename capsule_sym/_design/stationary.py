@@ -34,8 +34,7 @@ _ENOUGH = 1e-12
 _SLOW = 0.1  # of the residual before: slopes that make it no smaller are taken anew
 _REACH = 0.1  # of the bounds, that a step moves a variable at most
 _HOPELESS = 0.5  # a residual from which Newton's method is not tried
-SOLVED = 1e-9
-"""Largest residual of what counts as an optimum."""
+_SOLVED = 1e-9  # largest residual of what counts as an optimum
 _ROUNDING = 1e-9  # below which a multiplier's sign is not looked at
 _FLAT = 1e-6  # below which a negative curvature counts as none
 
@@ -185,7 +184,7 @@ class _Conditions:
             wrong &= state.multipliers == state.multipliers[wrong].min(initial=0.0)  # one by one
             loose = pull < -_ROUNDING
             if not (np.any(wrong | beyond) or np.any(loose)):
-                minimal = abs(self.residual(state)).max() < SOLVED and self.curved(state)
+                minimal = abs(self.residual(state)).max() < _SOLVED and self.curved(state)
                 return self.told(state, pull, minimal)
             self.active = (self.active & ~wrong) | beyond
             self.side = np.where(loose, 0, self.side)
