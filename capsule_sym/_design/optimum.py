@@ -160,7 +160,9 @@ def optimum_of(program: Program, found: Stationary, kink: Kink | None) -> Optimu
     if kink is not None:
         slopes = slopes - sign * unit * found.border * kink.border_by
     held = zip(
-        product(range(len(program.scenarios)), zip(program.texts, program.sizes, strict=True)),
+        product(
+            range(len(program.scenarios)), zip(program.texts, program.sizes.tolist(), strict=True)
+        ),
         place.slacks.tolist(),
         found.multipliers.tolist(),
         strict=True,
