@@ -255,20 +255,16 @@ def survey(systems: Sequence[Parameters], state: Sequence[float]) -> list[dict[s
                     metrics[i] = _named(np.array(row), none)
             return metrics
         ended = simulate_many(rows, state, periods=_SURVEYED, max_seconds=present().left)
+        left = np.flatnonzero(ended.success)
         for period_number in (1, 2):
-            left = np.array(
-                [i for i, one in enumerate(metrics) if not one and ended.success[i]], int
-            )
-            if not len(left):
-                break
             found = performance_many(rows[left], ended.states[left], period_number)
             values, multipliers = found.values, abs(found.multipliers[:, 0])
             still = ~_drifting(rows[left], found.fields, values, multipliers)
             values[still[:, None] & _OF_DRIFT] = 0.0
-            stable = found.closed & (multipliers < 1)
-            for i, row, good in zip(left.tolist(), values, stable, strict=True):
-                if good and np.all(np.isfinite(row)):
-                    metrics[i] = _named(row, none)
+            good = found.closed & (multipliers < 1) & np.isfinite(values).all(axis=1)
+            for i, row in zip(left[good].tolist(), values[good], strict=True):
+                metrics[i] = _named(row, none)
+            left = left[~good]
     return metrics
 
 

@@ -92,8 +92,7 @@ class Axis:
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
-        low, high = _ends(name, low, high)
-        check_count("count", count, most=_MOST_VALUES)
+        low, high = _ends(name, low, high, count)
         return cls.of(name, np.linspace(low, high, count))
 
     @classmethod
@@ -102,8 +101,7 @@ class Axis:
 
         Raises InvalidInput for a quantity, ends or a count that are not allowed.
         """
-        low, high = _ends(name, low, high)
-        check_count("count", count, most=_MOST_VALUES)
+        low, high = _ends(name, low, high, count)
         if not (low > 0 and high > 0):
             raise InvalidInput(name, (low, high), "> 0 for a logarithmic axis")
         values = np.geomspace(low, high, count)
@@ -183,12 +181,13 @@ def _range(quantity: object) -> tuple[float, float]:
     return RANGES.get(quantity, (0.0 if quantity == "phase" else -1e20, 1e20))
 
 
-def _ends(name: str, low: object, high: object) -> tuple[float, float]:
+def _ends(name: str, low: object, high: object, count: int = 1) -> tuple[float, float]:
     """Both ends of an axis as floats; raises InvalidInput for values that are not allowed."""
     least, most = _range(name)
     for value in (low, high):
         if not is_real(value) or not least <= value <= most:
             raise InvalidInput(name, value, _within(least, most))
+    check_count("count", count, most=_MOST_VALUES)
     return float(low), float(high)  # type: ignore[arg-type]
 
 

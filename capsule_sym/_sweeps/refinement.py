@@ -40,25 +40,15 @@ Mask = NDArray[np.bool_]
 class Chart(Ended):
     """A refined chart: the share of its points that were computed, and what each round did.
 
-    `damaged` is the number of damaged parts that were found and made again.
+    `damaged` is the number of damaged parts that were found and made again, `outcomes` has numbers
+    of computed points by the outcome's name; `finished` tells that no round ran out of time.
     """
 
     fraction: float
     rounds: tuple[Summary, ...]
     damaged: int
-
-    @property
-    def finished(self) -> bool:  # type: ignore[override]
-        """Whether no round ended at the limit of time."""
-        return all(one.finished for one in self.rounds)
-
-    @property
-    def outcomes(self) -> dict[str, int]:  # type: ignore[override]
-        """Numbers of computed points by the outcome's name."""
-        total = Counter[str]()
-        for one in self.rounds:
-            total.update(one.outcomes)
-        return dict(total)
+    outcomes: dict[str, int]
+    finished: bool
 
     @property
     def statistics(self) -> dict[str, Any]:
@@ -180,8 +170,16 @@ class _Points:
     def chart(self) -> Chart:
         """What was computed so far."""
         damaged = sum(s.damaged for s in self.summaries) + len(damaged_in_chart(self.store))
-        points = sum(sum(s.outcomes.values()) for s in self.summaries)
-        return Chart(points / self.sweep.size, tuple(self.summaries), damaged)
+        outcomes = Counter[str]()
+        for one in self.summaries:
+            outcomes.update(one.outcomes)
+        return Chart(
+            fraction=outcomes.total() / self.sweep.size,
+            rounds=tuple(self.summaries),
+            damaged=damaged,
+            outcomes=dict(outcomes),
+            finished=all(one.finished for one in self.summaries),
+        )
 
     def write(self) -> None:
         """Writes the labels of all points to the store."""
@@ -196,9 +194,10 @@ class _Points:
         write_chart(self.store, self.sweep, columns, self.texts, sorted(self.cores), about)
 
 
-def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]]) -> Mask:
+def _where(shape: tuple[int, ...], lattice: list[NDArray[np.intp]], chosen: Any = True) -> Mask:
+    """The points of a lattice that are chosen, all of them if not told otherwise."""
     mask = np.zeros(shape, bool)
-    mask[np.ix_(*lattice)] = True
+    mask[np.ix_(*lattice)] = chosen
     return mask
 
 
@@ -210,9 +209,8 @@ def _corners(points: _Points, lattice: list[NDArray[np.intp]]) -> Mask:
     mixed = squares.min(axis=(2, 3)) != squares.max(axis=(2, 3))
     beside = windows(np.pad(mixed, 1), (3, 3)).max(axis=(2, 3))
     chosen = windows(np.pad(beside, 1), (2, 2)).max(axis=(2, 3))
-    mask = np.zeros(points.number.shape, bool)
-    mask[np.ix_(*lattice)] = chosen[: number.shape[0], : number.shape[1]]
-    return mask
+    chosen = chosen[: number.shape[0], : number.shape[1]]
+    return _where(points.number.shape, lattice, chosen)
 
 
 def _halved(lines: NDArray[np.intp]) -> NDArray[np.intp]:
