@@ -31,7 +31,7 @@ _MOST_FRAMES = 2000
 
 def animate(
     result: Motion,
-    path: Path,
+    path: str | Path,
     *,
     periods: int | None = None,
     colours: Colours = "safe",
@@ -45,6 +45,7 @@ def animate(
     `periods` of a run, or over the orbit; in SI units with a `device`. Raises InvalidInput for
     another ending, without ffmpeg for an MP4, and for a path that cannot be written.
     """
+    path = Path(path)
     writer, units = _writer(path), Units.of_motion(device, result.parameters)
     drawn = cycle(result) if periods is None else arcs(result, periods)
     time, x_r, v_r, x_c = (

@@ -51,7 +51,7 @@ def plot_bifurcations(
     these. Drawn into three `axes`, without the labels, if they are given; in SI units with the
     `device` whose excitation amplitude, frequency, gap, damping or second spring varies.
     """
-    units = Units(device)
+    units = units_of(record, device)
     record = in_units(record, units)
     with figure_style():
         figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
@@ -81,6 +81,11 @@ def shared(record: Record) -> dict[str, Any]:
     known = orbit.get("parameters", {})
     values = {k: v for k, v in known.items() if k != record["parameter"]}
     return {"parameters": values, "parameter": record["parameter"]}
+
+
+def units_of(record: Record, device: PhysicalParameters | None) -> Units:
+    """Units of a branch; raises InvalidInput where its orbits are those of another device."""
+    return Units.of_known(device, shared(record)["parameters"])
 
 
 def span(record: Record) -> tuple[float, float]:

@@ -13,12 +13,12 @@ from capsule_sym._figures.branches import (
     name_bifurcations,
     shared,
     span,
+    units_of,
 )
 from capsule_sym._figures.layout import add_key
 from capsule_sym._figures.pages import axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import SEAMLESS, column_edges, describe, figure_style
-from capsule_sym._figures.units import Units
 from capsule_sym._parameters import PhysicalParameters
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def plot_energies(
     Drawn into two `axes`, without the names, if they are given; in SI units with a `device`, as by
     `plot_bifurcations`.
     """
-    units = Units(device)
+    units = units_of(record, device)
     record = in_units(record, units)
     points = [point for point in record["points"] if point["energy"]]
     values = np.array([point["value"] for point in points])

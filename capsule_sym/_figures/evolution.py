@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.branches import Record, in_units, name_bifurcations
+from capsule_sym._figures.branches import Record, in_units, name_bifurcations, units_of
 from capsule_sym._figures.layout import NARROW, add_key, fit_view
 from capsule_sym._figures.pages import axes_for, canvas
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
@@ -100,7 +100,9 @@ def plot_itineraries(
     with figure_style():
         alone = axes is None
         figure, axes = axes_for(axes, width, 2.9)
-        units = Units(device)
+        units = units_of(record, device)
+        for motion in motions:
+            Units.of_motion(device, motion.parameters)
         record = in_units(record, units)
         draw_itineraries(motions, axes, colours, units)
         for one in record["bifurcations"]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from capsule_sym._errors import InvalidInput
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -12,10 +14,10 @@ def plot(result: Any, **options: Any) -> Figure:
     """The figure that shows a result at a glance.
 
     A `Trajectory` or an `Orbit` gives its displacements and phase portrait, a `Branch` the
-    bifurcation diagram. Options are those of `plot_motion` and `plot_bifurcations`. Raises
-    InvalidInput for anything else.
+    bifurcation diagram, a `Fit` its residuals, a `Front` and a `Steering` their curves. Options are
+    those of `plot_motion`, `plot_bifurcations`, `plot_residuals`, `plot_front` and
+    `plot_steering`. Raises InvalidInput for anything else.
     """
-    from capsule_sym._errors import InvalidInput
     from capsule_sym._figures.branches import plot_bifurcations
     from capsule_sym._figures.portraits import plot_motion
     from capsule_sym._map import Trajectory
@@ -27,4 +29,18 @@ def plot(result: Any, **options: Any) -> Figure:
         return plot_motion(result, **options)
     if isinstance(result, Branch):
         return plot_bifurcations(branch_record(result), **options)
-    raise InvalidInput("result", type(result).__name__, "a Trajectory, an Orbit or a Branch")
+
+    from capsule_sym._design.fit import Fit
+    from capsule_sym._design.pareto import Front
+    from capsule_sym._design.steering import Steering
+    from capsule_sym._figures import design
+
+    if isinstance(result, Fit):
+        return design.plot_residuals(result, **options)
+    if isinstance(result, Front):
+        return design.plot_front(result, **options)
+    if isinstance(result, Steering):
+        return design.plot_steering(result, **options)
+    allowed = "a Trajectory, an Orbit, a Branch, a Fit, a Front or a Steering"
+    others = "sweeps are drawn by plot_chart, plot_basin and plot_pareto"
+    raise InvalidInput("result", type(result).__name__, f"{allowed}; {others}")

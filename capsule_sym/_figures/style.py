@@ -146,7 +146,7 @@ def describe(drawn: Figure | SubFigure, title: str, **about: Any) -> Figure:
     return figure
 
 
-def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None:
+def save_figure(figure: Figure, path: str | Path, *, dpi: float | None = None) -> None:
     """Write a figure as PNG, SVG or PDF, by the ending of the path; equal figures, equal bytes.
 
     What the figure shows is in the file's metadata: `Title`, and `Description` (PDF: `Subject`), a
@@ -154,7 +154,7 @@ def save_figure(figure: Figure, path: Path, *, dpi: float | None = None) -> None
     what is dots in the others. Raises InvalidInput for another ending or resolution, and for a
     path that cannot be written.
     """
-    kind = check_ending(path)
+    kind = check_ending(Path(path))
     check_resolution(dpi)
     with figure_style():
         drawn = BytesIO()  # a file that cannot be written is none of matplotlib's business

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.style import LABELS
@@ -30,10 +32,15 @@ class Units:
     @classmethod
     def of_motion(cls, device: PhysicalParameters | None, parameters: Parameters) -> Units:
         """Units of a motion; raises InvalidInput unless its frequency and mass ratio are those."""
+        return cls.of_known(device, parameters.to_dict())
+
+    @classmethod
+    def of_known(cls, device: PhysicalParameters | None, known: Mapping[str, Any]) -> Units:
+        """The same of motions of which these parameters are known, the varied ones left out."""
         if device is not None:
             own = device.dimensionless()
             for name in ("omega", "gamma", "f_b"):
-                value, allowed = getattr(parameters, name), getattr(own, name)
+                value, allowed = float(known.get(name, getattr(own, name))), getattr(own, name)
                 if not math.isclose(value, allowed, rel_tol=1e-9):
                     raise InvalidInput(name, value, f"{allowed:.9g}, as of the device")
         return cls(device)

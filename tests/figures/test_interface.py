@@ -11,6 +11,7 @@ import pytest
 from capsule_sym import InvalidInput, NotInstalled, figure_style, plot, plot_motion, save_figure
 from capsule_sym._figures.pages import new_figure
 from capsule_sym._figures.sizes import COLUMN, PAGE
+from tests.figures.test_parts import fitted
 
 
 def test_matplotlib_is_imported_when_something_is_drawn() -> None:
@@ -35,8 +36,14 @@ def test_plot_draws_what_it_is_given(settled, branch) -> None:
         assert right.get_xlabel().startswith("relative displacement")
     followed = plot(continue_orbit(orbit, "alpha", 1.21, points=2))
     assert followed.axes[2].get_xlim() == (1.2, 1.21)
-    with pytest.raises(InvalidInput, match="result = 'str': must be a Trajectory, an Orbit"):
+    with pytest.raises(InvalidInput, match=r"result = 'str': must be a Traj.*are drawn by plot_ch"):
         plot("alpha")
+
+
+def test_plot_draws_a_fit() -> None:
+    x_c, x_m = plot(fitted(), width=4.0).axes
+    assert x_c.get_ylabel() == "x_c, residual over noise"
+    assert x_m.get_ylabel() == "x_m, residual over noise"
 
 
 def test_the_users_settings_are_left_alone(settled) -> None:
@@ -65,6 +72,8 @@ def test_equal_figures_are_equal_files(tmp_path: Path, kind: str) -> None:
         figure.legend()
         save_figure(figure, tmp_path / f"{name}.{kind}")
     assert (tmp_path / f"one.{kind}").read_bytes().startswith(MAGIC[kind])
+    save_figure(figure, str(tmp_path / f"named.{kind}"))  # a name will do as well
+    assert (tmp_path / f"named.{kind}").read_bytes() == (tmp_path / f"one.{kind}").read_bytes()
     assert (tmp_path / f"one.{kind}").read_bytes() == (tmp_path / f"two.{kind}").read_bytes()
 
 

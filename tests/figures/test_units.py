@@ -97,6 +97,23 @@ def test_branches_are_in_si_units() -> None:
     assert work.get_ydata()[0] == pytest.approx(3.0 * FORCE * LENGTH * 1e3)
 
 
+def test_a_branch_is_that_of_the_device(run) -> None:
+    own = DEVICE.dimensionless()
+    (first, *rest) = SMALL["points"]
+    for field, draw in (
+        ("gamma", plot_bifurcations),
+        ("omega", plot_energies),
+        ("f_b", lambda record, device: plot_itineraries([run], record, device=device)),
+    ):
+        known = own.replace(**{field: 3.5}).to_dict()
+        record = {**SMALL, "parameter": "alpha", "points": [{**first, "parameters": known}, *rest]}
+        with pytest.raises(InvalidInput, match=rf"{field} = 3\.5: must be .*, as of the device"):
+            draw(record, device=DEVICE)
+    other = simulate(own.replace(gamma=4.0), periods=64)
+    with pytest.raises(InvalidInput, match=r"gamma = 4\.0"):
+        plot_itineraries([run, other], {**SMALL, "parameter": "alpha"}, device=DEVICE)
+
+
 def test_itineraries_are_over_the_force(run) -> None:
     other = simulate(DEVICE.dimensionless().replace(alpha=1.0), periods=64)
     record = {**SMALL, "parameter": "alpha"}
