@@ -29,6 +29,7 @@ _LARGEST = 1.3  # displacement of the mass in the drawing
 _MOST_FRAMES = 2000
 
 
+@figure_style()
 def animate(
     result: Motion,
     path: str | Path,
@@ -58,32 +59,31 @@ def animate(
     instants = time[0] + duration * np.arange(count) / count
     scale = _LARGEST / max(float(np.max(abs(x_r))), 1e-300)
     travelled = scale * (x_c - x_c[0])
-    with figure_style():
-        figure = new_figure(width, 0.46 * width)
-        left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
-        right = figure.add_axes((0.66, 0.15, 0.32, 0.66))
-        ground(left, -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max()))
-        plot_phase_portrait(result, right, periods=periods, colours=colours, device=device)
-        if device is None:
-            right.set(xlabel="$x_r$", ylabel="$v_r$")
-        add_key(figure, field_handles(figure, colours))
-        (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
-        shown: list[Any] = []
-        try:
-            with whole(path) as part, writer.saving(figure, str(part), dpi):
-                for instant in instants:
-                    for artist in shown:
-                        artist.remove()
-                    at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
-                    field = int(fields[np.searchsorted(time, instant, side="right") - 1])
-                    frame = Frame(at, scale * here, scale * result.parameters.delta)
-                    shown = draw_capsule(left, frame, field_colour(field, colours))
-                    fast = float(np.interp(instant, time, v_r))
-                    dot.set_data([here * units.scale("x_r")], [fast * units.scale("v_r")])
-                    writer.grab_frame()
-        except CalledProcessError as error:
-            allowed = f"writable by ffmpeg, which ended with status {error.returncode}"
-            raise InvalidInput("out", str(path), allowed) from error
+    figure = new_figure(width, 0.46 * width)
+    left = figure.add_axes((0.01, 0.02, 0.56, 0.8))
+    right = figure.add_axes((0.66, 0.15, 0.32, 0.66))
+    ground(left, -3.2 + min(0.0, travelled.min()), 3.2 + max(0.0, travelled.max()))
+    plot_phase_portrait(result, right, periods=periods, colours=colours, device=device)
+    if device is None:
+        right.set(xlabel="$x_r$", ylabel="$v_r$")
+    add_key(figure, field_handles(figure, colours))
+    (dot,) = right.plot([], [], "o", color="black", markersize=5, zorder=9)
+    shown: list[Any] = []
+    try:
+        with whole(path) as part, writer.saving(figure, str(part), dpi):
+            for instant in instants:
+                for artist in shown:
+                    artist.remove()
+                at, here = (float(np.interp(instant, time, of)) for of in (travelled, x_r))
+                field = int(fields[np.searchsorted(time, instant, side="right") - 1])
+                frame = Frame(at, scale * here, scale * result.parameters.delta)
+                shown = draw_capsule(left, frame, field_colour(field, colours))
+                fast = float(np.interp(instant, time, v_r))
+                dot.set_data([here * units.scale("x_r")], [fast * units.scale("v_r")])
+                writer.grab_frame()
+    except CalledProcessError as error:
+        allowed = f"writable by ffmpeg, which ended with status {error.returncode}"
+        raise InvalidInput("out", str(path), allowed) from error
 
 
 def _writer(path: Path) -> AbstractMovieWriter:

@@ -38,6 +38,7 @@ _LEADER: dict[str, Any] = {"arrowstyle": "-", "color": "0.6", "linewidth": 0.5}
 _LEADER |= {"relpos": (0.5, 0.0), "shrinkA": 0, "shrinkB": 0}
 
 
+@figure_style()
 def plot_bifurcations(
     record: Record,
     *,
@@ -53,26 +54,25 @@ def plot_bifurcations(
     """
     units = units_of(record, device)
     record = in_units(record, units)
-    with figure_style():
-        figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
-        for row, index, label in (
-            (rows[0], 0, units.label("x_r", "stroboscopic $x_r$", "strobed displacement")),
-            (rows[1], 1, units.label("v_r", "stroboscopic $v_r$", "strobed velocity")),
-        ):
-            for place in range(max(len(p["stroboscopic"]) for p in record["points"])):
-                _curve(record, row, lambda p, at=place, i=index: _strobe(p, at, i))
-            _markers(record, row, lambda p, i=index: p["stroboscopic"][0][i])
-            row.set_ylabel(label)
-        _curve(record, rows[2], lambda p: p["average_velocity"])
-        _markers(record, rows[2], lambda p: p["average_velocity"])
-        rows[2].set_ylabel(units.label("velocity"))
-        rows[2].set_xlabel(units.label(record["parameter"]))
-        rows[2].set_xlim(*span(record))
-        for row in rows:
-            mark_bifurcations(record, row)
-        if axes is None:
-            name_bifurcations(record, rows[0], units)
-        return describe(figure, "Bifurcation diagram", **shared(record))
+    figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
+    for row, index, label in (
+        (rows[0], 0, units.label("x_r", "stroboscopic $x_r$", "strobed displacement")),
+        (rows[1], 1, units.label("v_r", "stroboscopic $v_r$", "strobed velocity")),
+    ):
+        for place in range(max(len(p["stroboscopic"]) for p in record["points"])):
+            _curve(record, row, lambda p, at=place, i=index: _strobe(p, at, i))
+        _markers(record, row, lambda p, i=index: p["stroboscopic"][0][i])
+        row.set_ylabel(label)
+    _curve(record, rows[2], lambda p: p["average_velocity"])
+    _markers(record, rows[2], lambda p: p["average_velocity"])
+    rows[2].set_ylabel(units.label("velocity"))
+    rows[2].set_xlabel(units.label(record["parameter"]))
+    rows[2].set_xlim(*span(record))
+    for row in rows:
+        mark_bifurcations(record, row)
+    if axes is None:
+        name_bifurcations(record, rows[0], units)
+    return describe(figure, "Bifurcation diagram", **shared(record))
 
 
 def shared(record: Record) -> dict[str, Any]:

@@ -55,6 +55,7 @@ def plot_chart(
     return draw_regions(plane, regions, curves, levels=levels, width=width, axes=axes)
 
 
+@figure_style()
 def draw_regions(
     plane: Plane,
     regions: Sequence[Region],
@@ -65,23 +66,22 @@ def draw_regions(
     axes: Axes | None = None,
 ) -> Figure:
     """A `plot_chart` of given regions."""
-    with figure_style():
-        alone = axes is None
-        figure, axes = axes_for(axes, width, 4.2)
-        axes.set(xlim=plane.x, ylim=plane.y)
-        axes.set_xlabel(named(plane.first))
-        axes.set_ylabel(named(plane.second))
-        _fill(axes, regions)
-        for level in levels:
-            axes.axhline(level, color="0.2", linewidth=0.5, linestyle=(0, (6, 4)))
-        for curve in curves:
-            _draw_curve(axes, curve, plane)
-        if alone:
-            _legend(figure, axes, regions)
-        names = Names(figure)
-        _name_regions(axes, plane, regions, names)
-        names.settle()
-        return describe(figure, "Itineraries over two parameters", **plane._asdict())
+    alone = axes is None
+    figure, axes = axes_for(axes, width, 4.2)
+    axes.set(xlim=plane.x, ylim=plane.y)
+    axes.set_xlabel(named(plane.first))
+    axes.set_ylabel(named(plane.second))
+    _fill(axes, regions)
+    for level in levels:
+        axes.axhline(level, color="0.2", linewidth=0.5, linestyle=(0, (6, 4)))
+    for curve in curves:
+        _draw_curve(axes, curve, plane)
+    if alone:
+        _legend(figure, axes, regions)
+    names = Names(figure)
+    _name_regions(axes, plane, regions, names)
+    names.settle()
+    return describe(figure, "Itineraries over two parameters", **plane._asdict())
 
 
 def by_area(plane: Plane, regions: Sequence[Region]) -> list[str]:

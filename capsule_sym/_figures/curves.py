@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@figure_style()
 def plot_curves(
     record: Mapping[str, Any], *, width: float = PAGE, axes: Axes | None = None
 ) -> Figure:
@@ -31,35 +32,34 @@ def plot_curves(
     if not curves:
         raise InvalidInput("curves", curves, "one at least")
     first, second = curves[0]["parameters"]
-    with figure_style():
-        alone = axes is None
-        figure, axes = axes_for(axes, width, 3.3)
-        shown, places = set(), dict[tuple[float, float], str]()
-        for curve in curves:
-            kind = curve["type"]
-            colour, dashes = CURVES.get(kind, OTHER_CURVE)
-            points = curve["points"]
-            x, y = ([point[name] for point in points] for name in (first, second))
-            axes.plot(x, y, linestyle=dashes, color=colour, label=None if kind in shown else kind)
-            shown.add(kind)
-            for one in curve["codimension_two"]:
-                # A point that two curves have is one point.
-                place = round(one[first], 9), round(one[second], 9)
-                places.setdefault(place, " and ".join(dict.fromkeys(one["types"])))
-        draw_points(axes, [x for x, _ in places], [y for _, y in places], "_nolegend_")
-        axes.margins(x=0.04, y=0.1)
-        axes.set_xlabel(named(first))
-        axes.set_ylabel(named(second))
-        stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
-        if alone:
-            add_key(figure, axes.get_legend_handles_labels()[0])
-            kinds: dict[str, list[str]] = {}
-            for place, text in places.items():
-                kinds.setdefault(text, []).append(stand[place])
-            words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
-            add_words(figure, [*words, said(first, second)])
-        names = Names(figure)
-        for place, label in stand.items():
-            names.beside(axes, [place], label, fontsize=6)
-        names.settle()
-        return describe(figure, "Curves of bifurcations")
+    alone = axes is None
+    figure, axes = axes_for(axes, width, 3.3)
+    shown, places = set(), dict[tuple[float, float], str]()
+    for curve in curves:
+        kind = curve["type"]
+        colour, dashes = CURVES.get(kind, OTHER_CURVE)
+        points = curve["points"]
+        x, y = ([point[name] for point in points] for name in (first, second))
+        axes.plot(x, y, linestyle=dashes, color=colour, label=None if kind in shown else kind)
+        shown.add(kind)
+        for one in curve["codimension_two"]:
+            # A point that two curves have is one point.
+            place = round(one[first], 9), round(one[second], 9)
+            places.setdefault(place, " and ".join(dict.fromkeys(one["types"])))
+    draw_points(axes, [x for x, _ in places], [y for _, y in places], "_nolegend_")
+    axes.margins(x=0.04, y=0.1)
+    axes.set_xlabel(named(first))
+    axes.set_ylabel(named(second))
+    stand = {place: f"C{number}" for number, place in enumerate(places, 1)}
+    if alone:
+        add_key(figure, axes.get_legend_handles_labels()[0])
+        kinds: dict[str, list[str]] = {}
+        for place, text in places.items():
+            kinds.setdefault(text, []).append(stand[place])
+        words = [f"{', '.join(own)}  {text}" for text, own in kinds.items()]
+        add_words(figure, [*words, said(first, second)])
+    names = Names(figure)
+    for place, label in stand.items():
+        names.beside(axes, [place], label, fontsize=6)
+    names.settle()
+    return describe(figure, "Curves of bifurcations")

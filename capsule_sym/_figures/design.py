@@ -32,29 +32,30 @@ def _label(name: str, system: Any) -> str:
     return f"{told} ({unit})" if unit else told
 
 
+@figure_style()
 def plot_front(front: Front, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """A Pareto front: the first metric over the second, a dot for each optimum.
 
     `front` is what `pareto` gives. Drawn into `axes` if they are given.
     """
     system = front.points[0].system if front.points else None
-    with figure_style():
-        figure, axes = axes_for(axes, width, 0.6 * width)
-        axes.plot(front.costs, front.values, "-", color=STABLE)
-        kinds = {
-            "optimal": ("o", STABLE, "optimum"),
-            "optimal-at-border": ("s", UNSTABLE, "optimum at the border of two itineraries"),
-        }
-        for status in dict.fromkeys(str(point.status) for point in front.points):
-            chosen = [str(point.status) == status for point in front.points]
-            mark, colour, label = kinds.get(status, ("x", "0.4", "not proved an optimum"))
-            axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
-        axes.set_ylabel(_label(front.metrics[0], system))
-        axes.set_xlabel(_label(front.metrics[1], system))
-        axes.legend(loc="best")
-        return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
+    figure, axes = axes_for(axes, width, 0.6 * width)
+    axes.plot(front.costs, front.values, "-", color=STABLE)
+    kinds = {
+        "optimal": ("o", STABLE, "optimum"),
+        "optimal-at-border": ("s", UNSTABLE, "optimum at the border of two itineraries"),
+    }
+    for status in dict.fromkeys(str(point.status) for point in front.points):
+        chosen = [str(point.status) == status for point in front.points]
+        mark, colour, label = kinds.get(status, ("x", "0.4", "not proved an optimum"))
+        axes.plot(front.costs[chosen], front.values[chosen], mark, color=colour, label=label)
+    axes.set_ylabel(_label(front.metrics[0], system))
+    axes.set_xlabel(_label(front.metrics[1], system))
+    axes.legend(loc="best")
+    return describe(figure, f"Pareto front of {front.metrics[0]} and {front.metrics[1]}")
 
 
+@figure_style()
 def plot_steering(
     steering: Steering, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
@@ -71,23 +72,23 @@ def plot_steering(
     steps = np.linalg.norm(np.diff(drives, axis=0) / np.where(spans > 0, spans, 1.0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)]) if count else np.zeros(0)
     share = along / along[-1] if count > 1 and along[-1] > 0 else along
-    with figure_style():
-        page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
-        upper, middle, lower = page.subplots(3, sharex=True)
-        upper.plot(share, columns["velocity"], color=STABLE)
-        upper.axhline(0.0, color="0.6", linewidth=0.6)
-        upper.set_ylabel(_label("velocity", system))
-        for place, name in enumerate(steering.names):
-            row = middle if place == 0 else middle.twinx()
-            row.plot(share, columns[name], color=SERIES[place])
-            row.set_ylabel(_label(name, system), color=SERIES[place])
-        lower.plot(share, columns["largest_multiplier"], color=UNSTABLE)
-        lower.axhline(1.0, color="0.6", linewidth=0.6)
-        lower.set_ylabel("largest multiplier")
-        lower.set_xlabel("share of the path, from forward to backward")
-        return describe(page, "From the best drive forward to the best backward")
+    page = canvas(figure, width, max(4.2, 0.75 * width), layout="constrained")
+    upper, middle, lower = page.subplots(3, sharex=True)
+    upper.plot(share, columns["velocity"], color=STABLE)
+    upper.axhline(0.0, color="0.6", linewidth=0.6)
+    upper.set_ylabel(_label("velocity", system))
+    for place, name in enumerate(steering.names):
+        row = middle if place == 0 else middle.twinx()
+        row.plot(share, columns[name], color=SERIES[place])
+        row.set_ylabel(_label(name, system), color=SERIES[place])
+    lower.plot(share, columns["largest_multiplier"], color=UNSTABLE)
+    lower.axhline(1.0, color="0.6", linewidth=0.6)
+    lower.set_ylabel("largest multiplier")
+    lower.set_xlabel("share of the path, from forward to backward")
+    return describe(page, "From the best drive forward to the best backward")
 
 
+@figure_style()
 def plot_residuals(
     fit: Fit, *, width: float = PAGE, figure: Figure | SubFigure | None = None
 ) -> Figure:
@@ -98,16 +99,15 @@ def plot_residuals(
     """
     data, system = fit.problem.data, fit.system
     noise = fit.noise or 1.0
-    with figure_style():
-        height = max(1.5, 0.2 * width) * len(data.names) + 0.4
-        page = canvas(figure, width, height, layout="constrained")
-        rows = page.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
-        for place, (row, name) in enumerate(zip(rows, data.names, strict=True)):
-            chosen = data.column == place
-            row.axhspan(-2, 2, color="0.93", linewidth=0)
-            row.axhspan(-1, 1, color="0.86", linewidth=0)
-            row.plot(data.times[chosen], fit.residuals[chosen] / noise, ".", color=SERIES[place])
-            row.set_ylabel(f"{name}, residual over noise")
-        unit = "s" if isinstance(system, PhysicalParameters) else "dimensionless"
-        rows[-1].set_xlabel(f"time ({unit})")
-        return describe(page, "Residuals of a fit", status=str(fit.status))
+    height = max(1.5, 0.2 * width) * len(data.names) + 0.4
+    page = canvas(figure, width, height, layout="constrained")
+    rows = page.subplots(len(data.names), sharex=True, squeeze=False)[:, 0]
+    for place, (row, name) in enumerate(zip(rows, data.names, strict=True)):
+        chosen = data.column == place
+        row.axhspan(-2, 2, color="0.93", linewidth=0)
+        row.axhspan(-1, 1, color="0.86", linewidth=0)
+        row.plot(data.times[chosen], fit.residuals[chosen] / noise, ".", color=SERIES[place])
+        row.set_ylabel(f"{name}, residual over noise")
+    unit = "s" if isinstance(system, PhysicalParameters) else "dimensionless"
+    rows[-1].set_xlabel(f"time ({unit})")
+    return describe(page, "Residuals of a fit", status=str(fit.status))

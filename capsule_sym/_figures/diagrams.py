@@ -31,6 +31,7 @@ QUANTITIES = (*_STATES, *_MEANS)
 _ROOM = 0.03, 0.05  # of the axes, within which labels are written as one
 
 
+@figure_style()
 def plot_diagram(
     record: Record | Sequence[Record],
     quantity: str = "x_r",
@@ -53,27 +54,26 @@ def plot_diagram(
         raise InvalidInput("parameter", parameters, "the same of all branches")
     branches = [branch for one in records for branch in (one, *one["switched"])]
     colours = [SERIES[k % len(SERIES)] for k in range(len(branches))]
-    with figure_style():
-        alone = axes is None
-        figure, axes = axes_for(axes, width, 3.3)
-        for branch, colour, name in zip(branches, colours, _names(records), strict=True):
-            _curves(axes, branch, quantity, colour, name)
-        drawn = {point["stable"] for branch in branches for point in branch["points"]}
-        for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
-            if stable in drawn:
-                axes.plot([], [], style, color="0.4", label=name)
-        axes.margins(x=0.04, y=0.1)
-        axes.set_xlabel(named(parameters[0]))
-        label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
-        axes.set_ylabel(label)
-        if alone:
-            add_key(figure, axes.get_legend_handles_labels()[0])
-            add_words(figure, [*_kinds(branches), said(*parameters)])
-        names = Names(figure)
-        for branch, colour in zip(branches, colours, strict=True):
-            _labels(axes, branch, quantity, colour, names)
-        names.settle()
-        return describe(figure, "Branches of periodic orbits", **shared(records[0]))
+    alone = axes is None
+    figure, axes = axes_for(axes, width, 3.3)
+    for branch, colour, name in zip(branches, colours, _names(records), strict=True):
+        _curves(axes, branch, quantity, colour, name)
+    drawn = {point["stable"] for branch in branches for point in branch["points"]}
+    for style, name, stable in (("-", "stable", True), ("--", "unstable", False)):
+        if stable in drawn:
+            axes.plot([], [], style, color="0.4", label=name)
+    axes.margins(x=0.04, y=0.1)
+    axes.set_xlabel(named(parameters[0]))
+    label = f"stroboscopic ${quantity}$" if quantity in _STATES else LABELS[quantity]
+    axes.set_ylabel(label)
+    if alone:
+        add_key(figure, axes.get_legend_handles_labels()[0])
+        add_words(figure, [*_kinds(branches), said(*parameters)])
+    names = Names(figure)
+    for branch, colour in zip(branches, colours, strict=True):
+        _labels(axes, branch, quantity, colour, names)
+    names.settle()
+    return describe(figure, "Branches of periodic orbits", **shared(records[0]))
 
 
 def _names(records: Sequence[Record]) -> list[str]:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 DAMPER, FRICTION, WORK = "#56B4E9", "#E69F00", "black"
 
 
+@figure_style()
 def plot_energies(
     record: Record,
     *,
@@ -52,27 +53,26 @@ def plot_energies(
         np.array([point["energy"][name] for point in points])
         for name in ("work", "damper_loss", "friction_loss")
     )
-    with figure_style():
-        rows = {"height_ratios": (1.6, 1)}
-        figure, (upper, lower) = axes_for(axes, width, 3.4, nrows=2, sharex=True, gridspec_kw=rows)
-        edges = column_edges(values)
-        left, wide = edges[:-1], np.diff(edges)
-        bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
-        upper.bar(left, damper, wide, color=DAMPER, label="lost in the damper", **bars)
-        upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
-        upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
-        upper.set_ylabel(units.label("work", "energy per period"))
-        if axes is None:
-            add_key(figure, upper.get_legend_handles_labels()[0])
-        else:
-            upper.legend(loc="upper left")
-        with np.errstate(invalid="ignore"):
-            lower.plot(values, friction / work, color=FRICTION)
-        lower.set_ylabel("share of friction")
-        lower.set_xlabel(units.label(record["parameter"]))
-        lower.set_xlim(*span(record))
-        for row in (upper, lower):
-            mark_bifurcations(record, row)
-        if axes is None:
-            name_bifurcations(record, upper, units)
-        return describe(figure, "Where the work of a period goes", **shared(record))
+    rows = {"height_ratios": (1.6, 1)}
+    figure, (upper, lower) = axes_for(axes, width, 3.4, nrows=2, sharex=True, gridspec_kw=rows)
+    edges = column_edges(values)
+    left, wide = edges[:-1], np.diff(edges)
+    bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
+    upper.bar(left, damper, wide, color=DAMPER, label="lost in the damper", **bars)
+    upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
+    upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
+    upper.set_ylabel(units.label("work", "energy per period"))
+    if axes is None:
+        add_key(figure, upper.get_legend_handles_labels()[0])
+    else:
+        upper.legend(loc="upper left")
+    with np.errstate(invalid="ignore"):
+        lower.plot(values, friction / work, color=FRICTION)
+    lower.set_ylabel("share of friction")
+    lower.set_xlabel(units.label(record["parameter"]))
+    lower.set_xlim(*span(record))
+    for row in (upper, lower):
+        mark_bifurcations(record, row)
+    if axes is None:
+        name_bifurcations(record, upper, units)
+    return describe(figure, "Where the work of a period goes", **shared(record))

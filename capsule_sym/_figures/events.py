@@ -31,6 +31,7 @@ _STYLES: dict[int, Any] = {
 }  # below, at and above the bifurcation
 
 
+@figure_style()
 def plot_events(
     events: Sequence[Event],
     motions: Sequence[Sequence[Motion]],
@@ -44,35 +45,34 @@ def plot_events(
     Fig. 8 with the events `CROSSINGS`, Fig. 9 with `SLIDINGS`; the motions of an event are those
     at its `alphas`, in their order. Drawn into `figure`, a figure or a part of one, if it is given.
     """
-    with figure_style():
-        columns = across(width, 2.5, 2)
-        rows = 2 * len(events) // columns
-        page = canvas(figure, width, rows * (0.47 * width / columns + 0.3))
-        names = Names(page)
-        grid = page.add_gridspec(
-            rows, columns, left=0, right=1, bottom=0, top=1, wspace=0.02, hspace=0.04
-        )
-        for row, (event, group) in enumerate(zip(events, motions, strict=True)):
-            drawn = [cycle(motion) for motion in group]
-            parameters = group[0].parameters
-            whole = box_of([arc for one in drawn for arc in one])
-            middle = drawn[event.alphas.index(event.middle)]
-            close = whole.around(nearest(middle, event, parameters), event.zoom)
-            for column, box in enumerate((whole, close)):
-                place = divmod(2 * row + column, columns)
-                axes = add_space(page, grid[place], box)
-                draw_space(parameters, axes, box, colours)
-                for one, alpha in zip(drawn, event.alphas, strict=True):
-                    style = _STYLES[int(np.sign(alpha - event.middle))]
-                    draw_arcs(one, axes, colours, style, width=1.3 if style == "-" else 0.9)
-                _name_lines(axes, parameters, box, names)
-                letter = "abcdefgh"[2 * row + column]
-                title = _title(event, group) if column == 0 else "magnified"
-                fit_view(axes, axes.set_title(f"({letter})  {title}", loc="left", y=1.0))
-        add_key(page, [*field_handles(page, colours), *_style_handles(events)])
-        names.settle()
-        system = motions[0][0].parameters
-        return describe(page, "Motions around bifurcations", parameters=system)
+    columns = across(width, 2.5, 2)
+    rows = 2 * len(events) // columns
+    page = canvas(figure, width, rows * (0.47 * width / columns + 0.3))
+    names = Names(page)
+    grid = page.add_gridspec(
+        rows, columns, left=0, right=1, bottom=0, top=1, wspace=0.02, hspace=0.04
+    )
+    for row, (event, group) in enumerate(zip(events, motions, strict=True)):
+        drawn = [cycle(motion) for motion in group]
+        parameters = group[0].parameters
+        whole = box_of([arc for one in drawn for arc in one])
+        middle = drawn[event.alphas.index(event.middle)]
+        close = whole.around(nearest(middle, event, parameters), event.zoom)
+        for column, box in enumerate((whole, close)):
+            place = divmod(2 * row + column, columns)
+            axes = add_space(page, grid[place], box)
+            draw_space(parameters, axes, box, colours)
+            for one, alpha in zip(drawn, event.alphas, strict=True):
+                style = _STYLES[int(np.sign(alpha - event.middle))]
+                draw_arcs(one, axes, colours, style, width=1.3 if style == "-" else 0.9)
+            _name_lines(axes, parameters, box, names)
+            letter = "abcdefgh"[2 * row + column]
+            title = _title(event, group) if column == 0 else "magnified"
+            fit_view(axes, axes.set_title(f"({letter})  {title}", loc="left", y=1.0))
+    add_key(page, [*field_handles(page, colours), *_style_handles(events)])
+    names.settle()
+    system = motions[0][0].parameters
+    return describe(page, "Motions around bifurcations", parameters=system)
 
 
 def _title(event: Event, group: Sequence[Motion]) -> str:

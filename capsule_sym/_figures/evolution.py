@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 
+@figure_style()
 def plot_fig6(
     motions: Sequence[Motion],
     heavy: Sequence[Motion] = (),
@@ -44,44 +45,44 @@ def plot_fig6(
 
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
-    with figure_style():
-        page = canvas(figure, width, 0.6 * width)
-        axes: Any = page.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", computed_zorder=False)
-        axes.view_init(20, -62)
-        axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
-        # The least alpha is nearest to the eye, and so is drawn last.
-        widths = [(motion, 0.5) for motion in motions] + [(motion, 1.4) for motion in heavy]
-        widths.sort(key=lambda pair: -pair[0].parameters.alpha)
-        for level, (motion, wide) in enumerate(widths):
-            alpha, settled = motion.parameters.alpha, is_periodic(motion)
-            for arc in cycle(motion):
-                colour = field_colour(arc.field, colours) if settled else "0.6"
-                depth = np.full_like(arc.x_r, alpha)
-                axes.plot(
-                    arc.x_r,
-                    depth,
-                    arc.v_r,
-                    color=colour,
-                    lw=wide,
-                    zorder=level,
-                    label=f"_F{arc.field}" if settled else "_not periodic",
-                )
-        # Words would take a column from the motions.
-        named = LABELS if width > NARROW else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
-        axes.set_xlabel(named["x_r"], labelpad=-4)
-        axes.set_ylabel(named["alpha"], labelpad=6 if width > NARROW else -4)
-        axes.set_zlabel(named["v_r"], labelpad=-6)
-        axes.tick_params(pad=-2)
-        axes.locator_params(nbins=9 if width > NARROW else 5)
-        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-            axis.pane.set_visible(False)
-            axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
-        fit_view(axes)
-        add_key(page, field_handles(page, colours) + unsettled_handles(motions))
-        system = motions[0].parameters
-        return describe(page, "Phase trajectories over the amplitude", parameters=system)
+    page = canvas(figure, width, 0.6 * width)
+    axes: Any = page.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", computed_zorder=False)
+    axes.view_init(20, -62)
+    axes.set_box_aspect((1.0, 1.9, 0.8), zoom=1.2)
+    # The least alpha is nearest to the eye, and so is drawn last.
+    widths = [(motion, 0.5) for motion in motions] + [(motion, 1.4) for motion in heavy]
+    widths.sort(key=lambda pair: -pair[0].parameters.alpha)
+    for level, (motion, wide) in enumerate(widths):
+        alpha, settled = motion.parameters.alpha, is_periodic(motion)
+        for arc in cycle(motion):
+            colour = field_colour(arc.field, colours) if settled else "0.6"
+            depth = np.full_like(arc.x_r, alpha)
+            axes.plot(
+                arc.x_r,
+                depth,
+                arc.v_r,
+                color=colour,
+                lw=wide,
+                zorder=level,
+                label=f"_F{arc.field}" if settled else "_not periodic",
+            )
+    # Words would take a column from the motions.
+    named = LABELS if width > NARROW else {"x_r": "$x_r$", "alpha": r"$\alpha$", "v_r": "$v_r$"}
+    axes.set_xlabel(named["x_r"], labelpad=-4)
+    axes.set_ylabel(named["alpha"], labelpad=6 if width > NARROW else -4)
+    axes.set_zlabel(named["v_r"], labelpad=-6)
+    axes.tick_params(pad=-2)
+    axes.locator_params(nbins=9 if width > NARROW else 5)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.pane.set_visible(False)
+        axis._axinfo["grid"].update(linewidth=0.2, color="0.85")
+    fit_view(axes)
+    add_key(page, field_handles(page, colours) + unsettled_handles(motions))
+    system = motions[0].parameters
+    return describe(page, "Phase trajectories over the amplitude", parameters=system)
 
 
+@figure_style()
 def plot_itineraries(
     motions: Sequence[Motion],
     record: Record,
@@ -97,23 +98,22 @@ def plot_itineraries(
     """
     from matplotlib.patches import Patch
 
-    with figure_style():
-        alone = axes is None
-        figure, axes = axes_for(axes, width, 2.9)
-        units = units_of(record, device)
-        for motion in motions:
-            Units.of_motion(device, motion.parameters)
-        record = in_units(record, units)
-        draw_itineraries(motions, axes, colours, units)
-        for one in record["bifurcations"]:
-            axes.axvline(one["value"], color="white", linewidth=0.6)
-        if alone:
-            handles: list[Any] = [*field_handles(figure, colours)]
-            if not all(map(is_periodic, motions)):
-                handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
-            add_key(figure, handles)
-            name_bifurcations(record, axes, units)
-        return describe(figure, "Which field acts when", parameters=motions[0].parameters)
+    alone = axes is None
+    figure, axes = axes_for(axes, width, 2.9)
+    units = units_of(record, device)
+    for motion in motions:
+        Units.of_motion(device, motion.parameters)
+    record = in_units(record, units)
+    draw_itineraries(motions, axes, colours, units)
+    for one in record["bifurcations"]:
+        axes.axvline(one["value"], color="white", linewidth=0.6)
+    if alone:
+        handles: list[Any] = [*field_handles(figure, colours)]
+        if not all(map(is_periodic, motions)):
+            handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
+        add_key(figure, handles)
+        name_bifurcations(record, axes, units)
+    return describe(figure, "Which field acts when", parameters=motions[0].parameters)
 
 
 def draw_itineraries(

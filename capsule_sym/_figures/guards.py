@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _NAMED = 0.04  # of the bar: a piece into which the name of its segment fits
 
 
+@figure_style()
 def plot_margins(
     result: Motion,
     *,
@@ -44,28 +45,27 @@ def plot_margins(
     ]
     drawn = [units.arc(arc) for arc in arcs(result, periods)]
     begin = drawn[0].time[0]
-    with figure_style():
-        rows = {"height_ratios": (0.18, 1, 1, 1)}
-        figure, (bar, gap, velocity, force) = axes_for(
-            axes, width, 4.4, nrows=4, sharex=True, gridspec_kw=rows
-        )
-        itinerary_bar(drawn, bar, colours)
-        for arc, push in zip(drawn, pushes, strict=True):
-            colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
-            gap.plot(time, arc.x_r - parameters.delta * units.scale("x_r"), color=colour)
-            velocity.plot(time, arc.v_c, color=colour, linewidth=0.5 if stick else 1.1)
-            force.plot(time, push, color=colour, linewidth=1.1 if stick else 0.5)
-        bound = parameters.f_b * units.scale("peak_force")
-        for row, level in ((gap, 0.0), (velocity, 0.0), (force, bound), (force, -bound)):
-            row.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
-        gap.set_ylabel(units.label("x_r", r"gap $x_r-\delta$"))
-        velocity.set_ylabel(units.label("v_c"))
-        force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$"))
-        force.set_xlabel(units.label("time"))
-        force.set_xlim(0, drawn[-1].time[-1] - begin)
-        if axes is None:
-            add_key(figure, field_handles(figure, colours) + unsettled_handles([result]))
-        return describe(figure, "Guards over time", parameters=parameters)
+    rows = {"height_ratios": (0.18, 1, 1, 1)}
+    figure, (bar, gap, velocity, force) = axes_for(
+        axes, width, 4.4, nrows=4, sharex=True, gridspec_kw=rows
+    )
+    itinerary_bar(drawn, bar, colours)
+    for arc, push in zip(drawn, pushes, strict=True):
+        colour, time, stick = field_colour(arc.field, colours), arc.time - begin, arc.stick
+        gap.plot(time, arc.x_r - parameters.delta * units.scale("x_r"), color=colour)
+        velocity.plot(time, arc.v_c, color=colour, linewidth=0.5 if stick else 1.1)
+        force.plot(time, push, color=colour, linewidth=1.1 if stick else 0.5)
+    bound = parameters.f_b * units.scale("peak_force")
+    for row, level in ((gap, 0.0), (velocity, 0.0), (force, bound), (force, -bound)):
+        row.axhline(level, color="0.35", linewidth=0.6, linestyle="--", zorder=1)
+    gap.set_ylabel(units.label("x_r", r"gap $x_r-\delta$"))
+    velocity.set_ylabel(units.label("v_c"))
+    force.set_ylabel(units.label("peak_force", "force $P_3$, $P_4$"))
+    force.set_xlabel(units.label("time"))
+    force.set_xlim(0, drawn[-1].time[-1] - begin)
+    if axes is None:
+        add_key(figure, field_handles(figure, colours) + unsettled_handles([result]))
+    return describe(figure, "Guards over time", parameters=parameters)
 
 
 def itinerary_bar(drawn: Sequence[Arc], axes: Axes, colours: Colours = "safe") -> None:

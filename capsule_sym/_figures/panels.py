@@ -27,6 +27,7 @@ _PAIR = 3.0  # least width of a panel, a pair of axes, in inches
 _ROW, _FOOT = 1.1, 0.2  # heights in inches: a row, the lowest labels
 
 
+@figure_style()
 def plot_fig7(
     motions: Sequence[Trajectory],
     *,
@@ -40,22 +41,21 @@ def plot_fig7(
     """
     pairs = across(width, _PAIR, 2)
     rows = -(-len(motions) // pairs)
-    with figure_style():
-        page = canvas(figure, width, rows * _ROW + _FOOT, layout="constrained")
-        grid = page.subplots(rows, 2 * pairs, squeeze=False)
-        for index, left in enumerate(grid[:, ::2].flat):
-            right = grid[:, 1::2].flat[index]
-            if index >= len(motions):
-                left.set_axis_off()
-                right.set_axis_off()
-                continue
-            _panel(motions[index], left, right, ascii_lowercase[index], colours)
-        for axes in grid[:-1].flat:
-            axes.set_xlabel("")
-        handles = field_handles(page, colours) + boundary_handles(page)
-        add_key(page, handles + unsettled_handles(motions))
-        system = motions[0].parameters
-        return describe(page, "Displacements and phase portraits", parameters=system)
+    page = canvas(figure, width, rows * _ROW + _FOOT, layout="constrained")
+    grid = page.subplots(rows, 2 * pairs, squeeze=False)
+    for index, left in enumerate(grid[:, ::2].flat):
+        right = grid[:, 1::2].flat[index]
+        if index >= len(motions):
+            left.set_axis_off()
+            right.set_axis_off()
+            continue
+        _panel(motions[index], left, right, ascii_lowercase[index], colours)
+    for axes in grid[:-1].flat:
+        axes.set_xlabel("")
+    handles = field_handles(page, colours) + boundary_handles(page)
+    add_key(page, handles + unsettled_handles(motions))
+    system = motions[0].parameters
+    return describe(page, "Displacements and phase portraits", parameters=system)
 
 
 def _panel(motion: Trajectory, left: Axes, right: Axes, letter: str, colours: Colours) -> None:

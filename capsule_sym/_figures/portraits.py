@@ -96,6 +96,7 @@ def _frame(axes: Axes, drawn: list[Arc]) -> None:
         limit(low - room, high + room)
 
 
+@figure_style()
 def plot_motion(
     result: Motion,
     *,
@@ -110,15 +111,14 @@ def plot_motion(
     The portrait is that of the steady motion at the run's end; the legend says if it is none.
     Drawn into two `axes` if they are given, and in SI units with the `device` whose motion it is.
     """
-    with figure_style():
-        side = across(width, 2.4, 2)
-        figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)
-        plot_displacements(result, left, periods=periods, colours=colours, device=device)
-        plot_phase_portrait(result, right, colours=colours, device=device)
-        if axes is None:
-            handles = field_handles(figure, colours) + boundary_handles(figure)
-            add_key(figure, handles + unsettled_handles([result]))
-        return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
+    side = across(width, 2.4, 2)
+    figure, (left, right) = axes_for(axes, width, 2.3 * (3 - side), nrows=3 - side, ncols=side)
+    plot_displacements(result, left, periods=periods, colours=colours, device=device)
+    plot_phase_portrait(result, right, colours=colours, device=device)
+    if axes is None:
+        handles = field_handles(figure, colours) + boundary_handles(figure)
+        add_key(figure, handles + unsettled_handles([result]))
+    return describe(figure, "Displacements and phase portrait", parameters=result.parameters)
 
 
 def field_handles(figure: Figure, colours: Colours = "safe") -> list[Line2D]:

@@ -26,6 +26,7 @@ _TITLES = {
 }
 
 
+@figure_style()
 def plot_work_precision(
     record: Mapping[str, Any],
     *,
@@ -41,21 +42,20 @@ def plot_work_precision(
     rows = {name: _measured(record.get(name, ())) for name in _TITLES}
     shown = [name for name in _TITLES if rows[name]]
     ways = list(dict.fromkeys(_way(row) for name in shown for row in rows[name]))
-    with figure_style():
-        columns = across(width, 2.2, max(1, len(shown)))
-        down = max(1, -(-len(shown) // columns))
-        page = canvas(figure, width, 3.2 * down, layout="constrained")
-        panels = page.subplots(down, columns, squeeze=False, sharey=True)
-        for axes, name in zip(panels.flat, shown, strict=False):
-            _draw(rows[name], ways, axes)
-            axes.set_title(_TITLES[name], loc="left")
-            axes.set_xlabel("time per excitation period (µs)")
-        for axes in panels[:, 0]:
-            axes.set_ylabel("largest error of the final state")
-        lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
-        drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
-        add_key(page, drawn, below=True)
-        return describe(page, "Work against precision")
+    columns = across(width, 2.2, max(1, len(shown)))
+    down = max(1, -(-len(shown) // columns))
+    page = canvas(figure, width, 3.2 * down, layout="constrained")
+    panels = page.subplots(down, columns, squeeze=False, sharey=True)
+    for axes, name in zip(panels.flat, shown, strict=False):
+        _draw(rows[name], ways, axes)
+        axes.set_title(_TITLES[name], loc="left")
+        axes.set_xlabel("time per excitation period (µs)")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("largest error of the final state")
+    lines = {h.get_label(): h for axes in panels.flat for h in axes.lines}
+    drawn = [line for label, line in lines.items() if not str(label).startswith("_")]
+    add_key(page, drawn, below=True)
+    return describe(page, "Work against precision")
 
 
 def _measured(rows: Sequence[Row]) -> list[Row]:

@@ -48,6 +48,7 @@ def window(parameters: Parameters, below: float, above: float) -> tuple[Limits, 
     return (left - room, right + room / 2), (low, high)
 
 
+@figure_style()
 def plot_fig2(
     parameters: Parameters = SCHEMATIC,
     *,
@@ -59,32 +60,31 @@ def plot_fig2(
 
     Drawn into `figure`, a figure or a part of one, if it is given.
     """
-    with figure_style():
-        columns = 3 if width > NARROW else 1
-        above, below = max(2.7, 0.52 * width), 2.4 * (3 // columns)
-        page = canvas(figure, width, above + below)
-        names = Names(page)
-        # Margins of the top views are for the texts of their axes.
-        size, high = size_of(page)
-        share = below / (above + below)
-        view = page.add_gridspec(1, 1, left=0, right=1, bottom=share, top=1)
-        grid = page.add_gridspec(
-            3 // columns, columns, left=0.42 / size, right=1 - 0.1 / size, bottom=0.4 / high,
-            top=share - 0.2 / high, wspace=0.22, hspace=0.3,
-        )  # fmt: skip
-        x_r, v_r = window(parameters, 1.85, 1.2)
-        box = Box(x_r, v_r, (-2.5 * parameters.f_b, 2.5 * parameters.f_b))
-        axes = add_space(page, view[0], box, eye=(24.0, -50.0))
-        draw_space(parameters, axes, box, colours)
-        _name_space(axes, parameters, box, names)
-        relation = ("<", "=", ">")[int(np.sign(parameters.delta - parameters.f_b)) + 1]
-        fit_view(axes, axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=1.0))
-        for index, gap in enumerate(_gaps(parameters)):
-            flat = page.add_subplot(grid[index])
-            top_view(gap, flat, box.x_r, box.v_r, names, colours)
-            flat.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
-        names.settle()
-        return describe(page, "State space", parameters=parameters)
+    columns = 3 if width > NARROW else 1
+    above, below = max(2.7, 0.52 * width), 2.4 * (3 // columns)
+    page = canvas(figure, width, above + below)
+    names = Names(page)
+    # Margins of the top views are for the texts of their axes.
+    size, high = size_of(page)
+    share = below / (above + below)
+    view = page.add_gridspec(1, 1, left=0, right=1, bottom=share, top=1)
+    grid = page.add_gridspec(
+        3 // columns, columns, left=0.42 / size, right=1 - 0.1 / size, bottom=0.4 / high,
+        top=share - 0.2 / high, wspace=0.22, hspace=0.3,
+    )  # fmt: skip
+    x_r, v_r = window(parameters, 1.85, 1.2)
+    box = Box(x_r, v_r, (-2.5 * parameters.f_b, 2.5 * parameters.f_b))
+    axes = add_space(page, view[0], box, eye=(24.0, -50.0))
+    draw_space(parameters, axes, box, colours)
+    _name_space(axes, parameters, box, names)
+    relation = ("<", "=", ">")[int(np.sign(parameters.delta - parameters.f_b)) + 1]
+    fit_view(axes, axes.set_title(rf"(a)  $\delta{relation}f_b$", loc="left", y=1.0))
+    for index, gap in enumerate(_gaps(parameters)):
+        flat = page.add_subplot(grid[index])
+        top_view(gap, flat, box.x_r, box.v_r, names, colours)
+        flat.set_title(rf"({'bcd'[index]})  $\delta{'<=>'[index]}f_b$", loc="left")
+    names.settle()
+    return describe(page, "State space", parameters=parameters)
 
 
 def _gaps(parameters: Parameters) -> list[Parameters]:

@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 _SAME_UNIT = {"x_r": "progression", "v_r": "velocity", "v_c": "velocity"}
 
 
+@figure_style()
 def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Which attractor each start leads to, over the two coordinates of a basin's cells.
 
@@ -45,29 +46,28 @@ def plot_basin(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = 
         rank[codes.values == code] = place
     colours = [REGIONS[place % len(REGIONS)] for place in range(max(1, len(order)))]
     (x, x_label), (y, y_label) = (_axis(results, name) for name in (first, second))
-    with figure_style():
-        alone = axes is None
-        figure, axes = axes_for(axes, width, 0.62 * width)
-        axes.pcolormesh(
-            x,
-            y,
-            np.ma.masked_less(rank.T, 0),
-            cmap=ListedColormap(colours),
-            norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
-            shading="nearest",
-            rasterized=True,
-        )
-        axes.set_xlabel(x_label)
-        axes.set_ylabel(y_label)
-        if alone:
-            handles = [
-                Patch(facecolor=colours[place], label=_name(results, code))
-                for place, code in enumerate(order)
-            ]
-            if np.any(rank < 0):
-                handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
-            add_key(figure, handles)
-        return describe(figure, "Basins of attraction", axes=[first, second])
+    alone = axes is None
+    figure, axes = axes_for(axes, width, 0.62 * width)
+    axes.pcolormesh(
+        x,
+        y,
+        np.ma.masked_less(rank.T, 0),
+        cmap=ListedColormap(colours),
+        norm=BoundaryNorm(np.arange(len(colours) + 1) - 0.5, len(colours)),
+        shading="nearest",
+        rasterized=True,
+    )
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    if alone:
+        handles = [
+            Patch(facecolor=colours[place], label=_name(results, code))
+            for place, code in enumerate(order)
+        ]
+        if np.any(rank < 0):
+            handles.append(Patch(facecolor="white", edgecolor="0.5", label=NOT_PERIODIC))
+        add_key(figure, handles)
+    return describe(figure, "Basins of attraction", axes=[first, second])
 
 
 def _axis(results: xr.Dataset, name: str) -> tuple[Array, str]:
@@ -88,6 +88,7 @@ def _name(results: xr.Dataset, code: int) -> str:
     return f"{itinerary or 'attractor'} ({share:.1f} %)"
 
 
+@figure_style()
 def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None = None) -> Figure:
     """Speed against cost of transport of a sweep's cells, and those that no other cell beats.
 
@@ -100,18 +101,17 @@ def plot_pareto(results: xr.Dataset, *, width: float = PAGE, axes: Axes | None =
     front = non_dominated(speed, cost)
     of_device = results["velocity"].attrs
     speed, unit = speed * of_device.get("si_scale", 1.0), of_device.get("si_units", "")
-    with figure_style():
-        figure, axes = axes_for(axes, width, 0.6 * width)
-        axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
-        axes.plot(
-            cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
-            label="Pareto front",
-        )  # fmt: skip
-        axes.set_xscale("log")
-        axes.set_xlabel(r"cost of transport $W/(f_b\,|\Delta x_c|)$")
-        axes.set_ylabel(f"speed ({unit})" if unit else r"speed $|\langle v_c\rangle|$")
-        axes.legend(loc="lower right")
-        return describe(figure, "Pareto front of speed and cost of transport")
+    figure, axes = axes_for(axes, width, 0.6 * width)
+    axes.plot(cost, speed, ".", color="0.6", markersize=2.5, label="cells", rasterized=True)
+    axes.plot(
+        cost[front], speed[front], "o-", color=STABLE, drawstyle="steps-post",
+        label="Pareto front",
+    )  # fmt: skip
+    axes.set_xscale("log")
+    axes.set_xlabel(r"cost of transport $W/(f_b\,|\Delta x_c|)$")
+    axes.set_ylabel(f"speed ({unit})" if unit else r"speed $|\langle v_c\rangle|$")
+    axes.legend(loc="lower right")
+    return describe(figure, "Pareto front of speed and cost of transport")
 
 
 def speed_and_cost(results: xr.Dataset) -> tuple[Array, Array]:

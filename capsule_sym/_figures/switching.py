@@ -38,6 +38,7 @@ _ARROW: dict[str, Any] = {
 }
 
 
+@figure_style()
 def plot_switching(
     which: int,
     bundles: Bundles,
@@ -60,42 +61,41 @@ def plot_switching(
         raise InvalidInput("which", which, "3, 4 or 5")
     shown = sections(parameters)[which - 3]
     wide = width > NARROW
-    with figure_style():
+    if which == 3:
+        columns = 3 if wide else 1
+        page = canvas(figure, width, 2.4 * 3 / columns, layout="constrained")
+        panels = list(page.subplots(3 // columns, columns).flat)
+    else:
+        panels = []
+        # Two sections in a column beside the plane, or two in a row below it.
+        half = -(-len(shown) // 2)
+        page = canvas(figure, width, 4.2 if wide else 2.9 + 1.5 * half, layout="constrained")
+        grid = (
+            page.add_gridspec(2, 1 + half, width_ratios=(1.75, *[1] * half))
+            if wide
+            else page.add_gridspec(1 + half, 2, height_ratios=(1.9, *[1] * half))
+        )
+        plane = page.add_subplot(grid[:, 0] if wide else grid[0, :])
+        for k in range(len(shown)):
+            row, column = divmod(k, half if wide else 2)
+            place = grid[row, 1 + column] if wide else grid[1 + row, column]
+            panels.append(page.add_subplot(place))
+    names = Names(page)
+    if which != 3:
+        top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
+        for name, field in _ALONG[which].items():
+            _fields(parameters, name, field, plane)
+        plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize=6.3)
+    letters = ("abc" if which == 3 else "bcdefg")[: len(shown)]
+    for axes, letter, section, bundle in zip(panels, letters, shown, bundles, strict=True):
+        draw_section(section, bundle, axes, colours)
         if which == 3:
-            columns = 3 if wide else 1
-            page = canvas(figure, width, 2.4 * 3 / columns, layout="constrained")
-            panels = list(page.subplots(3 // columns, columns).flat)
-        else:
-            panels = []
-            # Two sections in a column beside the plane, or two in a row below it.
-            half = -(-len(shown) // 2)
-            page = canvas(figure, width, 4.2 if wide else 2.9 + 1.5 * half, layout="constrained")
-            grid = (
-                page.add_gridspec(2, 1 + half, width_ratios=(1.75, *[1] * half))
-                if wide
-                else page.add_gridspec(1 + half, 2, height_ratios=(1.9, *[1] * half))
-            )
-            plane = page.add_subplot(grid[:, 0] if wide else grid[0, :])
-            for k in range(len(shown)):
-                row, column = divmod(k, half if wide else 2)
-                place = grid[row, 1 + column] if wide else grid[1 + row, column]
-                panels.append(page.add_subplot(place))
-        names = Names(page)
-        if which != 3:
-            top_view(parameters, plane, *window(parameters, 1.16, 0.96), names, colours)
-            for name, field in _ALONG[which].items():
-                _fields(parameters, name, field, plane)
-            plane.set_title(f"(a)  plane $P_1=0$\n{_KEY}", loc="left", fontsize=6.3)
-        letters = ("abc" if which == 3 else "bcdefg")[: len(shown)]
-        for axes, letter, section, bundle in zip(panels, letters, shown, bundles, strict=True):
-            draw_section(section, bundle, axes, colours)
-            if which == 3:
-                _vectors(section, parameters, axes)
-            axes.set_title(f"({letter})  {mathematical(section.name)}", loc="left")
-        add_key(page, field_handles(page, colours))
-        names.settle()
-        title = f"Switching on {'surfaces' if which == 3 else 'lines'}"
-        return describe(page, title, parameters=parameters)
+            _vectors(section, parameters, axes)
+        axes.set_title(f"({letter})  {mathematical(section.name)}", loc="left")
+    add_key(page, field_handles(page, colours))
+    names.settle()
+    title = f"Switching on {'surfaces' if which == 3 else 'lines'}"
+    return describe(page, title, parameters=parameters)
 
 
 def _fields(parameters: Parameters, name: str, field: int, axes: Axes) -> None:
