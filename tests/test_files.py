@@ -22,7 +22,7 @@ from capsule_sym._cli import _status, group
 from capsule_sym._commands.options import WritablePath
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._explorer import page
-from capsule_sym._figures import animation
+from capsule_sym._figures import device
 from capsule_sym._files import growing, read_json, whole, write_whole
 from capsule_sym._symbolic import frozen
 
@@ -105,8 +105,8 @@ def draw(path: Path) -> None:
 def animate(path: Path) -> None:
     """Two pictures of a motion, in a file."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(animation, "_MOST_FRAMES", 2)
-        animation.animate(simulate(Parameters(), periods=64), path, width=2, dpi=30)
+        patch.setattr(device, "_MOST_FRAMES", 2)
+        device.animate(simulate(Parameters(), periods=64), path, width=2, dpi=30)
 
 
 def command(line: str) -> Callable[[Path], None]:

@@ -89,7 +89,7 @@ def figure(
     with present.tracking() as track:
         study = Study(Store(track), parameters, colours, wide, system.chosen, device)
         if moving:
-            from capsule_sym._figures.animation import animate
+            from capsule_sym._figures.device import animate
 
             (motion,) = study.store.motions([parameters])
             animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0, device=device)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.layout import NARROW, add_words
-from capsule_sym._figures.pages import axes_for
+from capsule_sym._figures.layout import NARROW, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
     STABLE,

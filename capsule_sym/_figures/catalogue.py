@@ -106,7 +106,7 @@ def _fig6(study: Study) -> Figure:
 
 
 def _fig7(study: Study) -> Figure:
-    from capsule_sym._figures.panels import plot_fig7
+    from capsule_sym._figures.portraits import plot_fig7
     from capsule_sym._study.casestudy import PANELS
 
     return plot_fig7(study.motions(list(PANELS.values())), **study.looks)
@@ -154,7 +154,7 @@ def _motion(study: Study) -> Figure:
 
 
 def _margins(study: Study) -> Figure:
-    from capsule_sym._figures.guards import plot_margins
+    from capsule_sym._figures.portraits import plot_margins
 
     (plot_motion,) = study.motions([study.system.alpha if study.chosen else 1.5])
     return plot_margins(plot_motion, **study.looks, device=study.device)

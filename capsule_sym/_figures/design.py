@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.pages import axes_for, canvas
+from capsule_sym._figures.layout import axes_for, canvas
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, STABLE, UNSTABLE, describe, figure_style
 from capsule_sym._parameters import PhysicalParameters

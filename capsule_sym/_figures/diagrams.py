@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.branches import shared
 from capsule_sym._figures.labels import Names
-from capsule_sym._figures.layout import add_key, add_words
-from capsule_sym._figures.pages import axes_for
+from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, SERIES, describe, draw_points, figure_style
 from capsule_sym._figures.units import named, said

@@ -15,8 +15,7 @@ from capsule_sym._figures.branches import (
     span,
     units_of,
 )
-from capsule_sym._figures.layout import add_key
-from capsule_sym._figures.pages import axes_for
+from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import SEAMLESS, column_edges, describe, figure_style
 from capsule_sym._parameters import PhysicalParameters

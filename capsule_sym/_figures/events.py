@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.labels import PATCH, Names
-from capsule_sym._figures.layout import across, add_key, fit_view
-from capsule_sym._figures.pages import canvas
+from capsule_sym._figures.layout import across, add_key, canvas, fit_view
 from capsule_sym._figures.portraits import field_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, box_of, draw_arcs, draw_space

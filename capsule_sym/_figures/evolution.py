@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from capsule_sym._figures.branches import Record, in_units, name_bifurcations, units_of
-from capsule_sym._figures.layout import NARROW, add_key, fit_view
-from capsule_sym._figures.pages import axes_for, canvas
+from capsule_sym._figures.layout import NARROW, add_key, axes_for, canvas, fit_view
 from capsule_sym._figures.portraits import field_handles, unsettled_handles
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (

@@ -1,4 +1,4 @@
-"""A page of any width: as many panels side by side as fit, and keys that have room."""
+"""A page of any width: new or given, as many panels side by side as fit, and keys with room."""
 
 from __future__ import annotations
 
@@ -160,3 +160,32 @@ def _extent(axes: Any, renderer: Any) -> Bbox:
     at = axes.transData.transform(np.column_stack([x, y]))
     beside = [axis.get_tightbbox(renderer) for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
     return Bbox.union([Bbox([at.min(axis=0), at.max(axis=0)]), *filter(None, beside)])
+
+
+def new_figure(width: float, height: float, **options: Any) -> Figure:
+    """An empty figure, sizes in inches, that no global list of figures keeps."""
+    from capsule_sym._figures.notebook import NotebookFigure
+
+    return NotebookFigure(figsize=(width, height), **options)
+
+
+def canvas(figure: Figure | SubFigure | None, width: float, height: float, **options: Any) -> Any:
+    """What a composed picture is drawn into: the figure or part of one that is given, or a new one.
+
+    Sizes are in inches, and as `options` they are those of a new figure.
+    """
+    return new_figure(width, height, **options) if figure is None else figure
+
+
+def axes_for(axes: Any, width: float, height: float, **grid: Any) -> tuple[Figure, Any]:
+    """The axes to draw into and their figure: those given, or a grid of a new one, in inches."""
+    if axes is not None:
+        return figure_of(axes[0] if hasattr(axes, "__len__") else axes), axes
+    figure = new_figure(width, height, layout="constrained")
+    return figure, figure.subplots(**grid)
+
+
+def size_of(figure: Figure | SubFigure) -> tuple[float, float]:
+    """Width and height in inches of a figure, or of a part of one as it is now."""
+    dots = figure_of(figure).dpi
+    return figure.bbox.width / dots, figure.bbox.height / dots

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from capsule_sym._figures.layout import across, add_key
-from capsule_sym._figures.pages import canvas
+from capsule_sym._figures.layout import across, add_key, canvas
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import describe, figure_style
 

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 from capsule_sym import _explorer as explorer
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym._figures.catalogue import BENCH, FIGURES, Study, measured
-from capsule_sym._figures.equations import EQUATIONS, typeset
 from capsule_sym._figures.style import Colours, figure_style
 from capsule_sym._files import read_json
 from capsule_sym._paper import read
@@ -278,3 +277,37 @@ def _line_name(line: str) -> Any:
 def _number(value: float | None, form: str) -> str:
     """A number as text, a dash where there is none."""
     return "–" if value is None else form % value
+
+
+EQUATIONS = (
+    (
+        "Forces between mass and capsule, without and with contact of the second spring",
+        r"P_3 = x_r + 2 \zeta v_r, \qquad P_4 = P_3 + \beta (x_r - \delta)",
+    ),
+    ("Relative motion, in all fields", r"x_r' = v_r"),
+    (
+        "Stick, F2 and F5, with P_3 and P_4 as P",
+        r"v_r' = -P + \alpha \cos \omega \tau, \qquad v_c' = 0, \qquad |P| \le f_b",
+    ),
+    (
+        "Forward drift, F1 and F4",
+        r"v_r' = -\frac{\gamma + 1}{\gamma} P + \frac{f_b}{\gamma} + \alpha \cos \omega \tau, "
+        r"\qquad v_c' = \frac{P - f_b}{\gamma}",
+    ),
+    (
+        "Backward drift, F3 and F6",
+        r"v_r' = -\frac{\gamma + 1}{\gamma} P - \frac{f_b}{\gamma} + \alpha \cos \omega \tau, "
+        r"\qquad v_c' = \frac{P + f_b}{\gamma}",
+    ),
+)
+"""What each equation says, and the equation: Eqs. (7)-(12) of the paper."""
+
+
+def typeset(formula: str) -> Any:
+    """A formula of LaTeX as MathML on a line of its own."""
+    try:
+        from docutils.utils.math.latex2mathml import tex2mathml
+        from markupsafe import Markup
+    except ModuleNotFoundError as missing:
+        raise NotInstalled(missing) from missing
+    return Markup(tex2mathml(formula, as_block=True))

@@ -8,8 +8,7 @@ import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.labels import PATCH, Names
-from capsule_sym._figures.layout import NARROW, fit_view
-from capsule_sym._figures.pages import canvas, size_of
+from capsule_sym._figures.layout import NARROW, canvas, fit_view, size_of
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.space import Box, add_space, draw_space, walls
 from capsule_sym._figures.style import (

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.layout import add_key
-from capsule_sym._figures.pages import axes_for
+from capsule_sym._figures.layout import add_key, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import LABELS, NOT_PERIODIC, REGIONS, STABLE, describe, figure_style
 from capsule_sym._figures.units import named

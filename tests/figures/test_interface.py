@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from capsule_sym import InvalidInput, NotInstalled, figure_style, plot, plot_motion, save_figure
-from capsule_sym._figures.pages import new_figure
+from capsule_sym._figures.layout import new_figure
 from capsule_sym._figures.sizes import COLUMN, PAGE
 from tests.figures.test_parts import fitted
 

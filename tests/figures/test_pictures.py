@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from capsule_sym import InvalidInput, Parameters, animate, plot_margins, plot_motion, save_figure
-from capsule_sym._figures import animation, sweeps
-from capsule_sym._figures.pages import new_figure
+from capsule_sym._figures import device, sweeps
+from capsule_sym._figures.layout import new_figure
 from capsule_sym._figures.style import describe
 from tests.figures.test_command import run_here
 
@@ -83,7 +83,7 @@ def test_what_no_picture_can_have_is_refused(tmp_path: Path, arguments: str, par
 
 
 def test_an_animation_shows_one_period(tmp_path: Path, settled, monkeypatch) -> None:
-    monkeypatch.setattr(animation, "_PER_SECOND", 3)
+    monkeypatch.setattr(device, "_PER_SECOND", 3)
     animate(settled(1.2), tmp_path / "x.gif", width=4.0, dpi=40)
     with Image.open(tmp_path / "x.gif") as picture:
         assert picture.n_frames == 12
@@ -101,7 +101,7 @@ def test_an_animation_shows_one_period(tmp_path: Path, settled, monkeypatch) -> 
 @pytest.mark.long
 @pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not installed")
 def test_an_mp4_shows_the_same_period(tmp_path: Path, settled, monkeypatch) -> None:
-    monkeypatch.setattr(animation, "_PER_SECOND", 3)
+    monkeypatch.setattr(device, "_PER_SECOND", 3)
     animate(settled(1.2), tmp_path / "x.mp4", width=4.0, dpi=50)
     shape = (-1, 92, 200, 3)
     read = ["ffmpeg", "-v", "error", "-i", str(tmp_path / "x.mp4")]

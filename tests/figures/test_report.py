@@ -19,8 +19,8 @@ from PIL import Image
 from capsule_sym import _explorer as explorer
 from capsule_sym import _paper as paper
 from capsule_sym._figures import catalogue, report
-from capsule_sym._figures.equations import EQUATIONS
 from capsule_sym._figures.portraits import field_handles
+from capsule_sym._figures.report import EQUATIONS
 from tests.explorer.conftest import AXE, browser  # noqa: F401
 from tests.figures import SAFE
 from tests.figures.conftest import untracked

@@ -8,8 +8,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from capsule_sym import InvalidInput, plot_switching, simulate
-from capsule_sym._figures.sections import draw_section
 from capsule_sym._figures.style import mathematical
+from capsule_sym._figures.switching import draw_section
 from capsule_sym._study import sections
 from capsule_sym._study.data import Store
 from capsule_sym._study.sections import (
