@@ -28,6 +28,7 @@ from capsule_sym._errors import NotInstalled as NotInstalled
 from capsule_sym._errors import Outcome as Outcome
 from capsule_sym._errors import Status as Status
 from capsule_sym._figures.branches import plot_bifurcations as plot_bifurcations
+from capsule_sym._figures.branches import plot_energies as plot_energies
 from capsule_sym._figures.charts import plot_chart as plot_chart
 from capsule_sym._figures.design import plot_front as plot_front
 from capsule_sym._figures.design import plot_residuals as plot_residuals
@@ -35,7 +36,6 @@ from capsule_sym._figures.design import plot_steering as plot_steering
 from capsule_sym._figures.device import animate as animate
 from capsule_sym._figures.device import plot_fig1 as plot_fig1
 from capsule_sym._figures.diagrams import plot_diagram as plot_diagram
-from capsule_sym._figures.energy import plot_energies as plot_energies
 from capsule_sym._figures.events import plot_events as plot_events
 from capsule_sym._figures.evolution import plot_fig6 as plot_fig6
 from capsule_sym._figures.evolution import plot_itineraries as plot_itineraries

@@ -1,4 +1,4 @@
-"""A branch of periodic orbits against its parameter, its exact bifurcations marked and named."""
+"""A branch of periodic orbits over its parameter, its bifurcations named: states and energies."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from capsule_sym._figures.layout import NARROW, add_words, axes_for
+from capsule_sym._figures.layout import NARROW, add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._figures.style import (
+    SEAMLESS,
     STABLE,
     UNSTABLE,
+    column_edges,
     describe,
     draw_points,
     figure_of,
@@ -25,6 +27,8 @@ from capsule_sym._parameters import PhysicalParameters
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
 
 Record = Mapping[str, Any]
 """A branch as plain data; `data.branch_record` describes it."""
@@ -32,6 +36,10 @@ Record = Mapping[str, Any]
 _BESIDE = 0.85  # inches at most beside a diagram, for its texts
 _ROOM, _UPRIGHT = 0.26, 0.11  # least distance of labels in inches, flat and upright
 _ABOVE = 9.0  # points from a diagram to the labels above it
+_BY_STABILITY = {
+    True: {"color": STABLE, "label": "stable"},
+    False: {"color": UNSTABLE, "label": "unstable"},
+}
 # A leader ends below its label: above, it would strike others through.
 _LEADER: dict[str, Any] = {"arrowstyle": "-", "color": "0.6", "linewidth": 0.5}
 _LEADER |= {"relpos": (0.5, 0.0), "shrinkA": 0, "shrinkB": 0}
@@ -54,17 +62,17 @@ def plot_bifurcations(
     units = units_of(record, device)
     record = in_units(record, units)
     figure, rows = axes_for(axes, width, 4.2, nrows=3, sharex=True)
-    for row, index, label in (
-        (rows[0], 0, units.label("x_r", "stroboscopic $x_r$", "strobed displacement")),
-        (rows[1], 1, units.label("v_r", "stroboscopic $v_r$", "strobed velocity")),
-    ):
-        for place in range(max(len(p["stroboscopic"]) for p in record["points"])):
-            _curve(record, row, lambda p, at=place, i=index: _strobe(p, at, i))
-        _markers(record, row, lambda p, i=index: p["stroboscopic"][0][i])
+    points, found = record["points"], record["bifurcations"]
+    labels = (
+        units.label("x_r", "stroboscopic $x_r$", "strobed displacement"),
+        units.label("v_r", "stroboscopic $v_r$", "strobed velocity"),
+        units.label("velocity"),
+    )
+    for row, index, label in zip(rows, (0, 1, None), labels, strict=True):
+        draw_runs(row, points, [_values(one, index) for one in points], _BY_STABILITY)
+        values = [_values(one, index)[0] for one in found]
+        draw_points(row, [one["value"] for one in found], values, "exact bifurcation points")
         row.set_ylabel(label)
-    _curve(record, rows[2], lambda p: p["average_velocity"])
-    _markers(record, rows[2], lambda p: p["average_velocity"])
-    rows[2].set_ylabel(units.label("velocity"))
     rows[2].set_xlabel(units.label(record["parameter"]))
     rows[2].set_xlim(*span(record))
     for row in rows:
@@ -95,32 +103,34 @@ def span(record: Record) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _strobe(point: Record, place: int, index: int) -> float:
-    """A stroboscopic coordinate, of an orbit of a lower multiple one that it repeats."""
-    states = point["stroboscopic"]
-    return float(states[place % len(states)][index])
+def _values(point: Record, index: int | None) -> list[float]:
+    """A stroboscopic coordinate at each excitation period of an orbit, or its average velocity."""
+    if index is None:
+        return [point["average_velocity"]]
+    return [float(state[index]) for state in point["stroboscopic"]]
 
 
-def _curve(record: Record, axes: Axes, of: Any) -> None:
-    """A quantity along the branch, one line for each run of orbits of one stability."""
-    points = record["points"]
+def draw_runs(
+    axes: Axes,
+    points: Sequence[Record],
+    values: Sequence[Sequence[float]],
+    looks: Mapping[bool, Mapping[str, Any]],
+) -> list[Line2D]:
+    """A line for each excitation period and each run of orbits of one stability.
+
+    Stable ones are solid; `looks` are further options, by stability. Orbits of fewer periods than
+    others of their run repeat their values.
+    """
     turns = [i for i, (a, b) in enumerate(pairwise(points), 1) if a["stable"] != b["stable"]]
+    drawn = []
     for first, last in pairwise([0, *turns, len(points)]):
         # A run reaches to the first point of the next one.
-        run, stable = points[first : last + 1], points[first]["stable"]
-        axes.plot(
-            [point["value"] for point in run],
-            [of(point) for point in run],
-            "-" if stable else "--",
-            color=STABLE if stable else UNSTABLE,
-            label="stable" if stable else "unstable",
-        )
-
-
-def _markers(record: Record, axes: Axes, of: Any) -> None:
-    found = record["bifurcations"]
-    values = [one["value"] for one in found]
-    draw_points(axes, values, [of(one) for one in found], "exact bifurcation points")
+        run, stable = slice(first, last + 1), points[first]["stable"]
+        at = [point["value"] for point in points[run]]
+        for place in range(max(map(len, values[run]))):
+            of = [one[place % len(one)] for one in values[run]]
+            drawn += axes.plot(at, of, "-" if stable else "--", **looks[stable])
+    return drawn
 
 
 def mark_bifurcations(record: Record, axes: Axes) -> None:
@@ -206,3 +216,54 @@ def spread(places: Sequence[float], room: float, last: float = 1.0) -> list[floa
         pools.append(pool)
     ascending = np.concatenate([np.full(many, mean) for mean, many in pools])
     return [float(place) for place in np.clip(ascending, 0.0, last - steps[-1]) + steps]
+
+
+DAMPER, FRICTION, WORK = "#56B4E9", "#E69F00", "black"
+
+
+@figure_style()
+def plot_energies(
+    record: Record,
+    *,
+    width: float = PAGE,
+    axes: Sequence[Axes] | None = None,
+    device: PhysicalParameters | None = None,
+) -> Figure:
+    """Energy per excitation period along a branch: what damper and friction take of the work.
+
+    The two losses are stacked bars, the drive's work a line; they meet but for rounding. Below
+    stands the share of the work that friction takes, which is what moves the capsule against it.
+    Drawn into two `axes`, without the names, if they are given; in SI units with a `device`, as by
+    `plot_bifurcations`.
+    """
+    units = units_of(record, device)
+    record = in_units(record, units)
+    points = [point for point in record["points"] if point["energy"]]
+    values = np.array([point["value"] for point in points])
+    work, damper, friction = (
+        np.array([point["energy"][name] for point in points])
+        for name in ("work", "damper_loss", "friction_loss")
+    )
+    rows = {"height_ratios": (1.6, 1)}
+    figure, (upper, lower) = axes_for(axes, width, 3.4, nrows=2, sharex=True, gridspec_kw=rows)
+    edges = column_edges(values)
+    left, wide = edges[:-1], np.diff(edges)
+    bars: dict[str, Any] = {"align": "edge", **SEAMLESS}
+    upper.bar(left, damper, wide, color=DAMPER, label="lost in the damper", **bars)
+    upper.bar(left, friction, wide, damper, color=FRICTION, label="lost to friction", **bars)
+    upper.plot(values, work, color=WORK, linewidth=0.8, label="work of the drive")
+    upper.set_ylabel(units.label("work", "energy per period"))
+    if axes is None:
+        add_key(figure, upper.get_legend_handles_labels()[0])
+    else:
+        upper.legend(loc="upper left")
+    with np.errstate(invalid="ignore"):
+        lower.plot(values, friction / work, color=FRICTION)
+    lower.set_ylabel("share of friction")
+    lower.set_xlabel(units.label(record["parameter"]))
+    lower.set_xlim(*span(record))
+    for row in (upper, lower):
+        mark_bifurcations(record, row)
+    if axes is None:
+        name_bifurcations(record, upper, units)
+    return describe(figure, "Where the work of a period goes", **shared(record))

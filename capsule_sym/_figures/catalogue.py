@@ -161,7 +161,7 @@ def _margins(study: Study) -> Figure:
 
 
 def _energies(study: Study) -> Figure:
-    from capsule_sym._figures.energy import plot_energies
+    from capsule_sym._figures.branches import plot_energies
 
     return plot_energies(study.branch(), width=study.width, device=study.device)
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._figures.branches import shared
+from capsule_sym._figures.branches import draw_runs, shared
 from capsule_sym._figures.labels import Names
 from capsule_sym._figures.layout import add_key, add_words, axes_for
 from capsule_sym._figures.sizes import PAGE
@@ -101,26 +100,12 @@ def _values(orbit: Orbit, quantity: str) -> list[float]:
 
 
 def _curves(axes: Axes, branch: Record, quantity: str, colour: str, name: str) -> None:
-    """One line for each excitation period and each run of orbits of one stability."""
-    points = branch["points"]
     values: list[list[float]] = []
-    for point in points:
+    for point in branch["points"]:
         these = _values(orbit_of(point), quantity)
         values.append(_in_order(these, values[-1]) if values else these)
-    turns = [i for i, (a, b) in enumerate(pairwise(points), 1) if a["stable"] != b["stable"]]
-    label: str | None = name
-    for first, last in pairwise([0, *turns, len(points)]):
-        # A run reaches to the first point of the next one.
-        run = slice(first, last + 1)
-        for place in range(len(values[first])):
-            axes.plot(
-                [point["value"] for point in points[run]],
-                [of[place % len(of)] for of in values[run]],
-                "-" if points[first]["stable"] else "--",
-                color=colour,
-                label=label,
-            )
-            label = None
+    looks = {stable: {"color": colour} for stable in (True, False)}
+    draw_runs(axes, branch["points"], values, looks)[0].set_label(name)
 
 
 def _in_order(values: list[float], before: Sequence[float]) -> list[float]:

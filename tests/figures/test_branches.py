@@ -82,9 +82,10 @@ def test_a_branch_is_solid_where_stable_and_marked_at_exact_points() -> None:
         (v_r, [0.2, 0.3], [0.4, 0.5], [0.35, 0.36]),
         (velocity, [0.5, 0.6], [0.7, 0.8], [0.65, 0.66]),
     ):
-        curves = [line for line in axes.lines if "stable" in line.get_label()]
-        stable, unstable = curves[:2]
-        assert (stable.get_label(), unstable.get_label()) == ("stable", "unstable")
+        stable, unstable = (
+            next(line for line in axes.lines if line.get_label() == name)
+            for name in ("stable", "unstable")
+        )
         assert list(stable.get_xdata()) == [1.0, 1.1, 1.2]
         assert list(stable.get_ydata()) == [*first, second[0]]
         assert not stable.is_dashed()

@@ -16,7 +16,7 @@ from coloraide import Color as Base
 from coloraide.distance.delta_e_2000 import DE2000
 from coloraide.filters.cvd import Deutan, Protan, Tritan
 
-from capsule_sym._figures import energy, precision, style
+from capsule_sym._figures import branches, precision, style
 
 LEAST = 10.0  # seen at a glance
 EXPLORER = Path(__file__).parents[2] / "explorer" / "src" / "draw" / "colours.ts"
@@ -47,7 +47,7 @@ COMPARED = {
     "curves of a chart": sorted({colour for colour, _ in style.CURVES.values()}),
     "branches": list(style.SERIES),
     "stable and unstable": [style.STABLE, style.UNSTABLE],
-    "losses and work": [energy.DAMPER, energy.FRICTION, energy.WORK],
+    "losses and work": [branches.DAMPER, branches.FRICTION, branches.WORK],
     "tools": list(precision._PALETTE),
 }
 
