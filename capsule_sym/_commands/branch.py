@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
 
+_SAME_SIZE = 1e-6  # entries of a term that differ by a smaller share are as large
+
+
 @click.command("branch")
 @options.ranged_parameter_options()
 @click.option(
@@ -92,12 +95,12 @@ def branch(
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.branches.continuing import check_points
     from capsule_sym._orbits.continuation.branches.switching import (
         continue_from,
         period_doubling_cascade,
     )
     from capsule_sym._orbits.continuation.families.states import Ending
+    from capsule_sym._orbits.continuation.settings import check_points
 
     for name in (*DEFAULTS, *options.ranges(), "file", "begin", "state"):
         options.check_beside(name, never=("restart",))
@@ -271,8 +274,17 @@ def _print_normal_forms(found: Sequence[Bifurcation]) -> None:
             continue
         term = f"{form.coefficient or 0:.4g} s^{form.power}"
         if form.discontinuity is not None:
-            largest = max(form.discontinuity, key=abs)
+            largest = largest_entry(form.discontinuity)
             term = f"{largest:.4g} s^{form.power}, distance^{form.exponent:g}"
         growth = f"{form.growth:.6g} s^{form.order}".removesuffix("^1")
         rows.append((one.label, growth, term, form.scenario))
     present.table(("", "change of parameter", "leading term", "scenario"), rows)
+
+
+def largest_entry(entries: Sequence[float]) -> float:
+    """The largest entry by size; of those that differ by rounding alone, as v_r and v_c, the first.
+
+    Their signs differ: rounding does not decide which is shown.
+    """
+    size = (1 - _SAME_SIZE) * max(map(abs, entries))
+    return next(one for one in entries if abs(one) >= size)

@@ -74,13 +74,13 @@ def curve(
     points or ends after --max-seconds, and with 4 where --certify does not prove all.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.branches.continuing import check_points
     from capsule_sym._orbits.continuation.curves.continuing import (
         check,
         continue_bifurcation,
         curves_from,
     )
     from capsule_sym._orbits.continuation.families.states import Ending
+    from capsule_sym._orbits.continuation.settings import check_points
 
     over = options.ranges()
     if len(over) != 2:

@@ -25,7 +25,8 @@ from capsule_sym._map.checks import checked_seconds
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._native import Watch, check_time
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchPoint
-from capsule_sym._orbits.continuation.branches.continuing import check_points, continue_orbit
+from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
+from capsule_sym._orbits.continuation.settings import check_points
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._parameters import Parameters, PhysicalParameters

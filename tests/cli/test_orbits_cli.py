@@ -10,6 +10,7 @@ import pytest
 
 from capsule_sym import PhysicalParameters, simulate
 from capsule_sym._cli import main
+from capsule_sym._commands.branch import largest_entry
 
 
 def call(capsys, *arguments: str) -> tuple[int, str, str]:
@@ -437,3 +438,10 @@ def test_figures_in_si_units_are_those_of_the_motion(capsys, device: str) -> Non
         "peak_contact [N]": spring.max(),
     }
     assert {name: si[name] for name in expected} == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_sign_of_a_leading_term_is_not_that_of_rounding() -> None:
+    """v_r and v_c change by as much to either side: the first of them is shown."""
+    for by in (-1e-12, 0.0, 1e-12):
+        assert largest_entry((1e-15, -2.0, 2.0 + by)) == -2.0
+    assert largest_entry((0.1, -2.0, 3.0)) == 3.0

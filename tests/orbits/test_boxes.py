@@ -23,6 +23,7 @@ from capsule_sym import (
     solve_itinerary,
     solve_orbit,
 )
+from capsule_sym._map.backend import backend
 from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.continuing import axis_within, follow_both_ways
@@ -147,7 +148,8 @@ def test_a_fold_leads_to_the_other_orbit_at_the_same_value() -> None:
     drifting = next(one for one in found.orbits if len(one.itinerary) == 4)
     unstable = next(one for one in found.orbits if abs(floquet_multipliers(one)[0]) > 1)
     axis = axis_within(drifting.parameters, drifting.values, "alpha", (0.8, 1.3))
-    _, passed = follow_both_ways(drifting, axis, 10, ContinuationSettings(), Watch())
+    with backend("numpy") as numbers:
+        _, passed = follow_both_ways(numbers, drifting, axis, 10, ContinuationSettings(), Watch())
     assert any(same(one, unstable) for one in passed)
 
 

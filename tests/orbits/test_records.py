@@ -15,10 +15,12 @@ import pytest
 from capsule_sym import (
     Bifurcation,
     Branch,
+    InvalidInput,
     Orbit,
     continue_bifurcation,
     continue_orbit,
     labelled_point,
+    orbit_from_record,
     solve_itinerary,
 )
 from capsule_sym._map.backend import backend
@@ -64,6 +66,17 @@ def test_an_orbit_tells_how_well_its_equations_are_solved() -> None:
     off = orbit_record(replace(orbit, z=z, system=system))
     assert not solved(off)
     assert off["residual"] == float(max(abs(system.residual))) > 1e-8
+
+
+@pytest.mark.parametrize("name", ["state", "phase", "itinerary", "parameters"])
+def test_a_record_of_no_orbit_is_refused_by_the_name_that_it_lacks(name: str) -> None:
+    whole = orbit_record(settled(alpha=1.2))
+    assert orbit_from_record(whole).success
+    with pytest.raises(InvalidInput, match=f"must be of an orbit, with {name}$"):
+        orbit_from_record({key: value for key, value in whole.items() if key != name})
+    without = {**whole, "parameters": {"alpha": 1.2}}
+    with pytest.raises(InvalidInput, match=r"with parameters\.omega, "):
+        orbit_from_record(without)
 
 
 def test_no_orbit_tells_where_newtons_method_ended() -> None:

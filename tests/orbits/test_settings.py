@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import numpy as np
 import pytest
 
 from capsule_sym import (
     ContinuationSettings,
+    Curve,
     Ending,
     InvalidInput,
     Parameters,
     continue_bifurcation,
+    continue_both_ways,
     continue_from,
     continue_orbit,
+    curves_from,
     period_doubling_cascade,
     search_box,
 )
@@ -43,6 +49,42 @@ def test_a_value_out_of_range_is_refused(name: str, value: object, allowed: str)
         ContinuationSettings(**{name: value})  # type: ignore[arg-type]
     assert (caught.value.field, caught.value.value) == (name, value) or value != value
     assert allowed in caught.value.allowed
+
+
+def test_numbers_of_numpy_are_taken_and_lists_are_not_kept() -> None:
+    periods = [0, np.int64(2)]
+    chosen = ContinuationSettings(
+        newton_steps=np.int64(5), first_step=np.float32(0.5), seed_periods=periods
+    )
+    periods.append(1)
+    assert (chosen.newton_steps, chosen.first_step, chosen.seed_periods) == (5, 0.5, (0, 2))
+    assert {type(chosen.newton_steps), *map(type, chosen.seed_periods)} == {int}
+
+
+CALLS: dict[str, Callable[..., object]] = {
+    "continue_orbit": lambda **k: continue_orbit(settled(alpha=0.9), "alpha", 0.95, **k),
+    "continue_both_ways": lambda **k: continue_both_ways(
+        settled(alpha=0.9), "alpha", (0.8, 1.0), **k
+    ),
+    "continue_from": lambda **k: continue_from(upwards(3.3), "EP2", 1.9, **k),
+    "period_doubling_cascade": lambda **k: period_doubling_cascade(hysteretic(), 1, **k),
+    "continue_bifurcation": lambda **k: continue_bifurcation(
+        upwards(3.3).bifurcations[0], "gamma", ((0.001, 2.0), (3.0, 3.3)), **k
+    ),
+    "curves_from": lambda **k: curves_from(
+        Curve(GRAZING, ("alpha", "gamma"), (), (), ((Ending.REACHED, ""),) * 2),
+        ((0, 2), (3, 4)),
+        **k,
+    ),
+    "search_box": lambda **k: search_box(Parameters(), (1, 1, 0), size=(1, 1, 1), **k),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("given", [{}, None, "fine"])
+def test_what_is_no_settings_is_refused_at_the_door(name: str, given: object) -> None:
+    with pytest.raises(InvalidInput, match=r"settings = .* must be ContinuationSettings"):
+        CALLS[name](settings=given)
 
 
 def steps(**settings: float) -> int:

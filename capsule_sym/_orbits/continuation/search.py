@@ -11,16 +11,15 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.batch import final_states, parameter_rows
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.checks import check_count
 from capsule_sym._native import Watch, check_time, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import (
     axis_within,
-    check_points,
     follow_both_ways,
 )
 from capsule_sym._orbits.continuation.families.states import Axis, Ending
-from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.metrics.many import performance_many
 from capsule_sym._orbits.shooting.admissibility import rerun
 from capsule_sym._orbits.shooting.identity import same
@@ -94,7 +93,6 @@ def search_box(
     """
     bounds, counts, numbers = _checked(box, size, period_numbers)
     check_count("periods", periods)
-    check_points(points)
     if (along is None) != (ends is None):
         raise InvalidInput("ends", ends, "given with along, and only then")
     axis = None
@@ -103,7 +101,7 @@ def search_box(
     search, status = _Search(parameters, _grid(bounds, counts), settings), Status.TIME_LIMIT
     say, branches, many = report or (lambda text: None), list[Branch](), len(search.starts)
     say(f"running {many} starts")
-    with Watch(checked_seconds(max_seconds)):
+    with computing(points, settings, max_seconds) as (doubles, limit), limit:
         search.find_attractors(periods)
         seeds = len(settings.seed_periods) * many
         say(f"{len(search.orbits)} attractors; Newton's method from {seeds} states")
@@ -113,7 +111,7 @@ def search_box(
             if axis is None or any(same(orbit, known) for known in on_branch):
                 continue
             say(f"following {orbit.itinerary} in {along}; {len(search.orbits)} orbits")
-            new, passed = follow_both_ways(orbit, axis, points, settings, Watch())
+            new, passed = follow_both_ways(doubles, orbit, axis, points, settings, Watch())
             branches += new
             check_time()
             on_branch += [orbit, *passed]

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+import numpy as np
+
 from capsule_sym._errors import InvalidInput
+from capsule_sym._map.backend import Backend, backend
+from capsule_sym._map.checks import check_count, checked_seconds, is_real
+from capsule_sym._native import Watch
+
+_MOST_STEPS = 5_000  # that may be asked for
 
 
 def _real(default: float | tuple[float, ...], most: float) -> Any:
@@ -129,13 +138,13 @@ class ContinuationSettings:
     def __post_init__(self) -> None:
         for one in fields(self):
             value, many = getattr(self, one.name), isinstance(one.default, tuple)
-            if many and isinstance(value, list | tuple):
-                object.__setattr__(self, one.name, tuple(value))
-            entries = (
-                value if many and isinstance(value, list | tuple) else () if many else (value,)
-            )
+            entries = (value,)
+            if many:
+                entries = tuple(value) if isinstance(value, list | tuple | np.ndarray) else ()
             if not entries or not all(_allowed(entry, **one.metadata) for entry in entries):
                 raise InvalidInput(one.name, value, _range(many, **one.metadata))
+            plain = tuple(int(n) if one.metadata["whole"] else float(n) for n in entries)
+            object.__setattr__(self, one.name, plain if many else plain[0])
         if list(self.seed_periods) != sorted(set(self.seed_periods)):
             raise InvalidInput("seed_periods", self.seed_periods, "ascending, each once")
         if self.least_step > self.first_step:
@@ -144,10 +153,11 @@ class ContinuationSettings:
             )
 
 
-def _allowed(value: object, *, least: float, most: float, whole: bool) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
-        return False
-    return (least <= value if whole else least < value) and value <= most
+def _allowed(value: Any, *, least: float, most: float, whole: bool) -> bool:
+    if whole:
+        known = isinstance(value, int | np.integer) and not isinstance(value, bool)
+        return bool(known and least <= value <= most)
+    return is_real(value) and least < value <= most
 
 
 def _range(many: bool, *, least: float, most: float, whole: bool) -> str:
@@ -157,3 +167,24 @@ def _range(many: bool, *, least: float, most: float, whole: bool) -> str:
 
 
 DEFAULT = ContinuationSettings()
+
+
+def check_points(points: int) -> None:
+    """Raises InvalidInput unless this is a number of steps that a path may be asked to take."""
+    check_count("points", points, 1, _MOST_STEPS)
+
+
+@contextmanager
+def computing(
+    points: int, settings: ContinuationSettings, max_seconds: float
+) -> Iterator[tuple[Backend, Watch]]:
+    """The number system of a continuation, and its limit; raises InvalidInput for these arguments.
+
+    The limit holds within `with limit:`.
+    """
+    check_points(points)
+    if not isinstance(settings, ContinuationSettings):
+        raise InvalidInput("settings", settings, "ContinuationSettings")
+    limit = Watch(checked_seconds(max_seconds))
+    with backend("numpy") as numbers, np.errstate(all="ignore"):
+        yield numbers, limit

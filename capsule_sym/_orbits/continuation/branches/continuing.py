@@ -9,8 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import Backend, Number, backend
-from capsule_sym._map.checks import check_count, checked_seconds
+from capsule_sym._map.backend import Backend, Number
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchRun
 from capsule_sym._orbits.continuation.families.states import Axis, Ending, Problem, State, Stop
@@ -20,7 +19,7 @@ from capsule_sym._orbits.continuation.parameter_paths import (
     ParameterPath,
     parameter_path,
 )
-from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import is_admissible
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.identity import same
@@ -28,7 +27,6 @@ from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import Parameters
 
-_MOST_STEPS = 5_000  # that may be asked for
 _AnyRun = TypeVar("_AnyRun", bound=BranchRun)
 
 
@@ -54,9 +52,7 @@ def continue_orbit(
     cannot have, equal values, and an orbit whose parameters are not on the path.
     """
     axis = axis_from(orbit, parameter_path(parameter, ties), to)
-    check_points(points)
-    limit = Watch(checked_seconds(max_seconds))
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
+    with computing(points, settings, max_seconds) as (numbers, limit):
         run = _run_from(BranchRun, numbers, orbit, axis, 1.0, points, settings)
         with limit:
             found = run.go()  # says itself that the time was over
@@ -80,25 +76,28 @@ def continue_both_ways(
     Arguments, units and errors are otherwise those of `continue_orbit`.
     """
     axis = axis_within(orbit.parameters, orbit.values, parameter, ends, ties)
-    check_points(points)
-    limit = Watch(checked_seconds(max_seconds))
-    return follow_both_ways(orbit, axis, points, settings, limit)[0]
+    with computing(points, settings, max_seconds) as (numbers, limit):
+        return follow_both_ways(numbers, orbit, axis, points, settings, limit)[0]
 
 
 def follow_both_ways(
-    orbit: Orbit, axis: Axis, points: int, settings: ContinuationSettings, limit: Watch
+    numbers: Backend,
+    orbit: Orbit,
+    axis: Axis,
+    points: int,
+    settings: ContinuationSettings,
+    limit: Watch,
 ) -> tuple[tuple[Branch, ...], tuple[Orbit, ...]]:
     """The branches of `continue_both_ways`, and other orbits of them at the value of the first."""
     found: list[Branch] = []
     passed: list[Orbit] = []
-    with backend("numpy") as numbers, np.errstate(all="ignore"):
-        for side in (1.0, -1.0):
-            run = _run_from(_PassingRun, numbers, orbit, axis, side, points, settings)
-            with limit:
-                found.append(run.go())  # says itself that the time was over
-            passed += run.passed
-            if found[-1].status is Ending.RETURNED:
-                return (found[-1],), tuple(run.passed)
+    for side in (1.0, -1.0):
+        run = _run_from(_PassingRun, numbers, orbit, axis, side, points, settings)
+        with limit:
+            found.append(run.go())  # says itself that the time was over
+        passed += run.passed
+        if found[-1].status is Ending.RETURNED:
+            return (found[-1],), tuple(run.passed)
     return tuple(found), tuple(passed)
 
 
@@ -116,11 +115,6 @@ def _run_from(
     continuation = Continuation(Problem(numbers, (axis,), settings), start)
     u = continuation.unknowns(start)
     return kind(continuation, u, side * np.eye(len(u))[-1], points)
-
-
-def check_points(points: int) -> None:
-    """Raises InvalidInput unless this is a number of steps that a path may be asked to take."""
-    check_count("points", points, 1, _MOST_STEPS)
 
 
 def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:

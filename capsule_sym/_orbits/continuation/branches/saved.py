@@ -98,9 +98,9 @@ def read_branch(path: Path | str) -> Record:
 
 def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
     if "type" not in record:
-        orbit = orbit_from_record(record)
+        orbit = _orbit(record)
         return BranchPoint(record["value"], orbit, tightest(orbit))
-    orbit = orbit_from_record(record["orbit"])
+    orbit = _orbit(record["orbit"])
     segment, number = record["segment"], orbit.itinerary.period_number
     if segment is not None and not 0 < segment <= len(orbit.itinerary):
         raise ValueError(f"segment {segment} of {len(orbit.itinerary)}")
@@ -126,8 +126,20 @@ def _point(path: ParameterPath, record: Record) -> Bifurcation | BranchPoint:
 def orbit_from_record(record: Record) -> Orbit:
     """The orbit of a record with parameters, itinerary, phase, state and durations; dimensionless.
 
-    Raises ValueError where they do not solve the orbit's equations.
+    Raises InvalidInput for a record without one of these, and ValueError where they do not solve
+    the orbit's equations.
     """
+    needed = ("parameters", "phase", "state", "durations", "itinerary", "period_number")
+    given = record if isinstance(record, Mapping) else {}
+    lost = [name for name in needed if name not in given]
+    if not lost and isinstance(record["parameters"], Mapping):
+        lost = [f"parameters.{one}" for one in PARAMETERS if one not in record["parameters"]]
+    if lost:
+        raise InvalidInput("record", record, f"of an orbit, with {', '.join(lost)}")
+    return _orbit(record)
+
+
+def _orbit(record: Record) -> Orbit:
     values = tuple(float(record["parameters"][name]) for name in PARAMETERS)
     angle = record["phase"] * values[PARAMETERS.index("omega")]
     z = np.array([*record["state"], angle, *record["durations"]])

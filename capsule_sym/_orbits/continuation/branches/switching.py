@@ -8,12 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import backend
-from capsule_sym._map.checks import check_count, checked_seconds
-from capsule_sym._native import Watch
+from capsule_sym._map.checks import check_count
 from capsule_sym._orbits.continuation.branches.branch import (
     Branch,
     BranchPoint,
@@ -21,7 +17,7 @@ from capsule_sym._orbits.continuation.branches.branch import (
     failure_of,
     halves_apart,
 )
-from capsule_sym._orbits.continuation.branches.continuing import axis_from, check_points
+from capsule_sym._orbits.continuation.branches.continuing import axis_from
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
     Ending,
@@ -35,7 +31,7 @@ from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_pa
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
-from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -87,10 +83,8 @@ def continue_from(
         from capsule_sym._orbits.continuation.branches.saved import labelled_point
 
         path, point = labelled_point(source, label, parameter, ties)
-    check_points(points)
     axis = axis_from(point.orbit, path, to)
-    limit = Watch(checked_seconds(max_seconds))
-    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+    with computing(points, settings, max_seconds) as (numbers, limit), limit:
         if "beta" in (path.name, *dict(path.ties)) and springless(point.orbit):
             point = _with_contact(point, label)
         starts = list(_leaving(Problem(numbers, (axis,), settings), point))
@@ -138,10 +132,8 @@ def period_doubling_cascade(
     Raises InvalidInput for a depth that is not allowed.
     """
     check_count("depth", depth, 0, _DEEPEST)
-    check_points(points)
     found: list[Branch] = []
-    limit = Watch(checked_seconds(max_seconds))
-    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+    with computing(points, settings, max_seconds) as (numbers, limit), limit:
         level, problem = [branch], Problem(numbers, (branch.axis,), settings)
         for _ in range(depth):
             before = len(found)

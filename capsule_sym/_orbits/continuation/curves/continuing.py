@@ -7,13 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.backend import backend
-from capsule_sym._map.checks import checked_seconds
-from capsule_sym._native import Watch
-from capsule_sym._orbits.continuation.branches.continuing import check_points
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
 from capsule_sym._orbits.continuation.families.states import (
     OUT_OF_TIME,
@@ -28,7 +22,7 @@ from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
 from capsule_sym._orbits.continuation.points.normal_forms import doubled
-from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings
+from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
@@ -70,7 +64,6 @@ def continue_bifurcation(
     """
     first, orbit = bifurcation.parameter, bifurcation.orbit
     axes = _axes(orbit, (first, second), ranges)
-    check_points(points)
     if "beta" in (first, second) and springless(orbit):
         allowed = (
             "> 0 where it varies: at 0 events of this motion come in pairs, beyond they do not"
@@ -79,8 +72,8 @@ def continue_bifurcation(
     segment = bifurcation.segment
     if bifurcation.symmetry == KEPT:
         orbit, segment = halved_at(orbit, segment) or (orbit, segment)
-    ending, limit = OUT_OF_TIME, Watch(checked_seconds(max_seconds))
-    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+    ending = OUT_OF_TIME
+    with computing(points, settings, max_seconds) as (numbers, limit), limit:
         try:
             starts = _both_ways(Problem(numbers, axes, settings), orbit, bifurcation.type, segment)
             return _followed(bifurcation.type, starts, points)
@@ -108,10 +101,9 @@ def curves_from(
     `known`. The ranges are dimensionless. After `max_seconds` the last curve ends with that
     status. Settings and errors are those of `continue_bifurcation`.
     """
-    check_points(points)
     found: list[Curve] = []
-    kind, limit = curve.type, Watch(checked_seconds(max_seconds))
-    with backend("numpy") as numbers, np.errstate(all="ignore"), limit:
+    kind = curve.type
+    with computing(points, settings, max_seconds) as (numbers, limit), limit:
         for point in curve.codimension_two:
             kind = _other(curve.type, point.types[1])
             passed = (_passes(one, kind, point) for one in (curve, *known, *found))

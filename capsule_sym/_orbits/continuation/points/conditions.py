@@ -98,7 +98,7 @@ def value_of(
         return quadratic(numbers, orbit, like).term
     if name == kinds.GENERALIZED_DOUBLING:
         there = cubic(numbers, orbit)
-        return there.term / there.closing
+        return there.term / there.by_multiplier
     if name == kinds.DEGENERATE and zero_segment is not None:
         return degeneracy(numbers, orbit, zero_segment)
     return evaluate_test_functions(orbit)[name]

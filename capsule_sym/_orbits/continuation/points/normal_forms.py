@@ -176,7 +176,7 @@ class _Singular(NamedTuple):
     left: Vector
     along: Vector
     term: float
-    closing: float
+    by_multiplier: float
 
 
 def quadratic(numbers: Backend, orbit: Orbit, like: Vector | None = None) -> _Singular:
@@ -219,14 +219,14 @@ def doubled(numbers: Backend, orbit: Orbit) -> Orbit:
 
 
 def _fold(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
-    left, _, term, closing = quadratic(numbers, orbit)
+    left, _, term, by_multiplier = quadratic(numbers, orbit)
     growth = -term / (left @ _by_path(orbit, path))
-    return NormalForm(2, float(growth), float(abs(term / closing)), None, 2, "")
+    return NormalForm(2, float(growth), float(abs(term / by_multiplier)), None, 2, "")
 
 
 def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> NormalForm:
-    left, along, term, closing = cubic(numbers, orbit)
-    coefficient = term / closing
+    left, along, term, by_multiplier = cubic(numbers, orbit)
+    coefficient = term / by_multiplier
     # The multiplier's change along the branch, by five-point differences of exact derivatives.
     value = path.value(orbit.values)
     moved = -np.linalg.solve(orbit.system.by_z, _by_path(orbit, path))
@@ -237,7 +237,7 @@ def _period_doubling(numbers: Backend, orbit: Orbit, path: ParameterPath) -> Nor
         at = doubled(numbers, Orbit(values, orbit.itinerary, z, orbit.system, numbers.name))
         return float(left @ at.system.by_z @ along)
 
-    slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * closing)
+    slope = (8 * (closed(1) - closed(-1)) - (closed(2) - closed(-2))) / (12 * step * by_multiplier)
     scenario = SUPERCRITICAL if coefficient > 0 else SUBCRITICAL
     return NormalForm(2, float(coefficient / slope), float(coefficient), None, 3, scenario)
 
