@@ -12,7 +12,7 @@ NEEDED := import sys, tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))
 bring = $(BIN)/python -c '$(NEEDED)' $(1) > .venv/$(1).txt && $(BIN)/python -m pip install --quiet -r .venv/$(1).txt
 
 .DEFAULT_GOAL := help
-.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction everywhere lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
+.PHONY: help paper test test-long second-model wheel packaging fuzz hardcases adversarial bench first-calls bench-design battery mutations verify certificates regions attraction lint types contract lines generate check-generated docs docs-links octave explorer explorer-test explorer-measure clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
@@ -113,12 +113,6 @@ attraction: $(READY)  ## prove where the motions from rest go, for SECONDS more 
 	    > results/attraction.json.part
 	@mv results/attraction.json.part results/attraction.json
 	@cat results/attraction.json
-
-everywhere: $(READY)  ## prove that every motion tends to one orbit, at two small alpha
-	@mkdir -p results
-	$(BIN)/capsule-sym enclose --everywhere --json > results/everywhere.json.part
-	@mv results/everywhere.json.part results/everywhere.json
-	@cat results/everywhere.json
 
 lint: $(READY)  ## check style and format
 	$(BIN)/ruff check .

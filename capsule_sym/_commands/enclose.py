@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     help="Prove where the motions from rest go instead, going on with FILE.",
 )
 @click.option(
-    "--everywhere", is_flag=True, help="Prove where all motions go instead, at two small alpha."
-)
-@click.option(
     "--seconds",
     type=options.Seconds(),
     default=3600.0,
@@ -48,7 +45,6 @@ def enclose(
     thresholds: bool,
     region: Path | None,
     from_rest: Path | None,
-    everywhere: bool,
     seconds: float,
     out: Path | None,
     as_json: bool,
@@ -66,17 +62,12 @@ def enclose(
     With --region the plane 0.001 <= alpha <= 2, 1.5 <= gamma <= 5 is proved patch by patch: one
     stable orbit with one itinerary all over each. With --from-rest, at both mass ratios and for
     alpha in [0.001, 2], the motion from (0, 0, 0) is proved to tend to a periodic one, interval by
-    interval. Both tell what share of the whole is proved. With --everywhere, at both mass ratios
-    and alpha = 0.005 and 0.02, every motion is proved to tend to one orbit.
+    interval. Both tell what share of the whole is proved.
     """
-    proofs = "region", "from_rest", "everywhere"
-    for number, name in enumerate(proofs):
-        options.check_beside(name, never=(*proofs[number + 1 :], "thresholds", "out"))
-    options.check_beside("seconds", needs=proofs[:2])
+    options.check_beside("region", never=("from_rest", "thresholds", "out"))
+    options.check_beside("from_rest", never=("thresholds", "out"))
+    options.check_beside("seconds", needs=("region", "from_rest"))
     options.require("proof", "flint")
-    if everywhere:
-        _cover(as_json)
-        return
     if region is not None or from_rest is not None:
         _parts(region, from_rest, seconds, as_json)
         return
@@ -138,29 +129,6 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
     console = present.make_console()
     present.table(("itinerary", "share"), ((name, f"{share:.2%}") for name, share in rows))
     console.print(f"{plane.patches} parts, {plane.work:.0f} s of one core")
-
-
-def _cover(as_json: bool) -> None:
-    from capsule_sym._enclosures.case import EXACT, GAMMAS
-    from capsule_sym._enclosures.regions.covering import ALPHAS, record
-
-    given = [EXACT | {"alpha": alpha, "gamma": gamma} for gamma in GAMMAS for alpha in ALPHAS]
-    records = _on_two_cores([(record, one) for one in given], "Covering all starts")
-    if as_json:
-        click.echo(json.dumps({"everywhere": records}))
-    else:
-        rows = (
-            (
-                one["gamma"],
-                one["alpha"],
-                " ".join(one["itinerary"]) if not one["failed"] else one["failed"],
-                *(str(one.get(name, "")) for name in ("cells", "periods")),
-            )
-            for one in records
-        )
-        present.table(("gamma", "alpha", "every motion tends to", "starts", "periods"), rows)
-    if any(one["failed"] for one in records):
-        raise click.exceptions.Exit(1)
 
 
 def _on_two_cores(calls: Sequence[tuple[Any, ...]], text: str) -> list[Any]:

@@ -13,10 +13,8 @@ MUTATIONS = Path("results/mutations.json")
 ENCLOSED = Path("results/enclose.json")
 REGIONS = Path("results/regions.json")
 ATTRACTION = Path("results/attraction.json")
-EVERYWHERE = Path("results/everywhere.json")
 _NARROW = 1e-30  # radius of a bifurcation's alpha
 _LEFT = 1e-11  # length of alpha that may stay open
-_REGIMES = 9  # between the eight bifurcations of a mass ratio
 
 
 class Row(NamedTuple):
@@ -71,16 +69,6 @@ def _attraction(record: Any) -> tuple[str, bool]:
     return f"{share:.1%} in {hours:.2f} h of one core", share >= 0.99
 
 
-def _everywhere(record: Any) -> tuple[str, bool]:
-    """Itineraries to which all motions tend: they differ from one regime to the next."""
-    found: dict[str, set[tuple[str, ...]]] = {"3.3": set(), "3.0": set()}
-    for one in record["everywhere"]:
-        if not one["failed"]:
-            found[one["gamma"]].add(tuple(one["itinerary"]))
-    count = min(map(len, found.values()))
-    return f"{count} of {_REGIMES}", count == _REGIMES
-
-
 _ROWS: tuple[tuple[str, str, Path, Callable[[Any], tuple[str, bool]], str], ...] = (
     ("changes of what is printed that survive", "0 of 150", MUTATIONS, _mutations, "mutations"),
     ("bifurcations proved, with type", "16 of 16, to 1e-30", ENCLOSED, _thresholds, "verify"),
@@ -89,13 +77,6 @@ _ROWS: tuple[tuple[str, str, Path, Callable[[Any], tuple[str, bool]], str], ...]
     ("the (alpha, gamma) region proved", "90%, 2 h of one core", REGIONS, _region, "regions"),
     ("one orbit certified", "0.2 s", ENCLOSED, _orbit, "verify"),
     ("motions from rest, over alpha", "99%", ATTRACTION, _attraction, "attraction"),
-    (
-        "regimes where all motions tend to one orbit",
-        f"{_REGIMES} of {_REGIMES}",
-        EVERYWHERE,
-        _everywhere,
-        "everywhere",
-    ),
 )
 
 

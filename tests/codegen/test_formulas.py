@@ -20,10 +20,7 @@ PARTS = (
     r"1(\.0)?\s*\+\s*(\w+(\.|->))*kappa\b",
 )
 # Independent by intention: other tools' integrators, the paper's own text, and the theory's proofs.
-# A covering has the capsule at rest, and chords and bounds in place of the force; tests hold its
-# steps to runs of the map.
 WITNESSES = ("_bench", "generated", "_symbolic/paper", "_symbolic/proofs")
-WITNESSES += ("_enclosures/regions/covering.py", "_enclosures/regions/trapping.py")
 WITNESSES += tuple(
     f"_symbolic/{name}.py"
     for name in (

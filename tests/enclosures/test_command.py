@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import runpy
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,11 +13,9 @@ from click.testing import CliRunner
 
 from capsule_sym import Parameters, simulate
 from capsule_sym._cli import group
-from capsule_sym._commands import enclose as command
 from capsule_sym._enclosures.certificates import checker, section4
 from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._enclosures.passage.runs import enclose_run
-from capsule_sym._enclosures.regions import covering
 from capsule_sym._map.trajectory import Kept
 
 
@@ -128,26 +124,8 @@ def test_the_checker_says_in_one_line_what_is_no_certificate(
 
 
 def test_two_proofs_at_once_are_refused() -> None:
-    run = CliRunner().invoke(group, ["enclose", "--everywhere", "--region", "plane.jsonl"])
+    run = CliRunner().invoke(
+        group, ["enclose", "--from-rest", "rest.jsonl", "--region", "plane.jsonl"]
+    )
     assert run.exit_code == 2
-    assert "--region and --everywhere exclude each other" in run.output
-
-
-def test_where_all_motions_go_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "spawning", lambda workers: ThreadPoolExecutor(1))
-    monkeypatch.setattr(command, "end", lambda pool: None)
-    monkeypatch.setattr(covering, "ALPHAS", ("0.001", "0.03"))
-    record = covering.record
-    proved = cache(lambda *values: record(dict(values)))  # once, and told twice
-    monkeypatch.setattr(covering, "record", lambda values: proved(*values.items()))
-    run = CliRunner().invoke(group, ["enclose", "--everywhere", "--json"])
-    assert run.exit_code == 1
-    found = json.loads(run.stdout)["everywhere"]
-    assert [(one["gamma"], one["alpha"]) for one in found] == [
-        (gamma, alpha) for gamma in ("3.3", "3.0") for alpha in ("0.001", "0.03")
-    ]
-    assert [one["failed"][:8] for one in found] == ["", "trapping"] * 2
-    assert found[0]["itinerary"] == ["F2"]
-    told = CliRunner().invoke(group, ["enclose", "--everywhere"]).output
-    assert "F2" in told
-    assert "the force is not below" in " ".join(told.split())
+    assert "--region and --from-rest exclude each other" in run.output

@@ -12,7 +12,7 @@ import pytest
 
 from capsule_sym._symbolic import verify
 from capsule_sym._symbolic.proofs.items import Result
-from capsule_sym._symbolic.reached import ATTRACTION, ENCLOSED, EVERYWHERE, MUTATIONS, REGIONS, rows
+from capsule_sym._symbolic.reached import ATTRACTION, ENCLOSED, MUTATIONS, REGIONS, rows
 
 SECTION = {
     "thresholds": [{"radius": 1e-92, "coefficient": "0.5"}] * 8,
@@ -24,13 +24,6 @@ GOOD: dict[Path, Any] = {
     ENCLOSED: {"sections": [SECTION, SECTION], "orbit_seconds": 0.1, "seconds": 150.0},
     REGIONS: {"share": 0.9375, "work": 12.0},
     ATTRACTION: {"share": 0.995, "work": 4000.0},
-    EVERYWHERE: {
-        "everywhere": [
-            {"gamma": gamma, "alpha": str(k), "itinerary": [f"F{k}"], "failed": ""}
-            for gamma in ("3.3", "3.0")
-            for k in range(9)
-        ]
-    },
 }
 
 
@@ -56,7 +49,7 @@ def results() -> list[Result]:
 def test_without_records_nothing_is_said_to_be_reached() -> None:
     own, *others = rows(results(), 100.0)
     assert own.met
-    assert [row.met for row in others] == [None] * 9
+    assert [row.met for row in others] == [None] * 8
     assert all(row.source.startswith("make ") for row in others)
 
 
@@ -64,7 +57,7 @@ def test_without_records_nothing_is_said_to_be_reached() -> None:
 def test_goals_are_met_by_good_records() -> None:
     write(GOOD)
     told = rows(results(), 100.0)
-    assert [row.met for row in told] == [True] * 10
+    assert [row.met for row in told] == [True] * 9
     assert told[6].reached.startswith("93.8%")
 
 
@@ -89,13 +82,6 @@ BAD = {
     "it took too long": (REGIONS, lambda held: held.update(work=7201.0), 6),
     "slow": (ENCLOSED, lambda held: held.update(orbit_seconds=0.21), 7),
     "too many begin elsewhere": (ATTRACTION, lambda held: held.update(share=0.989), 8),
-    "a regime is missing": (EVERYWHERE, lambda held: held["everywhere"].pop(), 9),
-    "a regime failed": (EVERYWHERE, lambda held: held["everywhere"][0].update(failed="why"), 9),
-    "a regime is told twice": (
-        EVERYWHERE,
-        lambda held: held["everywhere"][1].update(itinerary=["F0"]),
-        9,
-    ),
     "long": (ENCLOSED, lambda held: held.update(seconds=201.0), 1),
     "a coefficient is missing": (
         ENCLOSED,
@@ -132,5 +118,5 @@ def test_a_damaged_record_is_said_to_be_unreadable() -> None:
     write(GOOD)
     ENCLOSED.write_text("{")
     told = rows(results(), 100.0)
-    assert [row.met for row in told] == [True, None, True, None, None, None, True, None, True, True]
+    assert [row.met for row in told] == [True, None, True, None, None, None, True, None, True]
     assert told[3].reached == "unreadable record"
