@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from fractions import Fraction
 from itertools import count
 from pathlib import Path
@@ -11,7 +12,15 @@ from time import perf_counter
 import pytest
 from click.testing import CliRunner
 
-from capsule_sym import Parameters, certify_run, simulate
+from capsule_sym import (
+    Parameters,
+    certify_bifurcation,
+    certify_orbit,
+    certify_run,
+    continue_orbit,
+    simulate,
+    solve_orbit,
+)
 from capsule_sym._cli import group
 from capsule_sym._enclosures.numbers.balls import Unproved
 from capsule_sym._native import watch
@@ -94,6 +103,33 @@ def test_the_command_says_what_is_not_proved_and_leaves_the_file(tmp_path: Path)
     (line,) = result.stderr.splitlines()
     assert line.startswith("not proved: the run: ")
     assert path.read_text() == "as it was"
+
+
+@pytest.fixture
+def ticking(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A clock on which each look at it takes a second."""
+    clock = count(int(perf_counter()))
+    monkeypatch.setattr(watch, "perf_counter", lambda: next(clock))
+    return clock
+
+
+@pytest.mark.usefixtures("ticking")
+def test_the_time_is_looked_at_within_a_segment() -> None:
+    # With many bits one segment takes as long as thousands with few.
+    run = simulate(Parameters(alpha=0.0), periods=1)
+    assert len(run.segments) == 1
+    with pytest.raises(Unproved, match="the time was over"):
+        certify_run(run, max_seconds=3)
+
+
+@pytest.mark.usefixtures("ticking")
+def test_orbits_and_bifurcations_are_certified_in_time_or_not_at_all() -> None:
+    orbit = solve_orbit(Parameters(alpha=0.7))
+    with pytest.raises(Unproved, match="the time was over before the orbit was proved"):
+        certify_orbit(orbit, max_seconds=10)
+    (found, *_) = continue_orbit(orbit, "alpha", 0.2).bifurcations
+    with pytest.raises(Unproved, match="the time was over before the bifurcation was proved"):
+        certify_bifurcation(found, max_seconds=10)
 
 
 def test_a_run_that_is_not_certified_in_time_is_unproved(

@@ -55,14 +55,16 @@ def _decimals(values: Iterable[float], exact: Mapping[str, str] | None) -> dict[
     return {name: (exact or {}).get(name, exactly(value)) for name, value in given}
 
 
-def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[str, Any]:
+def certify_orbit(
+    orbit: Orbit, exact: Mapping[str, str] | None = None, *, max_seconds: float = math.inf
+) -> dict[str, Any]:
     """A certificate of an orbit: existence, uniqueness, itinerary, and stability if it is stable.
 
     The parameters are the decimals that its doubles print as, or those in `exact`. Raises Unproved
-    with the step that failed.
+    with the step that failed, and after `max_seconds`.
     """
     parameters = _decimals(orbit.values, exact)
-    with precision(_BITS):
+    with Watch(checked_seconds(max_seconds)), precision(_BITS):
         shooting = shooting_of(orbit.itinerary, orbit.values, (), parameters)
         guess = guess_of(shooting, orbit)
         tube = prove(shooting, guess, {}, stable=False)
@@ -71,15 +73,19 @@ def certify_orbit(orbit: Orbit, exact: Mapping[str, str] | None = None) -> dict[
         except Unproved:
             stable = False
         return {"kind": "orbit", **_written(tube, parameters, stable)}
+    raise Unproved("certificate", "the time was over before the orbit was proved")
 
 
 def certify_bifurcation(
-    found: Bifurcation | CurvePoint, exact: Mapping[str, str] | None = None
+    found: Bifurcation | CurvePoint,
+    exact: Mapping[str, str] | None = None,
+    *,
+    max_seconds: float = math.inf,
 ) -> tuple[dict[str, Any], Event]:
     """A certificate of a bifurcation at which a segment has the duration 0, and what was proved.
 
     Of a point of a curve alpha is solved for, the other parameters are those of the point. Raises
-    Unproved with the step that failed, and for a smooth bifurcation.
+    Unproved with the step that failed, for a smooth bifurcation, and after `max_seconds`.
     """
     if found.segment is None:
         raise Unproved("type", f"{_named(found)} has no segment of duration 0")
@@ -88,7 +94,7 @@ def certify_bifurcation(
         raise Unproved("certificate", "the checker solves for alpha only")
     orbit = found.orbit
     parameters = _decimals(orbit.values, exact)
-    with precision(_BITS):
+    with Watch(checked_seconds(max_seconds)), precision(_BITS):
         event = prove_event(orbit, (found.segment,), (free,), parameters)
         values = {name: decimal(value) for name, value in event.values.items()}
         return {
@@ -109,6 +115,7 @@ def certify_bifurcation(
             "free": values,
             "still": [found.segment],
         }, event
+    raise Unproved("certificate", "the time was over before the bifurcation was proved")
 
 
 def certify_run(
@@ -122,11 +129,13 @@ def certify_run(
     Start and parameters are the decimals that its doubles print as, or those in `exact` by name.
     Raises Unproved with the segment that is not what comes next, and after `max_seconds`.
     """
-    passage = None
     with Watch(checked_seconds(max_seconds)):
-        passage = enclose_run(trajectory, exact)
-    if passage is None:
-        raise Unproved("certificate", "the time was over before every switch was proved")
+        return _certified_run(trajectory, exact)
+    raise Unproved("certificate", "the time was over before every switch was proved")
+
+
+def _certified_run(trajectory: Trajectory, exact: Mapping[str, str] | None) -> dict[str, Any]:
+    passage = enclose_run(trajectory, exact)
     segments, (begin, start) = trajectory.segments, trajectory.origin
     if segments[-1].end.phase != 0:
         raise Unproved("certificate", "the run does not end with a period")
@@ -186,11 +195,11 @@ def certificates(
             if limit.over:
                 raise Unproved("certificate", "the time was over")
             if isinstance(one, Orbit):
-                proved.append(certify_orbit(one, exact))
+                proved.append(certify_orbit(one, exact, max_seconds=limit.left))
             elif isinstance(one, Trajectory):
                 proved.append(certify_run(one, exact, max_seconds=limit.left))
             else:
-                proved.append(certify_bifurcation(one, exact)[0])
+                proved.append(certify_bifurcation(one, exact, max_seconds=limit.left)[0])
         except Unproved as error:
             failed.append(f"{_named(one)}: {error}")
     return proved, failed

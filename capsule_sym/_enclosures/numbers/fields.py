@@ -2,7 +2,8 @@
 
 The extended state y = (x_r, v_r, v_c, alpha cos, alpha sin, 1) obeys y' = A y. For short durations
 exp(A h) is its series with a bound on the tail, which keeps what is small with h small; for longer
-ones flint's exponential of the matrix at the ball's midpoint is moved by its derivatives.
+ones, and with many bits, flint's exponential of the matrix at the ball's midpoint is moved by its
+derivatives.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from capsule_sym._enclosures.numbers.balls import (
     unit,
     upper,
 )
+from capsule_sym._native import check_time
 from capsule_sym.generated import fields as _generated
 from capsule_sym.generated.facts import FIELDS
 
@@ -34,6 +36,7 @@ generated: Any = _generated  # what is printed has no types
 _FAR = 100.0  # exponents beyond which a bound is of no use
 _NARROW = 1e-9  # radius of a parameter below which nothing is gained by its derivative
 _SHORT = 1.0  # norm times duration below which the series is used
+_SERIES_BITS = 512  # bits beyond which flint's exponential takes a fraction of the time
 
 
 def at_rest(field: int) -> bool:
@@ -62,7 +65,8 @@ class Exponential:
 
     def rest(self, h: Ball, zeros: int = 0) -> Matrix:
         """exp(A h) without its terms below A^zeros, over h^zeros: finite at h = 0."""
-        if self.short(h):
+        check_time()
+        if self.short(h) and (zeros or bits() <= _SERIES_BITS):
             order = _order(bits())
             total = self.A * 0
             for term in reversed(self.terms(order)[zeros:]):

@@ -26,6 +26,7 @@ from capsule_sym._enclosures.numbers.balls import (
 )
 from capsule_sym._enclosures.numbers.fields import Field
 from capsule_sym._enclosures.passage.switches import Orders
+from capsule_sym._native import check_time
 
 _ORDER = 16
 _STEP_BITS = 128  # of the flow over a piece: a guard that is positive is so by more
@@ -203,6 +204,7 @@ class Watch:
         done, pieces, depth, length = 0.0, 0, 0, part
         here = state
         while done < reach:
+            check_time()
             length = min(length, _dyadic(reach - done))
             held = line.positive(guard, order if done == 0 else 0, here, length)
             if held is None:

@@ -54,6 +54,7 @@ Bundle = NDArray[np.float64]
 
 _MOST, _KEPT = 48, 28  # columns beyond which the shortest are put into a box, and how many stay
 _REFINEMENTS = 12
+_FIRST_BITS = 128  # of the first step of Newton's method; each further one has twice as many
 _SLOPE_BITS = 80  # of slopes along a reach, which multiply what is small already
 _UP = 1 + 1e-12
 _HEAD = unit(SIZE, ROWS)
@@ -214,14 +215,16 @@ def _switch(
     rate = row * field.A
     h, start = arb(step.duration), _states(bundle) * _chosen(bundle.ncols())
     near = max(2.0 ** (-digits / 2), 1e-300)
-    start = start.mid()
-    for _ in range(_REFINEMENTS):
-        there = field.flow(h) * start
-        move = (row * there)[0, 0] / (rate * there)[0, 0]
-        if not upper(move) < 1:
-            raise Unproved("first switch", f"{name} has no switch near the guess")
-        h = arb((h - move).mid())
-        if upper(move) < near:
+    start, most = start.mid(), bits()
+    for step_number in range(_REFINEMENTS):
+        used = min(most, _FIRST_BITS << step_number)
+        with precision(used):
+            there = field.flow(h) * start
+            move = (row * there)[0, 0] / (rate * there)[0, 0]
+            if not upper(move) < 1:
+                raise Unproved("first switch", f"{name} has no switch near the guess")
+            h = arb((h - move).mid())
+        if used == most and upper(move) < near:
             break
     moved = _flow(field, h) * bundle
     states = _states(moved)
