@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from capsule_sym._parameters import PhysicalParameters
 
 Function = Callable[[Any], Any]
+Evaluated = Callable[[Mapping[str, Any]], Any]
 _LONGEST = 200  # characters of a function
 _SAMPLES = 65  # places of a path at which its values are checked before it is followed
 _ON_PATH = 1e-12  # relative distance of an orbit's parameters from the path it is to lie on
@@ -214,42 +215,33 @@ def _function(text: str, name: str) -> Function:
     return lambda value: body({name: value})
 
 
-def arithmetic(field: str, text: str, names: Collection[str]) -> Callable[[Mapping[str, Any]], Any]:
+def arithmetic(field: str, text: str, names: Collection[str]) -> Evaluated:
     """The function of values by name that a text of arithmetic gives; raises InvalidInput."""
     try:
-        body = ast.parse(text[: _LONGEST + 1].strip(), mode="eval").body
+        if len(text) > _LONGEST:
+            raise ValueError(text)
+        return _evaluated(ast.parse(text.strip(), mode="eval").body, names)
     except (SyntaxError, ValueError, MemoryError, RecursionError):
-        body = None
-    if body is None or len(text) > _LONGEST or not _allowed(body, names):
         known = ", ".join(names)
         allowed = f"numbers, {known}, + - * / ** and parentheses, {_LONGEST} characters at most"
-        raise InvalidInput(field, text, allowed)
-    return lambda values: _evaluated(body, values)
+        raise InvalidInput(field, text, allowed) from None
 
 
-def _allowed(node: ast.expr, names: Collection[str]) -> bool:
-    if isinstance(node, ast.BinOp):
-        power = not isinstance(node.op, ast.Pow) or not _names(node.right)
-        sides = _allowed(node.left, names) and _allowed(node.right, names)
-        return type(node.op) in _OPERATIONS and power and sides
-    if isinstance(node, ast.UnaryOp):
-        return isinstance(node.op, ast.USub) and _allowed(node.operand, names)
-    if isinstance(node, ast.Constant):
-        return type(node.value) in (int, float)
-    return isinstance(node, ast.Name) and node.id in names
-
-
-def _names(node: ast.expr) -> bool:
-    return any(isinstance(one, ast.Name) for one in ast.walk(node))
-
-
-def _evaluated(node: ast.expr, values: Mapping[str, Any]) -> Any:
-    if isinstance(node, ast.BinOp):
-        sides = _evaluated(node.left, values), _evaluated(node.right, values)
-        return _OPERATIONS[type(node.op)](*sides)
-    if isinstance(node, ast.UnaryOp):
-        return -_evaluated(node.operand, values)
-    # Powers of whole numbers may have more digits than there is time for.
-    if isinstance(node, ast.Name):
-        return values[node.id]
-    return float(ast.literal_eval(node))
+def _evaluated(node: ast.expr, names: Collection[str]) -> Evaluated:
+    """The function of an expression; raises ValueError where it is no arithmetic of these names."""
+    match node:
+        case ast.BinOp(left, op, right) if type(op) in _OPERATIONS:
+            # Exponents have no names: a power is differentiated by its base.
+            apply, first = _OPERATIONS[type(op)], _evaluated(left, names)
+            second = _evaluated(right, () if isinstance(op, ast.Pow) else names)
+            return lambda values: apply(first(values), second(values))
+        case ast.UnaryOp(ast.USub(), operand):
+            negated = _evaluated(operand, names)
+            return lambda values: -negated(values)
+        case ast.Constant(value) if type(value) in (int, float):
+            # Powers of whole numbers may have more digits than there is time for.
+            number = float(ast.literal_eval(node))
+            return lambda values: number
+        case ast.Name(name) if name in names:
+            return lambda values: values[name]
+    raise ValueError(ast.dump(node))

@@ -119,11 +119,9 @@ class CurveRun(Run):
         self.kind = kind
         self.points: list[CurvePoint] = []
         self.codimension_two: list[CodimensionTwoPoint] = []
-        self.first: State
 
     def go(self, first: State) -> tuple[Ending, str]:
         """Follow the curve from a state to its end, and say why it ends."""
-        self.first = first
         ending, detail = self.follow(lambda: first)
         lost = ending in (Ending.NOT_CONVERGED, Ending.NO_ADMISSIBLE_ORBIT)
         try:

@@ -303,8 +303,9 @@ _ROUNDINGS = 8
 class Run(ABC):
     """A run of a continuation, with at least so many steps to each range of what varies."""
 
+    first: State
     last: State | None = None
-    """The last state that was added."""
+    """The first and the last state that were added."""
 
     def __init__(self, continuation: Continuation, points: int, most: int) -> None:
         self.continuation, self.problem = continuation, continuation.problem
@@ -314,9 +315,9 @@ class Run(ABC):
         """Follow the path from a state to its end, and say why it ends."""
         length = self.problem.settings.first_step
         try:
-            first = begin()
-            self.add(first)
-            self.last = first
+            self.first = begin()
+            self.add(self.first)
+            self.last = self.first
             for _ in range(self.most - 1):
                 before = self.last
                 self.last, length = self._step(before, length)
