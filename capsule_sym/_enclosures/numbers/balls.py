@@ -5,7 +5,7 @@ A comparison of balls that is true is a proof; one that is not says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from fractions import Fraction
 from typing import Any, TypeAlias
@@ -67,11 +67,6 @@ def ball(value: Any, radius: Any = 0) -> Ball:
     else:
         found = arb(value)
     return found + arb(0, radius) if radius else found
-
-
-def column(values: Sequence[Any]) -> Matrix:
-    """A column of balls."""
-    return arb_mat(len(values), 1, list(values))
 
 
 def matrix(rows: int, columns: int, entries: Iterable[tuple[int, int, Any]] = ()) -> Matrix:

@@ -238,18 +238,9 @@ def exponential(rates: Form, h: Form) -> Form:
 
 def shifted(rates: Matrix, h: Form, flow: Any) -> Form:
     """The exponential of a narrow matrix times a number, `flow` that of a number alone."""
-    terms, wide = [flow(h.c)], flow(h.hull)
+    terms, last = [flow(h.c)], flow(h.hull)
     for k in range(1, DEGREE + 1):
         terms.append(rates * terms[-1] / k)
     for k in range(1, DEGREE + 2):
-        wide = rates * wide / k
-    away = Form((h.c * 0, *h.p[1:]), h.e)
-    found = _constant(terms[0])
-    power = away
-    for k in range(1, DEGREE + 1):
-        found = found + terms[k] * power
-        power = power * away
-    left, last = away.range, away.range
-    for _ in range(DEGREE):
-        last = last * left
-    return Form(found.p, found.e + wide * last)
+        last = rates * last / k
+    return h.composed(terms, last)
