@@ -131,22 +131,22 @@ class Branch(Labelled):
 
 
 class BranchRun(Run):
-    """One run along a branch, from unknowns u of a continuation on, to the side of `along`."""
+    """One run along a branch."""
 
-    def __init__(
-        self, continuation: Continuation, u: Vector, along: Vector, points: int, origin: str = ""
-    ) -> None:
+    def __init__(self, continuation: Continuation, points: int, origin: str = "") -> None:
         super().__init__(continuation, points, continuation.settings.most_points)
-        self.start, self.along, self.origin = u, along, origin
-        (self.axis,) = continuation.axes
+        self.origin, (self.axis,) = origin, continuation.axes
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
 
-    def go(self, neighbour: Neighbour | None = None) -> Branch:
-        """Follow the branch to its end; it may begin beside a point, with what lies between."""
+    def go(self, u: Vector, along: Vector, neighbour: Neighbour | None = None) -> Branch:
+        """Follow the branch from unknowns u to the side of `along`, to its end.
+
+        It may begin beside a point, with what lies between.
+        """
 
         def begin() -> State:
-            state = self.continuation.state(self.start, self.along)
+            state = self.continuation.state(u, along)
             if neighbour is not None:
                 self.record_between(neighbour)
             return state
@@ -167,7 +167,7 @@ class BranchRun(Run):
 
     def reach_border(self, state: State) -> None:
         ending = Ending.REACHED
-        if state.u[-1] < 0.5 and self.start[-1] < self.problem.settings.neighbour_step:
+        if state.u[-1] < 0.5 and self.first.u[-1] < self.problem.settings.neighbour_step:
             # It runs the other way: to an orbit beyond a fold, however near, or along itself
             # with the halves of a doubled orbit exchanged.
             end, first = whole_orbit(state.orbit), self.points[0].orbit

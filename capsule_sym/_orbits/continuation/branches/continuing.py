@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._map.backend import Backend, Number
 from capsule_sym._native import Watch
 from capsule_sym._orbits.continuation.branches.branch import Branch, BranchRun
+from capsule_sym._orbits.continuation.families.arclength import Vector
 from capsule_sym._orbits.continuation.families.states import Axis, Ending, Problem, State, Stop
 from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half
 from capsule_sym._orbits.continuation.parameter_paths import (
@@ -26,8 +26,6 @@ from capsule_sym._orbits.shooting.identity import same
 from capsule_sym._orbits.shooting.orbit import NoOrbit, Orbit
 from capsule_sym._orbits.shooting.symmetry import whole_orbit
 from capsule_sym._parameters import Parameters
-
-_AnyRun = TypeVar("_AnyRun", bound=BranchRun)
 
 
 def continue_orbit(
@@ -53,9 +51,10 @@ def continue_orbit(
     """
     axis = axis_from(orbit, parameter_path(parameter, ties), to)
     with computing(points, settings, max_seconds) as (numbers, limit):
-        run = _run_from(BranchRun, numbers, orbit, axis, 1.0, points, settings)
+        continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
         with limit:
-            found = run.go()  # says itself that the time was over
+            # It says itself that the time was over.
+            found = BranchRun(continuation, points).go(u, np.eye(len(u))[-1])
     return found
 
 
@@ -92,29 +91,21 @@ def follow_both_ways(
     found: list[Branch] = []
     passed: list[Orbit] = []
     for side in (1.0, -1.0):
-        run = _run_from(_PassingRun, numbers, orbit, axis, side, points, settings)
+        continuation, u = _begin(Problem(numbers, (axis,), settings), orbit)
+        run = _PassingRun(continuation, points)
         with limit:
-            found.append(run.go())  # says itself that the time was over
+            found.append(run.go(u, side * np.eye(len(u))[-1]))
         passed += run.passed
         if found[-1].status is Ending.RETURNED:
             return (found[-1],), tuple(run.passed)
     return tuple(found), tuple(passed)
 
 
-def _run_from(
-    kind: type[_AnyRun],
-    numbers: Backend,
-    orbit: Orbit,
-    axis: Axis,
-    side: float,
-    points: int,
-    settings: ContinuationSettings,
-) -> _AnyRun:
-    """The run from an orbit, to a side of its value."""
-    start = first_half(orbit, (axis,)) or orbit
-    continuation = Continuation(Problem(numbers, (axis,), settings), start)
-    u = continuation.unknowns(start)
-    return kind(continuation, u, side * np.eye(len(u))[-1], points)
+def _begin(problem: Problem, orbit: Orbit) -> tuple[Continuation, Vector]:
+    """The continuation of an orbit, and its unknowns."""
+    start = first_half(orbit, problem.axes) or orbit
+    continuation = Continuation(problem, start)
+    return continuation, continuation.unknowns(start)
 
 
 def axis_from(orbit: Orbit, path: ParameterPath, to: float) -> Axis:
@@ -170,7 +161,7 @@ class _PassingRun(BranchRun):
 
     def add(self, state: State) -> None:
         super().add(state)
-        mark, before = self.start[-1], self.last
+        mark, before = self.first.u[-1], self.last
         if before is None or not (before.u[-1] - mark) * (state.u[-1] - mark) < 0:
             return
         orbit = self._orbit_at_start(before, state)
@@ -182,7 +173,7 @@ class _PassingRun(BranchRun):
 
     def _orbit_at_start(self, before: State, after: State) -> Orbit | None:
         """The orbit between two neighbours at the value where the run began; None if none."""
-        mark = self.start[-1]
+        mark = self.first.u[-1]
         for state, other in ((before, after), (after, before)):
             step = state.tangent / state.tangent[-1]
             if state.orbit.itinerary == other.orbit.itinerary:

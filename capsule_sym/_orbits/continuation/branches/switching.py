@@ -49,8 +49,8 @@ class _Start(NamedTuple):
     neighbour: Neighbour | None = None
 
     def followed(self, points: int, origin: str) -> Branch:
-        u, tangent = self.state.u, self.state.tangent
-        return BranchRun(self.continuation, u, tangent, points, origin).go(self.neighbour)
+        run = BranchRun(self.continuation, points, origin)
+        return run.go(self.state.u, self.state.tangent, self.neighbour)
 
 
 def continue_from(
