@@ -2,16 +2,28 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from capsule_sym._symbolic.model.declaration import DEFAULT, BadDeclaration, load
+from capsule_sym._symbolic.model.declaration import DEFAULT, BadDeclaration, Model, load
 
+ZETA: dict[str, Any] = {
+    "default": 0.05,
+    "between": (0, 1),
+    "label": "damping",
+    "definition": "c",
+    "about": "Damping.",
+    "slider": (0, 1, 0.1),
+}
 TEXT = DEFAULT.read_text(encoding="utf-8")
 
+FREE = 'model.region("NC", x_r < delta, stiffness=0)'
+HELD = 'model.region("C", x_r > delta, stiffness=beta)'
 WRONG = {
     "a symbol that Python does not know": (
         "2 * zeta * v_r",
@@ -53,6 +65,77 @@ WRONG = {
         "2 * zeta * v_r**2",
         "the interaction force is linear in x_r and v_r",
     ),
+    "regions in the other order": (
+        f"{FREE}\n{HELD}",
+        f"{HELD}\n{FREE}",
+        "the first region is x_r < delta",
+    ),
+    "the second spring in both regions": (
+        "stiffness=0)",
+        "stiffness=beta)",
+        "the second spring is free: 0",
+    ),
+    "a stiffness that is not declared": (
+        "stiffness=beta)",
+        "stiffness=x_r)",
+        "no polynomial >= 0 of parameters",
+    ),
+    "friction that is a number": (
+        'model.drift("BD", v_c < 0, against=f_b)',
+        'model.drift("BD", v_c < 0, against=1)',
+        "no way from S to FD or BD",
+    ),
+    "a mass without forces": (
+        "model.mass(alpha * cos(omega * tau) - P)",
+        "model.mass(1)",
+        "forces",
+    ),
+    "no interaction": (
+        "model.interaction(x_r + 2 * zeta * v_r + kappa * (x_r - delta))",
+        "model.interaction(0)",
+        "the interaction force is linear",
+    ),
+    "a region that is everywhere": (
+        'model.region("NC", x_r < delta,',
+        'model.region("NC", True,',
+        "True is no strict inequality",
+    ),
+    "a force that depends on time": (
+        "model.interaction(x_r + ",
+        "model.interaction(x_r * cos(tau) + ",
+        "the interaction force is linear",
+    ),
+    "a spring that is squared": (
+        "2 * zeta * v_r + kappa",
+        "2 * zeta * v_r + kappa**2 * x_r + kappa",
+        "the interaction force is linear",
+    ),
+    "a division by a parameter that may be 0": (
+        "2 * zeta * v_r",
+        "2 * zeta * v_r / delta",
+        "polynomials of the parameters",
+    ),
+    "damping that may be negative": (
+        "2 * zeta * v_r",
+        "2 * (zeta - beta) * v_r",
+        "coefficients > 0 and >= 0",
+    ),
+    "a parameter with a name of the state": ('"zeta", 0.05,', '"x_r", 0.05,', "is in use"),
+    "a parameter with a name of generated code": ('"zeta", 0.05,', '"K", 0.05,', "is in use"),
+    "a parameter with a keyword's name": ('"zeta", 0.05,', '"lambda", 0.05,', "no name in C"),
+    "a name twice but for its case": ('"zeta", 0.05,', '"Alpha", 0.05,', "letters of any case"),
+    "a frequency that may be 0": ("(1e-6, 1e6)", "(0, 1e6)", "omega has to be > 0"),
+    "an amplitude that may be negative": (
+        '"alpha", 0.7, (0, 1e10)',
+        '"alpha", 0.7, (-1, 1e10)',
+        "alpha has to be >= 0",
+    ),
+    "a range without end": ('"zeta", 0.05, (0, 1e4)', '"zeta", 0.05, (0, 1e999)', "not finite"),
+    "friction before the force": (
+        "kappa = model.stiffness",
+        'model.drift("FD", v_c > 0, against=f_b); kappa = model.stiffness',
+        "said before the interaction",
+    ),
     "a mode left out": (
         'model.drift("BD", v_c < 0, against=f_b)\n',
         "\n",
@@ -87,6 +170,22 @@ def test_a_wrong_declaration_is_refused_with_its_line(
     place, number, _ = text.split(":", 2)
     assert place == str(path)
     assert abs(int(number) - line) <= 1
+
+
+def test_names_in_generated_code_are_refused() -> None:
+    """All names in functions into which a parameter is unpacked, but those of parameters."""
+    own = {one.name for one in load(DEFAULT).parameters}
+    found = set()
+    for file in ("py/kernels.py", "mp/kernels.py", "formulas.py"):
+        text = (DEFAULT.parents[3] / "generated" / file).read_text(encoding="utf-8")
+        for body in ast.parse(text).body:
+            if isinstance(body, ast.FunctionDef) and "= c.zeta" in ast.unparse(body):
+                found |= {one.arg for one in body.args.args}
+                found |= {one.id for one in ast.walk(body) if isinstance(one, ast.Name)}
+    assert len(found) > 100
+    for name in sorted(found - own):
+        with pytest.raises(BadDeclaration, match="in use"):
+            Model().parameter(name, **ZETA)
 
 
 def test_the_generator_says_it_in_one_line_and_writes_nothing(tmp_path: Path) -> None:
