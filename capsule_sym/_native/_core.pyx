@@ -235,7 +235,7 @@ cdef class Fields:
 
         Returns z, the system as of `evaluate_itinerary`, the status, the steps and the residual of the
         search, and the parameters, which move along `direction` in place of unknown `held`. The
-        status is None where the watch stopped it.
+        status and the system are None where the watch stopped it.
         """
         cdef double[::1] at
         z = np.array(z, dtype=float)
@@ -262,7 +262,7 @@ cdef class Fields:
         if stop == REFUSED:
             raise ValueError("no itinerary of fields 1 to 6, or no parameters")
         values = tuple((<double *> &parameters)[i] for i in range(CAPSULE_PARAMETER_COUNT))
-        arrays = _arrays(block, &system, itinerary.count)
+        arrays = _arrays(block, &system, itinerary.count) if stop == DONE else None
         status = solution.status if stop == DONE else None
         return z, arrays, status, solution.steps, solution.residual, values
 

@@ -299,7 +299,8 @@ typedef struct {
 
 /* Solves the equations of an itinerary near z by damped steps of Newton's method, for parameters that
    stay, or that move along a direction while an unknown keeps its value: a segment of duration 0 is
-   a bifurcation. `z`, `parameters` and `system` receive where the search ended. */
+   a bifurcation. `z`, `parameters` and `system` receive where the search ended, but for the system where
+   the watch stopped it. */
 capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
                                      const capsule_itinerary_request *request,
                                      capsule_parameters *parameters, double *z,

@@ -23,12 +23,25 @@
 enum { ANGLE = STATES, DURATION };
 typedef enum { NEVER, IMPACT, LANDING, SLIP, IMPOSSIBLE } guard_kind;
 
+/* A sum in two parts: long itineraries pass many turns, and their angles would lose digits to them. */
+typedef struct {
+    double whole, rest;
+} angle_sum;
+
+static void turn_on(angle_sum *angle, double omega, double h)
+{
+    const double more = omega * h, sum = angle->whole + more, part = sum - angle->whole;
+    angle->rest += (angle->whole - (sum - part)) + (more - part) + fma(omega, h, -more);
+    angle->whole = sum;
+}
+
 /* What an evaluation works on. */
 typedef struct {
     const capsule_itinerary *itinerary;
     capsule_constants field[CAPSULE_FIELD_COUNT];
     double omega;
     int count, columns;
+    capsule_watch *watch; /* or null */
 } equations;
 
 static int neighbour(const capsule_itinerary *it, int i)
@@ -85,14 +98,16 @@ static double largest(const double *values, int count)
 
 /* A segment of a duration from a state. A duration of 0 would leave nothing to divide by; within
    rounding the limit is the same. */
-static void run_segment(const capsule_constants *c, const double state[STATES], double angle, double h,
+static void run_segment(const capsule_constants *c, const double state[STATES], angle_sum angle, double h,
                         capsule_segment_flow *p)
 {
+    const double cosine = cos(angle.whole), sine = sin(angle.whole);
     const double gap = state[0] - c->delta, margin = margin_at(c, state[0], gap, state[1]);
-    const capsule_start start = {state[0], gap, state[1], state[2], margin, cos(angle), sin(angle)};
+    const capsule_start start = {state[0], gap, state[1], state[2], margin,
+                                 cosine - angle.rest * sine, sine + angle.rest * cosine};
     double change[STATES] = {0.0};
     memcpy(p->start, &start, sizeof p->start);
-    p->angle = angle;
+    p->angle = angle.whole;
     p->duration = fabs(h) > UNIT ? h : UNIT;
     capsule_flow(c, &start, p->duration, change);
     const double slid = c->drift != 0.0 ? change[2] : -state[2];
@@ -161,7 +176,7 @@ static double guard_at(const equations *e, int i, const capsule_segment_flow *p,
     for (int node = 0; node < 4; node++) {
         capsule_segment_flow beside;
         double its[ROW], weight = 1.0;
-        run_segment(c, state, p->angle, NODE[node] * least, &beside);
+        run_segment(c, state, (angle_sum){p->angle, 0.0}, NODE[node] * least, &beside);
         divided_guard(c, next, zeros, &beside, its);
         for (int k = 0; k < 4; k++)
             if (k != node)
@@ -175,8 +190,8 @@ static double guard_at(const equations *e, int i, const capsule_segment_flow *p,
 /* The equations that close the orbit. The start is held to the surface of the last guard, in place of
    that component's equation: were it not, segments whose guards begin at 0 one after the other all
    round would fix their differences only. */
-static void close_up(const equations *e, const double *z, double elapsed, const double *end_by,
-                     capsule_system *to)
+static void close_up(const equations *e, const double *z, angle_sum angle, double elapsed,
+                     const double *end_by, capsule_system *to)
 {
     const int n = e->count, columns = e->columns;
     const capsule_itinerary *it = e->itinerary;
@@ -200,7 +215,9 @@ static void close_up(const equations *e, const double *z, double elapsed, const 
     for (int i = 0; i < n; i++)
         by[DURATION + i] = e->omega;
     by[columns - ROW + BY(omega)] = elapsed;
-    to->residual[n + STATES] = e->omega * elapsed - it->periods * turn;
+    const double periods = it->periods, turns = periods * turn;
+    const double lost = fma(periods, turn, -turns) + periods * (turn / TWO_PI) * TWO_PI_REST;
+    to->residual[n + STATES] = ((angle.whole - turns) - z[ANGLE]) + (angle.rest - lost);
 }
 
 /* The monodromy matrix over the segments from `first` on, all round. */
@@ -226,12 +243,13 @@ static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const c
     }
 }
 
-/* The equations at z. */
-static void evaluate(const equations *e, const double *z, capsule_system *to)
+/* The equations at z; whether the watch stopped it: then the residual is not a number. */
+static int evaluate(const equations *e, const double *z, capsule_system *to)
 {
     const int n = e->count, columns = e->columns;
     double *angle_by = to->workspace, *moved = angle_by + columns, *advance_by = moved + columns;
-    double angle = z[ANGLE], elapsed = 0.0;
+    angle_sum angle = {z[ANGLE], 0.0};
+    double elapsed = 0.0;
     memset(angle_by, 0, 2 * (size_t)columns * sizeof *angle_by);
     memset(to->advance_by, 0, (size_t)columns * sizeof *to->advance_by);
     memset(to->states_by, 0, (size_t)(STATES * columns) * sizeof *to->states_by);
@@ -244,6 +262,10 @@ static void evaluate(const equations *e, const double *z, capsule_system *to)
         capsule_segment_flow *p = &to->flows[i];
         const double *state_by = &to->states_by[i * STATES * columns];
         double row[ROW];
+        if (capsule_asked(e->watch, 4 + columns / 64)) {
+            to->residual[0] = NAN;
+            return 1;
+        }
         run_segment(c, i ? to->flows[i - 1].end : z, angle, z[DURATION + i], p);
         moved[DURATION + i] = 1.0;
         for (int k = 0; k < STATES; k++)
@@ -255,20 +277,21 @@ static void evaluate(const equations *e, const double *z, capsule_system *to)
         to->advance += p->moved[2];
         double *by = &to->by[i * columns];
         if (guard_of(e->itinerary, i) == NEVER) {
-            to->residual[i] = angle;
+            to->residual[i] = angle.whole;
             memcpy(by, angle_by, (size_t)columns * sizeof *by);
         } else {
             to->residual[i] = guard_at(e, i, p, row);
             chain_total(row, state_by, angle_by, moved, columns, by);
         }
         moved[DURATION + i] = 0.0;
-        angle += e->omega * z[DURATION + i];
+        turn_on(&angle, e->omega, z[DURATION + i]);
         elapsed += z[DURATION + i];
         angle_by[DURATION + i] = e->omega;
         angle_by[columns - ROW + BY(omega)] = elapsed;
     }
-    close_up(e, z, elapsed, &to->states_by[n * STATES * columns], to);
+    close_up(e, z, angle, elapsed, &to->states_by[n * STATES * columns], to);
     multiply(e->field, e->itinerary, to->flows, 0, (double (*)[STATES])to->monodromy);
+    return 0;
 }
 
 static equations equations_of(const capsule_parameters *parameters, const capsule_itinerary *it)
@@ -331,6 +354,7 @@ typedef struct {
     int count, unknowns, columns, held; /* held: -1 where the parameters stay */
     double *z, *trial, *matrix, *order, *step, *following;
     capsule_system at, ahead;
+    int stopped; /* by the watch */
 } search;
 
 /* An entry of the derivative by the unknowns, among which the parameter stands for what is held. */
@@ -375,6 +399,10 @@ static double condition(search *s)
             v[j] = column[j] / sqrt(sum);
     }
     for (int k = 0; k < m; k++) {
+        if (capsule_asked(s->request->watch, (int64_t)m * m / 1024)) {
+            s->stopped = 1;
+            return INFINITY;
+        }
         memset(column, 0, (size_t)m * sizeof *column);
         column[k] = row_of[k];
         capsule_substitute(s->matrix, (size_t)m, s->order, column, 1);
@@ -429,11 +457,12 @@ static int tried(search *s, double scale)
         if (!capsule_parameters_allowed(&s->trial_parameters))
             return 0;
     }
-    const equations e = equations_of(&s->trial_parameters, s->itinerary);
+    equations e = equations_of(&s->trial_parameters, s->itinerary);
+    e.watch = s->request->watch;
     for (int i = 0; i < s->count; i++)
         if (!(s->trial[DURATION + i] > -BACK / e.field[s->itinerary->fields[i] - 1].rate))
             return 0;
-    evaluate(&e, s->trial, &s->ahead);
+    s->stopped = evaluate(&e, s->trial, &s->ahead);
     return 1;
 }
 
@@ -442,7 +471,7 @@ static int tried(search *s, double scale)
 static int go_on(search *s, double least)
 {
     const double norm = largest(s->at.residual, s->unknowns);
-    for (double scale = 1.0; scale >= least; scale /= 2.0) {
+    for (double scale = 1.0; scale >= least && !s->stopped; scale /= 2.0) {
         if (!tried(s, scale) ||
             (!(largest(s->ahead.residual, s->unknowns) < norm) && !nearer(s, scale)))
             continue;
@@ -460,7 +489,7 @@ static int factored(search *s)
     for (int i = 0; i < s->unknowns; i++)
         for (int j = 0; j < s->unknowns; j++)
             s->matrix[i * s->unknowns + j] = slope(s, i, j);
-    return capsule_factor(s->matrix, (size_t)s->unknowns, s->order);
+    return capsule_factor(s->matrix, (size_t)s->unknowns, s->order, s->request->watch);
 }
 
 static capsule_stop solve(search *s, capsule_solution *solution)
@@ -472,11 +501,12 @@ static capsule_stop solve(search *s, capsule_solution *solution)
     if (!(solution->residual < INFINITY))
         return CAPSULE_DONE;
     for (solution->steps = 1; solution->steps <= MOST_STEPS; solution->steps++) {
-        if (capsule_asked(s->request->watch, 8 * s->count + (int64_t)m * m * m / 1024))
+        if (capsule_asked(s->request->watch, 8 * s->count))
             return CAPSULE_STOPPED;
         solution->status = CAPSULE_SINGULAR;
-        if (!factored(s))
-            return CAPSULE_DONE;
+        const int regular = factored(s);
+        if (regular <= 0)
+            return regular ? CAPSULE_STOPPED : CAPSULE_DONE;
         memcpy(s->step, s->at.residual, (size_t)m * sizeof *s->step);
         capsule_substitute(s->matrix, (size_t)m, s->order, s->step, 1);
         const double step = largest(s->step, m);
@@ -484,16 +514,18 @@ static capsule_stop solve(search *s, capsule_solution *solution)
         int solved = solution->residual <= tolerance;
         /* A solution is polished until a step's square is rounding, as far as rounding lets it. */
         const int better = go_on(s, solved ? 1.0 : LEAST_SCALE);
+        if (s->stopped)
+            return CAPSULE_STOPPED;
         const double size = fmax(1.0, largest(s->z, m));
         solution->residual = largest(s->at.residual, m);
         solved |= !better && solved_to_rounding(s, tolerance);
         if (solved && (!better || step <= sqrt(UNIT) * size || solution->steps == MOST_STEPS)) {
-            if (better && !factored(s))
-                return CAPSULE_DONE;
-            solution->status = CAPSULE_IMPRECISE;
-            if (!(condition(s) * UNIT <= LOST))
-                return CAPSULE_DONE;
-            solution->status = CAPSULE_SOLVED;
+            const int again = better ? factored(s) : 1;
+            const int precise = again > 0 && condition(s) * UNIT <= LOST;
+            if (again < 0 || s->stopped)
+                return CAPSULE_STOPPED;
+            if (again)
+                solution->status = precise ? CAPSULE_SOLVED : CAPSULE_IMPRECISE;
             return CAPSULE_DONE;
         }
         if (!better)
@@ -527,6 +559,8 @@ capsule_stop capsule_solve_itinerary(const capsule_itinerary *itinerary,
     s.trial = taken(&block, (size_t)unknowns);
     const capsule_stop stop = solve(&s, solution);
     *parameters = s.parameters;
+    if (stop != CAPSULE_DONE)
+        return stop;
     const equations e = equations_of(parameters, itinerary);
     evaluate(&e, z, system);
     return stop;

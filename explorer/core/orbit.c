@@ -58,7 +58,7 @@ static int solve(page_orbit *o, double *values, int held, int free, capsule_solu
 {
     static double workspace[CAPSULE_ITINERARY_ROOM(LONGEST_ITINERARY)];
     double direction[CAPSULE_PARAMETER_COUNT] = {0.0};
-    capsule_itinerary_request request = {.workspace = workspace, .held = held};
+    capsule_itinerary_request request = {.workspace = workspace, .held = held, .watch = &page_watch};
     capsule_parameters parameters;
     if (free >= 0)
         direction[free] = 1.0, request.direction = direction;

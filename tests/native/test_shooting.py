@@ -250,6 +250,19 @@ def test_a_map_is_remade_of_all_parameters() -> None:
         remade.remake(1.0)
 
 
+def test_a_long_itinerary_is_solved_from_its_solution() -> None:
+    """No equation loses digits to the turns that have passed: 9.8e-12 with angles in one double."""
+    orbit = solve_orbit(Parameters(alpha=0.7))
+    times = 700 // len(orbit.itinerary)
+    long = Itinerary(times * orbit.itinerary.segments, times)
+    z = [*orbit.z[:4], *(times * orbit.z[4:].tolist())]
+    found = solve_itinerary(orbit.parameters, long, z)
+    assert found.success
+    assert found.iterations <= 2
+    assert found.residual < 1e-13
+    assert found.z == pytest.approx(np.array(z), abs=1e-12)
+
+
 def test_a_watch_stops_the_search() -> None:
     orbit = solve_orbit(Parameters(alpha=0.6))
     long = Itinerary(200 * orbit.itinerary.segments, 200)
