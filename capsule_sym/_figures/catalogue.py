@@ -5,11 +5,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import capsule_sym
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.sizes import PAGE
 from capsule_sym._files import read_json
@@ -75,52 +75,33 @@ class Study:
         return [_BEGIN + (_END - _BEGIN) * i / (count - 1) for i in range(count)]
 
 
-def _fig1(study: Study) -> Figure:
-    from capsule_sym._figures.device import plot_fig1
-
-    return plot_fig1(width=study.width)
-
-
-def _fig2(study: Study) -> Figure:
-    from capsule_sym._figures.statespace import plot_fig2
-
-    return plot_fig2(study.schematic, **study.looks)
-
-
-def _bundles(study: Study, which: int) -> Figure:
-    from capsule_sym._figures.switching import plot_switching
+def _switching(study: Study, which: int) -> Figure:
     from capsule_sym._study.sections import sections
 
     parameters = study.schematic
     bundles = [study.store.bundle(one, parameters) for one in sections(parameters)[which - 3]]
-    return plot_switching(which, bundles, parameters, **study.looks)
+    return capsule_sym.plot_switching(which, bundles, parameters, **study.looks)
 
 
 def _fig6(study: Study) -> Figure:
-    from capsule_sym._figures.evolution import plot_fig6
-    from capsule_sym._study.data import orbit_of
-
-    record = study.branch()
-    exact = [orbit_of(one) for one in record["bifurcations"]]
-    return plot_fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
+    exact = [capsule_sym.orbit_from_record(one["orbit"]) for one in study.branch()["bifurcations"]]
+    return capsule_sym.plot_fig6(study.motions(study.evenly(_BEHIND)), exact, **study.looks)
 
 
 def _fig7(study: Study) -> Figure:
-    from capsule_sym._figures.portraits import plot_fig7
     from capsule_sym._study.casestudy import PANELS
 
-    return plot_fig7(study.motions(list(PANELS.values())), **study.looks)
+    return capsule_sym.plot_fig7(study.motions(list(PANELS.values())), **study.looks)
 
 
 def _around(study: Study, which: int, exactly: bool) -> Figure:
-    from capsule_sym._figures.events import plot_events
     from capsule_sym._study.data import orbit_of
     from capsule_sym._study.events import CROSSINGS, SLIDINGS, exact
 
     events = {8: CROSSINGS, 9: SLIDINGS}[which]
     if not exactly:
         groups = [study.motions(list(event.alphas)) for event in events]
-        return plot_events(events, groups, **study.looks)
+        return capsule_sym.plot_events(events, groups, **study.looks)
     record = study.branch()
     found = exact(events, record["bifurcations"])
     orbits: list[list[Motion]] = [
@@ -130,40 +111,21 @@ def _around(study: Study, which: int, exactly: bool) -> Figure:
         ]
         for event, one in found
     ]
-    return plot_events([event for event, _ in found], orbits, **study.looks)
-
-
-def _bifurcations(study: Study) -> Figure:
-    from capsule_sym._figures.branches import plot_bifurcations
-
-    return plot_bifurcations(study.branch(), width=study.width, device=study.device)
+    return capsule_sym.plot_events([event for event, _ in found], orbits, **study.looks)
 
 
 def _itineraries(study: Study) -> Figure:
-    from capsule_sym._figures.evolution import plot_itineraries
-
     motions = study.motions(study.evenly(_SAMPLES))
-    return plot_itineraries(motions, study.branch(), **study.looks, device=study.device)
+    return capsule_sym.plot_itineraries(motions, study.branch(), **study.looks, device=study.device)
 
 
-def _motion(study: Study) -> Figure:
-    from capsule_sym._figures.portraits import plot_motion
-
-    (found,) = study.store.motions([study.system])
-    return plot_motion(found, **study.looks, device=study.device)
+def _of_branch(study: Study, draw: Callable[..., Figure]) -> Figure:
+    return draw(study.branch(), width=study.width, device=study.device)
 
 
-def _margins(study: Study) -> Figure:
-    from capsule_sym._figures.portraits import plot_margins
-
-    (plot_motion,) = study.motions([study.system.alpha if study.chosen else 1.5])
-    return plot_margins(plot_motion, **study.looks, device=study.device)
-
-
-def _energies(study: Study) -> Figure:
-    from capsule_sym._figures.branches import plot_energies
-
-    return plot_energies(study.branch(), width=study.width, device=study.device)
+def _of_motion(study: Study, draw: Callable[..., Figure], alpha: float) -> Figure:
+    (found,) = study.motions([alpha])
+    return draw(found, **study.looks, device=study.device)
 
 
 def _chart(study: Study) -> Figure:
@@ -183,13 +145,12 @@ def measured() -> Path:
 
 
 def _work_precision(study: Study) -> Figure:
-    from capsule_sym._figures.precision import plot_work_precision
-
     path = measured()
     if not path.exists():
         made = "there; make it with: capsule-sym bench --out results/bench"
         raise InvalidInput("results", str(path), made)
-    return plot_work_precision(read_json(path, "JSON", "results"), width=study.width)
+    record = read_json(path, "JSON", "results")
+    return capsule_sym.plot_work_precision(record, width=study.width)
 
 
 @dataclass(frozen=True)
@@ -223,23 +184,25 @@ class Entry:
 
 
 _MADE: dict[str, Callable[[Study], Figure]] = {
-    "fig1": _fig1,
-    "fig2": _fig2,
-    "fig3": partial(_bundles, which=3),
-    "fig4": partial(_bundles, which=4),
-    "fig5": partial(_bundles, which=5),
+    "fig1": lambda study: capsule_sym.plot_fig1(width=study.width),
+    "fig2": lambda study: capsule_sym.plot_fig2(study.schematic, **study.looks),
+    "fig3": lambda study: _switching(study, 3),
+    "fig4": lambda study: _switching(study, 4),
+    "fig5": lambda study: _switching(study, 5),
     "fig6": _fig6,
     "fig7": _fig7,
-    "fig8": partial(_around, which=8, exactly=False),
-    "fig8-exact": partial(_around, which=8, exactly=True),
-    "fig9": partial(_around, which=9, exactly=False),
-    "fig9-exact": partial(_around, which=9, exactly=True),
-    "motion": _motion,
-    "bifurcations": _bifurcations,
+    "fig8": lambda study: _around(study, 8, exactly=False),
+    "fig8-exact": lambda study: _around(study, 8, exactly=True),
+    "fig9": lambda study: _around(study, 9, exactly=False),
+    "fig9-exact": lambda study: _around(study, 9, exactly=True),
+    "motion": lambda study: _of_motion(study, capsule_sym.plot_motion, study.system.alpha),
+    "bifurcations": lambda study: _of_branch(study, capsule_sym.plot_bifurcations),
     "itineraries": _itineraries,
-    "energies": _energies,
+    "energies": lambda study: _of_branch(study, capsule_sym.plot_energies),
     "chart": _chart,
-    "margins": _margins,
+    "margins": lambda study: _of_motion(
+        study, capsule_sym.plot_margins, study.system.alpha if study.chosen else 1.5
+    ),
     "work-precision": _work_precision,
 }
 _RECORDS = tomllib.loads((files(__package__) / "figures.toml").read_text(encoding="utf-8"))
