@@ -38,20 +38,6 @@ def _shown(value: object) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-class Stopped(CapsuleError, RuntimeError):
-    """A run came to a point that no field leaves with certainty, before its periods were over."""
-
-    def __init__(self, passed: int, periods: int) -> None:
-        super().__init__(passed, periods)
-        self.passed, self.periods = passed, periods
-
-    def __str__(self) -> str:
-        return (
-            f"the run stopped undecided after {self.passed} of {self.periods} periods: "
-            "simulate says where, and returns what came before"
-        )
-
-
 class NotInstalled(CapsuleError, ImportError):
     """An optional library is missing; the message says how to install it."""
 

@@ -51,7 +51,7 @@ def goals(
     """All that follow from the rows there are."""
     return [
         *_ratio("20 periods from rest, one call a run", trajectory, OURS, 20.0),
-        *_ratio("the same by final_states, one row a call", trajectory, ONE_ROW, 12.0),
+        *_ratio("the same by simulate_many, one row a call", trajectory, ONE_ROW, 12.0),
         *_ratio("1,000 amplitudes, 100 periods, one core", sweep, OURS, 80.0),
         *_accuracy(trajectory, tangencies, sweep),
         *(Goal(f"wrong, {w.width}", w.wrong, f"in {w.runs} runs", "<=", 0) for w in widths),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule_sym._map import simulate
-from capsule_sym._map.batch import final_states, parameter_rows
+from capsule_sym._map.many import simulate_many
 from capsule_sym._parameters import Parameters
 
 _BATCH_PERIODS = 10
@@ -36,11 +36,12 @@ def growth(repeats: int, most: int, advance: Callable[[], None]) -> list[Growth]
     """Times with up to `most` periods of one run, and as many runs; `advance` after each."""
     found = []
     for against, value, p, runs, periods, threads in plan(most):
-        rows = parameter_rows(p, alpha=np.linspace(0.002, 2.0, runs) if runs > 1 else p.alpha)
+        amplitudes = np.linspace(0.002, 2.0, runs).tolist() if runs > 1 else [p.alpha]
+        systems = [p.replace(alpha=alpha) for alpha in amplitudes]
         spent = []
         for _ in range(repeats):
             begin = time.perf_counter()
-            final_states(rows, periods=periods, threads=threads)
+            simulate_many(systems, periods=periods, threads=threads)
             spent.append(time.perf_counter() - begin)
         each = None
         if runs == 1:

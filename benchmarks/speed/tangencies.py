@@ -7,7 +7,7 @@ from math import inf
 
 from capsule_sym._bench.model import Start
 from capsule_sym._map import simulate
-from capsule_sym._map.batch import final_states, parameter_rows
+from capsule_sym._map.many import simulate_many
 from capsule_sym._parameters import Parameters
 
 EXPONENTS = range(2, 13)
@@ -107,8 +107,8 @@ def _steady(p: Parameters, state: State) -> State:
 
 
 def _after(p: Parameters, state: State) -> State:
-    found = final_states(parameter_rows(p), state, periods=_BLOCK)
-    if found.stopped.any():
+    found = simulate_many([p], state, periods=_BLOCK)
+    if not found.success.all():
         raise ArithmeticError(f"a run came to no end at alpha = {p.alpha!r} from {state}")
     x_r, v_r, v_c = found.states[0].tolist()
     return x_r, v_r, v_c

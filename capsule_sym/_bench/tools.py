@@ -12,7 +12,7 @@ from capsule_sym._bench.peers import cvode, own, scipy_events, taylor
 from capsule_sym._native import core
 
 OURS = "this map, C"
-ONE_ROW = "this map, final_states"
+ONE_ROW = "this map, simulate_many"
 MPMATH = "this map, mpmath"
 LANES = 8  # of heyoka's batch mode: faster here than the number it recommends, 4
 

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-_RANK = {5: 0, 4: 1, 6: 2, 2: 3, 1: 4, 3: 5}
+from capsule_sym.generated.facts import FIELDS
+
+
+def _rank(field: int) -> tuple[int, int, int]:
+    contact, drift = FIELDS[field]
+    return -contact, abs(drift), -drift
+
+
+_RANK = {field: rank for rank, field in enumerate(sorted(FIELDS, key=_rank))}
+"""Fields in contact first, and of these rest, then forward and backward drift."""
 
 
 def cyclic_start(fields: Sequence[int]) -> int:

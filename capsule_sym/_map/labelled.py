@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -47,12 +46,11 @@ _MOST_ROWS = 8  # of a table in a notebook
 
 def lock(result: Any) -> None:
     """Makes the arrays of a result read-only, by views: whoever else holds them may write on."""
-    for field in fields(result):
-        value = getattr(result, field.name)
+    for name, value in [*vars(result).items()]:
         if isinstance(value, np.ndarray):
             view = value.view()
-            view.flags.writeable = False
-            object.__setattr__(result, field.name, view)
+            view.setflags(write=False)
+            object.__setattr__(result, name, view)
 
 
 class Labelled:

@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput, Status
-from capsule_sym._map.backend import default_backend
-from capsule_sym._map.batch import checked_rows, final_states, spread
-from capsule_sym._map.checks import check_count, check_start, checked_seconds
+from capsule_sym._map.backend import NumpyBackend, default_backend
+from capsule_sym._map.checks import LARGEST_STATE, check_count, checked_seconds
+from capsule_sym._map.escalation import Run, step, write
 from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
 from capsule_sym._map.labelled import lock
+from capsule_sym._map.native import core
 from capsule_sym._map.segments import SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.trajectory import Trajectory
-from capsule_sym._native import Watch, core
+from capsule_sym._native import Watch, present
 from capsule_sym._parameters import Parameters
+from capsule_sym.generated.facts import PARAMETERS, RANGES
+from capsule_sym.generated.facts import STATE as _STATE
 from capsule_sym.generated.interface import SEGMENT
 
 _MOST_AT_ONCE = 8192  # periods whose states the lanes write; more are kept piece by piece
+_SIDE_BY_SIDE = 8  # runs that a thread should have at least
+_OMEGA = PARAMETERS.index("omega")
+_LOW, _HIGH = np.array([*RANGES.values()]).T.copy()
+_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +44,7 @@ class Trajectories:
     """
 
     parameters: NDArray[np.float64]
-    """Rows of seven parameters, shape (n, 7)."""
+    """Rows of the parameters, shape (n, 7)."""
     states: NDArray[np.float64]
     """Final states, shape (n, 3)."""
     advances: NDArray[np.float64]
@@ -69,7 +76,7 @@ class Trajectories:
         part = self.kept[first:last]
         if self.what != "segments":
             return part
-        return Segments(part, self.parameters[place, 1], self.tangencies, first)
+        return Segments(part, self.parameters[place, _OMEGA], self.tangencies, first)
 
     def __repr__(self) -> str:
         done = int(self.success.sum())
@@ -104,44 +111,113 @@ def simulate_many(
     Raises InvalidInput for a value that is not allowed.
     """
     rows = _rows(parameters)
-    if core is not None:
-        checked_rows(rows)
+    count = len(rows)
     check_count("periods", periods)
     check_count("threads", threads)
     if max_segments is not None:
         check_count("max_segments", max_segments)
     watch = Watch(checked_seconds(max_seconds))
-    starts, times = spread("states", states, (len(rows), 3)), spread("phases", phases, (len(rows),))
-    shortest = 2 * np.pi / rows[:, 1].max() if len(rows) else math.inf
-    kept = checked(keep, times.max() if len(rows) else 0.0, periods * shortest)
+    watch.deadline = min(watch.deadline, present().deadline)
+    lengths = math.tau / rows[:, _OMEGA]
+    starts, times = _starts(states, count), _times(phases, lengths)
+    kept = checked(keep, times.max(initial=0.0), periods * lengths.min(initial=math.inf))
     what = kept if isinstance(kept, str) else "times"
     if not isinstance(kept, str):
-        check_memory("keep", kept, STATE * kept.size * len(rows))
+        check_memory("keep", kept, STATE * kept.size * count)
     elif what == "stroboscopic":
-        check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * len(rows))
-    side_by_side = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
-    if side_by_side and core is not None and max_segments is None:
-        return _side_by_side(rows, starts, times, periods, what, watch, threads)
-
+        check_memory("periods", periods, STROBE * min(periods, _MOST_AT_ONCE) * count)
     chosen = default_backend()
+    by_lanes = what == "final" or (what == "stroboscopic" and periods <= _MOST_AT_ONCE)
+    if by_lanes and chosen == "c" and max_segments is None:
+        return _side_by_side(rows, starts, times, periods, what, watch, threads)
 
     def one(i: int) -> Trajectory | None:
         if watch.over:
             return None
-        p, phase = Parameters(*rows[i].tolist()), float(times[i])
-        start = check_start(p, starts[i].tolist(), phase, periods), phase, int(periods)
-        return run_one(p, start, kept, max_segments, watch, chosen, share=len(rows))
+        p, (x_r, v_r, v_c) = Parameters(*rows[i].tolist()), starts[i].tolist()
+        start = (x_r, v_r, v_c), float(times[i]), int(periods)
+        return run_one(p, start, kept, max_segments, watch, chosen, share=count)
 
-    runs: list[Trajectory | None]
-    if threads == 1:
-        runs = [one(i) for i in range(len(rows))]
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                runs = list(pool.map(one, range(len(rows))))
-            except BaseException:
-                watch.stop()  # Ctrl-C comes here, where nothing runs
-                raise
+    return _one_by_one(rows, starts, kept, what, _shared(one, count, threads, watch))
+
+
+def _rows(parameters: Sequence[Parameters] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """The parameter sets as rows of their own, shape (n, 7)."""
+    if isinstance(parameters, np.ndarray):
+        if parameters.dtype.kind not in "iuf":
+            raise InvalidInput("parameters", parameters.dtype, "real numbers of shape (n, 7)")
+        return checked_rows(np.array(parameters, dtype=float, order="C"))
+    if isinstance(parameters, Parameters) or not all(
+        isinstance(one, Parameters) for one in parameters
+    ):
+        raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
+    rows = [[*one.to_dict().values()] for one in parameters]
+    return checked_rows(np.array(rows).reshape(-1, len(PARAMETERS)))
+
+
+def checked_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rows of parameters; raises InvalidInput for a shape or a value that is not allowed."""
+    if rows.ndim != 2 or rows.shape[1] != len(PARAMETERS):
+        allowed = f"real numbers of shape (n, {len(PARAMETERS)})"
+        raise InvalidInput("parameters", rows.shape, allowed)
+    within = (rows >= _LOW) & (rows <= _HIGH)
+    if not within.all():
+        i, k = np.argwhere(~within)[0].tolist()
+        low, high = RANGES[PARAMETERS[k]]
+        raise InvalidInput(PARAMETERS[k], float(rows[i, k]), f"in [{low:g}, {high:g}] for a run")
+    return rows
+
+
+def spread(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """The values as an array of this shape, by the rules of broadcasting."""
+    spread = np.empty(shape)
+    try:
+        spread[...] = values
+    except (TypeError, ValueError):
+        raise InvalidInput(name, values, f"numbers of shape {shape}, or one for all") from None
+    return spread
+
+
+def _starts(states: ArrayLike, count: int) -> NDArray[np.float64]:
+    """The states that runs start from, shape (n, 3)."""
+    starts = spread("states", states, (count, 3))
+    within = (abs(starts) <= LARGEST_STATE).all(axis=1)
+    if not within.all():
+        value = tuple(starts[np.argmin(within)].tolist())
+        raise InvalidInput("states", value, f"numbers of size at most {LARGEST_STATE:g}")
+    return starts
+
+
+def _times(phases: ArrayLike, lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The phases at which runs start, in excitation periods of these lengths, shape (n,)."""
+    times = spread("phases", phases, lengths.shape)
+    if not ((times >= 0.0) & (times < lengths)).all():
+        raise InvalidInput("phases", phases, "times in [0, 2 pi/omega)")
+    return times
+
+
+def _shared(
+    work: Callable[[int], _Result], count: int, threads: int, watch: Watch
+) -> list[_Result]:
+    """What work gives for 0 to count - 1, by so many threads, which Ctrl-C stops by the watch."""
+    if threads == 1 or count == 1:
+        return [work(i) for i in range(count)]
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            return list(pool.map(work, range(count)))
+        except BaseException:
+            watch.stop()  # Ctrl-C comes here, where nothing runs
+            raise
+
+
+def _one_by_one(
+    rows: NDArray[np.float64],
+    starts: NDArray[np.float64],
+    kept: str | NDArray[np.float64],
+    what: str,
+    runs: list[Trajectory | None],
+) -> Trajectories:
+    """The results of runs, None of one that was not begun."""
     empty = _empty(kept)
     parts = [empty if run is None else _part(run, what) for run in runs]
     ends = np.cumsum([0, *map(len, parts)])
@@ -169,19 +245,6 @@ def simulate_many(
         all_kept,
         tangencies,
     )
-
-
-def _rows(parameters: Sequence[Parameters] | NDArray[np.float64]) -> NDArray[np.float64]:
-    """The parameter sets as rows, shape (n, 7)."""
-    if isinstance(parameters, np.ndarray):
-        if parameters.ndim != 2 or parameters.shape[1] != 7 or parameters.dtype.kind not in "iuf":
-            raise InvalidInput("parameters", parameters.shape, "real numbers of shape (n, 7)")
-        return np.array(parameters, dtype=float, order="C")  # the caller may change theirs
-    if isinstance(parameters, Parameters) or not all(
-        isinstance(one, Parameters) for one in parameters
-    ):
-        raise InvalidInput("parameters", parameters, "a sequence of Parameters, or their rows")
-    return np.array([[*one.to_dict().values()] for one in parameters]).reshape(-1, 7)
 
 
 def _empty(kept: str | NDArray[np.float64]) -> NDArray[Any]:
@@ -216,34 +279,65 @@ def _side_by_side(
     threads: int,
 ) -> Trajectories:
     """Final or stroboscopic states by the lanes of the core."""
-    count = len(rows)
+    count, periods = len(rows), int(periods)
     strobe = np.empty((count, periods + 1, 3)) if what == "stroboscopic" else None
-    found = final_states(
-        rows, starts, phases, periods, strobe=strobe, positions=True, threads=threads, watch=watch
-    )
+    if strobe is not None:
+        strobe[:, 0] = starts
+    records, stops = np.empty(count, core().STATE), np.empty(count, np.int8)
+    core().start_many(rows, starts, phases, records, watch)
+    # Dealt out like cards, threads have as many long runs each; but enough runs in each to be taken
+    # side by side.
+    shares = min(threads, max(1, count // _SIDE_BY_SIDE))
+
+    def run_share(i: int) -> int:
+        marks = None if strobe is None else strobe[i:]
+        of = rows[i:], records[i:], periods, stops[i:], marks, True, shares, watch
+        return int(core().run_many(*of))
+
     status = np.full(count, Status.FINISHED.value, dtype="<U16")
-    for i in np.flatnonzero(found.stopped).tolist():
-        status[i] = Status.TIME_LIMIT.value
-        if not watch.over:
-            x_r, v_r, v_c = starts[i].tolist()
-            start = (x_r, v_r, v_c), float(phases[i]), periods
-            again = run_one(Parameters(*rows[i].tolist()), start, "final", None, watch, "c")
-            status[i] = again.status.value
-    lengths = np.zeros(count, np.int64)
-    kept = np.empty(0)
+    if sum(_shared(run_share, shares, shares, watch)):
+        for i in np.flatnonzero(stops == core().OPEN).tolist():
+            marks = None if strobe is None else strobe[i]
+            run = Run(NumpyBackend(), Parameters(*rows[i].tolist()), True, watch)
+            status[i] = _finish(run, records[i : i + 1].reshape(()), periods, marks).value
+    passed = records["period"].copy()
+    if watch.over:
+        status[(passed < periods) & (status == Status.FINISHED.value)] = Status.TIME_LIMIT.value
+    lengths, kept = np.zeros(count, np.int64), np.empty(0)
     if strobe is not None:
         # Row 0 is a state at phase 0 only of a run that starts there.
         places = np.arange(periods + 1)
-        has = (places <= found.periods[:, None]) & (places >= (phases != 0)[:, None])
+        has = (places <= passed[:, None]) & (places >= (phases != 0)[:, None])
         lengths, kept = has.sum(axis=1), strobe[has]
     return Trajectories(
         rows,
-        found.states,
-        found.positions,
-        found.periods,
+        np.array([records[name] for name in _STATE]).T.copy(),
+        records["position"].copy(),
+        passed,
         status,
         what,
         np.concatenate([[0], np.cumsum(lengths)]),
         kept,
         {},
     )
+
+
+def _finish(
+    run: Run, record: NDArray[np.void], periods: int, strobe: NDArray[np.float64] | None
+) -> Status:
+    """Takes a run on by the reference map wherever the core leaves a switch open."""
+    native = core().Map(np.array(list(run.parameters.to_dict().values())))
+    run.marks = 0 if strobe is None else periods
+    while record["period"] < periods and not run.watch.over:
+        run.segments.clear()
+        run.stroboscopic.clear()
+        run.stroboscopic_periods.clear()
+        run_state = step(run, record, periods)
+        if strobe is not None:
+            passed = np.array(run.stroboscopic, dtype=float).reshape(-1, 3)
+            strobe[run_state.periods - len(passed) + 1 : run_state.periods + 1] = passed
+        write(record, run_state)
+        if run_state.begin is None:
+            return run.ended(run_state, periods, 0)[0]
+        native.run(record, periods, strobe=strobe, position=True, watch=run.watch)
+    return Status.FINISHED if record["period"] >= periods else Status.TIME_LIMIT

@@ -334,24 +334,6 @@ cdef class Map(Fields):
         return ((state.x_r, state.v_r, state.v_c), state.position, state.period, state.angle,
                 segments, evaluations, wide)
 
-    def final(self, double x_r, double v_r, double v_c, double phase, int64_t periods):
-        """(x_r, v_r, v_c) after `periods` excitation periods, None where a switch stays open."""
-        cdef attention a
-        cdef capsule_state state
-        cdef capsule_request request
-        cdef size_t written
-        cdef capsule_outcome open_
-        cdef capsule_stop stop
-        memset(&request, 0, sizeof(request))
-        request.watch = _attend(&a, None, None)
-        with nogil:
-            state = capsule_state_at(self.map, x_r, v_r, v_c, phase)
-            stop = capsule_run(self.map, &state, periods, &request, &written, &open_)
-        _raised(&a)
-        if stop == REFUSED:
-            raise ValueError(f"no run from {(x_r, v_r, v_c)} at {phase}")
-        return (state.x_r, state.v_r, state.v_c) if stop == DONE else None
-
     def run(self, state, int64_t periods, segments=None, strobe=None, bint position=False,
             watch=None, int precision=0):
         """Goes on until period `periods` is over; what is asked for is written to given arrays.
@@ -476,18 +458,6 @@ cdef int _need(bint met, name, shape) except -1:
     if not met:
         raise ValueError(f"{name} must have shape {shape}")
     return 0
-
-
-def outside(const double[:, ::1] values, const double[::1] low, const double[::1] high):
-    """Row and column of the first value that is not from its column's low to its high, or None."""
-    if low.shape[0] != values.shape[1] or high.shape[0] != values.shape[1]:
-        raise ValueError("low and high must have a number for each column")
-    cdef Py_ssize_t i, k
-    for i in range(values.shape[0]):
-        for k in range(values.shape[1]):
-            if not low[k] <= values[i, k] <= high[k]:
-                return i, k
-    return None
 
 
 def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,

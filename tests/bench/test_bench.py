@@ -184,7 +184,7 @@ def test_goals_follow_from_the_rows(record) -> None:
     sharp = rows(record, "trajectory", "DOP853 in C")["1e-13, inside steps"]["us_per_period"]
     for tool, what, goal in (
         (OURS, "20 periods from rest, one call a run", 20),
-        (ONE_ROW, "the same by final_states, one row a call", 12),
+        (ONE_ROW, "the same by simulate_many, one row a call", 12),
     ):
         (ours,) = rows(record, "trajectory", tool).values()
         assert by_what[what]["value"] == sharp / ours["us_per_period"]

@@ -11,7 +11,6 @@ import pytest
 
 import capsule_sym
 from capsule_sym import Parameters, simulate
-from capsule_sym._map.batch import final_state
 from capsule_sym._study import casestudy
 from capsule_sym.generated.py import DIGEST
 from tests.examples import MAIN_JOB, ROOT, Page
@@ -82,7 +81,7 @@ def assert_thresholds_are_true(found: dict[str, Any], results: Path, output: str
         # A run of the map on either side settles on the itineraries of the two sides.
         for side, itinerary in ((-1e-4, one["itinerary_before"]), (1e-4, one["itinerary_after"])):
             parameters = Parameters(alpha=one["exact"] + side, gamma=one["gamma"])
-            settled = final_state(parameters, periods=1490)
+            settled = simulate(parameters, periods=1490, keep="final").final[1]
             run = simulate(parameters, settled, periods=10)
             fields = [segment.name for segment in run.segments[-2 * len(itinerary) - 1 : -1]]
             assert (

@@ -11,18 +11,17 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.hardcases.reference import CONTRACT, error
-from capsule_sym import InvalidInput, Parameters, Trajectory, simulate
+from capsule_sym import InvalidInput, Parameters, Trajectory, simulate, simulate_many
 from capsule_sym import _native as native
-from capsule_sym._errors import Stopped
 from capsule_sym._map.backend import NumpyBackend, default_backend
-from capsule_sym._map.batch import final_state, final_states, parameter_rows
 from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.reference import Run
 from capsule_sym._map.transitions import State, start_at
-from capsule_sym._native import Watch, core
+from capsule_sym._native import core
 from capsule_sym.generated.interface import Precision
 from capsule_sym.generated.py import DIGEST
+from tests.finals import final_states, parameter_rows
 from tests.sampling import many, sampled, some
 
 DATA = Path(__file__).parents[1] / "judges" / "data"
@@ -127,10 +126,10 @@ def test_final_states_have_all_digits_of_independent_truth(gamma: str) -> None:
     rows = parameter_rows(
         Parameters(gamma=float(gamma)), alpha=[float(run["alpha"]) for run in runs]
     )
-    finals = final_states(rows, periods=truth["periods"], positions=True)
+    finals = final_states(rows, periods=truth["periods"])
     exact = np.array([[float(value) for value in run["final"]] for run in runs])
     assert np.abs(finals.states - exact[:, :3]).max() < 1e-13
-    assert np.abs(finals.positions - exact[:, 3]).max() < 1e-12
+    assert np.abs(finals.advances - exact[:, 3]).max() < 1e-12
     for run in runs:
         parameters = Parameters(alpha=float(run["alpha"]), gamma=float(gamma))
         found = simulate(parameters, periods=truth["periods"], keep="switches").switches
@@ -175,30 +174,29 @@ def test_random_motions_agree_segment_by_segment(
 
 def test_every_way_of_asking_gives_the_same_run() -> None:
     rows = parameter_rows(Parameters(), alpha=np.linspace(0.01, 2.0, 23))
-    strobe = np.empty((23, 31, 3))
-    finals = final_states(rows, periods=30, strobe=strobe, positions=True)
-    threaded = final_states(rows, periods=30, threads=2, positions=True)
+    strobed = simulate_many(rows, periods=30, keep="stroboscopic")
+    finals = final_states(rows, periods=30)
+    threaded = final_states(rows, periods=30, threads=2)
     assert np.array_equal(finals.states, threaded.states)
-    assert np.array_equal(finals.positions, threaded.positions)
-    assert np.isnan(final_states(rows, periods=30).positions).all()
-    assert not finals.stopped.any()
+    assert np.array_equal(finals.advances, threaded.advances)
+    assert finals.success.all()
     for i in range(0, 23, 4):
         run = simulate(Parameters(*rows[i]), periods=30, backend="c")
         # Runs side by side round differently from one alone.
-        np.testing.assert_allclose(strobe[i], run.stroboscopic, rtol=0, atol=2e-13)
-        assert np.array_equal(strobe[i, -1], finals.states[i])
-        np.testing.assert_allclose(finals.positions[i], run.advance, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(strobed[i], run.stroboscopic, rtol=0, atol=2e-13)
+        assert np.array_equal(strobed[i][-1], finals.states[i])
+        np.testing.assert_allclose(finals.advances[i], run.advance, rtol=0, atol=1e-12)
         found = simulate(Parameters(*rows[i]), periods=30, keep="switches").switches
         ended = [s for s in run.segments if s.target]
         assert found["field"].tolist() == [s.field for s in ended]
         assert found["plane"].tolist() == [int(s.target[1:]) for s in ended]
         assert all(a["period"] <= b["period"] for a, b in pairwise(found))
         one = final_states(rows[i : i + 1], periods=30)
-        assert one.states[0].tolist() == list(final_state(Parameters(*rows[i]), periods=30))
-        watched = final_states(rows[i : i + 1], periods=30, watch=Watch())
+        alone = simulate(Parameters(*rows[i]), periods=30, keep="final")
+        assert one.states[0].tolist() == list(alone.final[1])
+        assert one.advances[0] == alone.advance
+        watched = final_states(rows[i : i + 1], periods=30, max_seconds=3600.0)
         assert np.array_equal(watched.states, one.states)
-        assert np.isnan(one.positions).all()
-        assert not one.stopped.any()
 
 
 def test_tables_kept_between_calls_are_those_of_the_flows_asked_for() -> None:
@@ -212,14 +210,14 @@ def test_tables_kept_between_calls_are_those_of_the_flows_asked_for() -> None:
 def test_a_long_run_of_finals_needs_no_memory_that_grows() -> None:
     import tracemalloc
 
-    peaks = []
-    rows = parameter_rows(Parameters())
-    for periods in (10, 20_000):
-        tracemalloc.start()
-        final_states(rows, periods=periods)
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    assert peaks[1] < peaks[0] + 10_000
+    for rows in (parameter_rows(Parameters()), parameter_rows(Parameters(), alpha=[0.6, 0.7])):
+        peaks = []
+        for periods in (9_000, 90_000):
+            tracemalloc.start()
+            final_states(rows, periods=periods)
+            peaks.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+        assert peaks[1] < peaks[0] + 10_000
 
 
 def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
@@ -234,7 +232,8 @@ def test_what_the_core_leaves_open_is_settled_behind_it() -> None:
     assert fast.statistics.escalations == reference.statistics.escalations > 0
     finals = final_states(parameter_rows(parameters), state, periods=1)
     np.testing.assert_allclose(finals.states[0], fast.final[1], atol=1e-13)
-    assert final_state(parameters, state, periods=1) == tuple(finals.states[0])
+    pair = final_states(parameter_rows(parameters, alpha=[0.0, 0.0]), state, periods=1)
+    np.testing.assert_allclose(pair.states[0], fast.final[1], atol=1e-13)
 
 
 def test_switches_found_by_more_digits_have_their_angles() -> None:
@@ -263,22 +262,20 @@ def test_a_run_that_stops_undecided_says_so(monkeypatch: pytest.MonkeyPatch) -> 
     """The core leaves this start open, and here nothing behind it decides either."""
     monkeypatch.setattr(Run, "next_segment", lambda *_: None)
     parameters, state = Parameters(alpha=0.0, zeta=0.0, delta=2.0), (1.0, 0.0, 0.0)
-    assert final_states(parameter_rows(parameters), state, periods=2).stopped.all()
-    with pytest.raises(Stopped, match="after 0 of 2 periods"):
-        final_state(parameters, state, periods=2)
+    for count in (1, 2):
+        rows = parameter_rows(parameters, alpha=np.zeros(count))
+        assert final_states(rows, state, periods=2).status.tolist() == count * ["undecided"]
     assert not simulate(parameters, state, periods=2, keep="switches").success
 
 
 @pytest.mark.parametrize(
     ("call", "field"),
     [
-        (lambda: parameter_rows(Parameters(), alpha=[0.1, -1.0]), "alpha"),
-        (lambda: parameter_rows(Parameters(), colour=[0.1]), "parameter"),
+        (lambda: final_states(parameter_rows(Parameters(), alpha=[0.1, -1.0])), "alpha"),
         (lambda: final_states(np.zeros((3, 6))), "parameters"),
         (lambda: final_states(parameter_rows(Parameters()), phases=9.0), "phases"),
         (lambda: final_states(parameter_rows(Parameters()), states=(0, np.nan, 0)), "states"),
         (lambda: final_states(parameter_rows(Parameters()), periods=0), "periods"),
-        (lambda: final_states(parameter_rows(Parameters()), strobe=np.empty((1, 2, 3))), "strobe"),
     ],
 )
 def test_bad_input_is_named(call: object, field: str) -> None:
@@ -380,15 +377,15 @@ def test_runs_side_by_side_are_those_of_the_reference(seed: int) -> None:
     starts[::3, 2] = 0.0
     starts[1::3, 0] = rows[1::3, 2]
     phases = random.uniform(0.0, base.period, count)
-    strobe = np.empty((count, periods + 1, 3))
-    finals = final_states(rows, starts, phases, periods, strobe=strobe, positions=True)
+    strobed = simulate_many(rows, starts, phases, periods, keep="stroboscopic")
+    finals = final_states(rows, starts, phases, periods)
     moved = final_states(rows, starts + 1e-9, phases, periods)
     growth = np.abs(moved.states - finals.states).max(axis=1) / 1e-9
     for i in np.flatnonzero(growth < 1e3):
         run = simulate(Parameters(*rows[i]), starts[i], phases[i], periods, backend="numpy")
         np.testing.assert_allclose(finals.states[i], run.final[1], rtol=0, atol=1e-11)
-        np.testing.assert_allclose(finals.positions[i], run.advance, rtol=0, atol=1e-10)
-        np.testing.assert_allclose(strobe[i, 1:], run.stroboscopic, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(finals.advances[i], run.advance, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(strobed[i], run.stroboscopic, rtol=0, atol=1e-11)
     assert (growth < 1e3).sum() > count / 2
 
 
@@ -402,8 +399,8 @@ def test_a_rest_that_is_settled_by_more_digits_is_recorded_at_every_end_of_a_per
     marks = np.array(run.stroboscopic)
     expected = np.array(reference.stroboscopic)
     assert np.abs(marks[-len(expected) :] - expected).max() < 1e-15
-    rows = parameter_rows(parameters)
-    strobe = np.full((1, periods + 1, 3), np.nan)
-    final_states(rows, start, phase, periods, strobe=strobe)
-    assert np.abs(strobe[0, -len(expected) :] - expected).max() < 1e-15
-    assert np.isfinite(strobe).all()
+    rows = parameter_rows(parameters, alpha=[parameters.alpha] * 2)
+    many = simulate_many(rows, start, phase, periods, keep="stroboscopic")
+    for strobe in (many[0], many[1]):
+        assert len(strobe) == periods
+        assert np.abs(strobe[-len(expected) :] - expected).max() < 1e-15

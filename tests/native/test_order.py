@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._map.batch import final_states
 from capsule_sym._native import core
+from tests.finals import final_states
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from capsule_sym import InvalidInput, Parameters
-from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import core
+from tests.finals import final_states, parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
@@ -64,7 +64,7 @@ def test_parameters_that_are_none_are_refused(place: int, value: float) -> None:
         with pytest.raises(ValueError, match="no run from"):
             native.run(native.state_at(0.0, 0.0, 0.0, phase), 5, strobe=np.empty((6, 3)))
         with pytest.raises(ValueError, match="no run from"):
-            native.final(0.0, 0.0, 0.0, phase, 5)
+            native.end_of_run(0.0, 0.0, 0.0, phase, 5, 0)
 
 
 def test_arrays_of_other_sizes_are_refused() -> None:

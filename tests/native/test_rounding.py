@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate
-from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import core
+from tests.finals import final_states, parameter_rows
 from tests.native import built
 
 SHIM = """

@@ -20,7 +20,6 @@ from capsule_sym import (
     solve_orbit,
 )
 from capsule_sym._map.backend import backend
-from capsule_sym._map.batch import parameter_rows
 from capsule_sym._native import Watch, core
 from capsule_sym._orbits.shooting import closed
 from capsule_sym._orbits.shooting.closed import ClosedForms
@@ -28,6 +27,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS, ShootingSystem, o
 from capsule_sym._orbits.shooting.itinerary import contact, drift, mirror
 from capsule_sym._orbits.shooting.newton import newton
 from capsule_sym.generated.interface import Solving
+from tests.finals import parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from capsule_sym import Outcome, Parameters, simulate
-from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._native import Watch, core
+from tests.finals import final_states, parameter_rows
 
 pytestmark = pytest.mark.skipif(core is None, reason="the C core was not compiled")
 
@@ -24,22 +24,22 @@ INTERRUPTED = """
 import os, signal, threading
 import numpy as np
 from capsule_sym import Parameters, simulate, simulate_many
-from capsule_sym._map.batch import final_state, final_states, parameter_rows
 
 slow = [Parameters(omega=1e-6, beta=1e8)] * 4  # whose switches the reference map decides
-rows = parameter_rows(Parameters(), alpha=np.linspace(0.5, 0.9, 21))
-apart = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 21))
-many = parameter_rows(Parameters(), zeta=np.linspace(0.05, 0.09, 300_000))
+rows = [Parameters(alpha=alpha) for alpha in np.linspace(0.5, 0.9, 21).tolist()]
+apart = [Parameters(zeta=zeta) for zeta in np.linspace(0.05, 0.09, 21).tolist()]
+many = np.tile([*Parameters().to_dict().values()], (300_000, 1))
+many[:, 3] = np.linspace(0.05, 0.09, 300_000)
 for call in (
     lambda: simulate(Parameters(), periods=10**12, max_segments=10**12),
-    lambda: final_state(Parameters(), periods=10**12),
+    lambda: simulate(Parameters(), periods=10**12, keep="final"),
     lambda: simulate(
         Parameters(), periods=10**12, keep="switches", max_segments=10**12
     ),
-    lambda: final_states(rows, periods=10**12),
-    lambda: final_states(apart, periods=10**12),
-    lambda: final_states(rows, periods=10**12, threads=2),
-    lambda: final_states(many, periods=1),
+    lambda: simulate_many(rows, periods=10**12),
+    lambda: simulate_many(apart, periods=10**12),
+    lambda: simulate_many(rows, periods=10**12, threads=2),
+    lambda: simulate_many(many, periods=1),
     lambda: simulate_many(rows, periods=10**12, keep="switches", max_segments=10**12, threads=2),
     lambda: simulate_many(slow, periods=10**12, keep="segments", threads=2),
 ):
@@ -84,17 +84,17 @@ def test_a_watch_stops_runs_in_threads_and_they_go_on_from_where_they_were() -> 
     end = int(records["period"].max()) + 1
     core.run_many(ROWS, records, end, stops, None, True)
     assert (stops == core.DONE).all()
-    finals = final_states(ROWS, periods=end, positions=True)
+    finals = final_states(ROWS, periods=end)
     reached = np.stack([records[name] for name in ("x_r", "v_r", "v_c")], axis=-1)
     np.testing.assert_allclose(reached, finals.states, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(records["position"], finals.positions, rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(records["position"], finals.advances, rtol=1e-12, atol=1e-9)
 
 
 def test_what_is_stopped_before_it_begins_is_told_and_left_alone() -> None:
     watch, count = Watch(), 40_000
     watch.stop()
-    finals = final_states(parameter_rows(Parameters(), alpha=np.ones(3)), watch=watch)
-    assert finals.stopped.all()
+    finals = final_states(ROWS[:3], max_seconds=1e-9)
+    assert not finals.success.any()
     np.testing.assert_array_equal(finals.states, np.zeros((3, 3)))
     # Maps of many flows: some starts are made before the watch is looked at, and no run takes on
     # those that are not.
@@ -115,8 +115,8 @@ def test_what_is_stopped_before_it_begins_is_told_and_left_alone() -> None:
 
 
 def test_a_time_limit_holds_for_a_batch() -> None:
-    finals = final_states(ROWS, periods=FOR_EVER, threads=2, watch=Watch(0.1))
-    assert finals.stopped.all()
+    finals = final_states(ROWS, periods=FOR_EVER, threads=2, max_seconds=0.1)
+    assert (finals.status == "time-limit").all()
 
 
 def test_a_run_that_is_stopped_again_and_again_comes_to_the_same_end() -> None:
@@ -158,10 +158,12 @@ def test_a_motion_at_rest_takes_no_room_for_its_periods() -> None:
 def test_all_states_of_a_run_of_many_periods_are_kept() -> None:
     periods = 20_000  # more than there are rows for at a time
     run = simulate(Parameters(), periods=periods, backend="c")
-    strobe = np.empty((1, periods + 1, 3))
-    final_states(parameter_rows(Parameters()), periods=periods, strobe=strobe)
+    native = core.Map(ROWS[10])  # alpha = 0.7
+    strobe = np.empty((periods + 1, 3))
+    native.run(native.state_at(0.0, 0.0, 0.0, 0.0), periods, strobe=strobe)
     assert len(run.stroboscopic) == periods + 1
-    np.testing.assert_allclose(run.stroboscopic, strobe[0], rtol=0, atol=1e-11)
+    strobe[0] = 0.0
+    np.testing.assert_allclose(run.stroboscopic, strobe, rtol=0, atol=1e-11)
 
 
 def test_a_long_run_stays_in_c() -> None:

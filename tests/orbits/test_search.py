@@ -17,7 +17,7 @@ from capsule_sym import (
     solve_admissible,
     solve_orbit,
 )
-from capsule_sym._map.batch import final_states, parameter_rows
+from tests.finals import final_states, parameter_rows
 
 # Three capsules with more than one attractor, and the period period_numbers of these.
 MULTISTABLE = {

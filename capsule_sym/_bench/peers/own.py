@@ -4,34 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from capsule_sym._bench.model import Result, Run, Start
 from capsule_sym._map import simulate
-from capsule_sym._map.batch import final_state, final_states, parameter_rows
+from capsule_sym._map.many import simulate_many
 
 
 def final(starts: Sequence[Start]) -> list[Result]:
     """Final states alone, by the C core, a call for each; itineraries are empty."""
-    return [Result(b"", final_state(s.parameters, s.state, 0.0, s.periods)) for s in starts]
+    return [
+        Result(b"", simulate(s.parameters, s.state, periods=s.periods, keep="final").final[1])
+        for s in starts
+    ]
 
 
 def one_row(starts: Sequence[Start]) -> list[Result]:
-    """Final states alone, by the C core, a call of `final_states` with one row for each."""
-    results = []
-    for start in starts:
-        row = np.array([list(start.parameters.to_dict().values())])
-        state = final_states(row, start.state, periods=start.periods).states[0].tolist()
-        results.append(Result(b"", tuple(state)))
-    return results
+    """The same by calls of `simulate_many` with one row for each."""
+    return [_many([start])[0] for start in starts]
 
 
 def sweep(starts: Sequence[Start]) -> list[Result]:
-    """Final states alone, by the C core, in one call and one thread; itineraries are empty."""
-    first = starts[0]
-    rows = parameter_rows(first.parameters, alpha=[s.parameters.alpha for s in starts])
-    states = np.array([s.state for s in starts])
-    found = final_states(rows, states, periods=first.periods).states.tolist()
+    """The same in one call and one thread."""
+    return _many(starts)
+
+
+def _many(starts: Sequence[Start]) -> list[Result]:
+    systems, states = [s.parameters for s in starts], [s.state for s in starts]
+    found = simulate_many(systems, states, periods=starts[0].periods).states.tolist()
     return [Result(b"", tuple(state)) for state in found]
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput, Status
-from capsule_sym._map.batch import final_states, parameter_rows
 from capsule_sym._map.checks import check_count
+from capsule_sym._map.many import simulate_many
 from capsule_sym._native import Watch, check_time, present
 from capsule_sym._orbits.continuation.branches.branch import Branch
 from capsule_sym._orbits.continuation.branches.continuing import (
@@ -160,7 +160,7 @@ class _Search:
         self, parameters: Parameters, starts: NDArray[np.float64], settings: ContinuationSettings
     ) -> None:
         self.parameters, self.starts, self.settings = parameters, starts, settings
-        self.row = parameter_rows(parameters)
+        self.row = np.array([[*parameters.to_dict().values()]])
         self.orbits: list[Orbit] = []
         self.settled: list[int] = []
 
@@ -226,7 +226,7 @@ class _Search:
     def _states(self, starts: NDArray[np.float64], periods: int) -> NDArray[np.float64]:
         """States (n, 3) after so many periods."""
         rows = np.repeat(self.row, len(starts), axis=0)
-        found = final_states(rows, starts, 0.0, periods, watch=present()).states
+        found = simulate_many(rows, starts, periods=periods).states
         check_time()
         return found
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput
-from capsule_sym._map.batch import checked_rows, spread
 from capsule_sym._map.itinerary import begun
+from capsule_sym._map.many import checked_rows, spread
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
