@@ -86,12 +86,14 @@ class Store:
         return [_run(p, record) for p, record in zip(wanted, found, strict=True)]
 
     def branch(self, parameters: Parameters, parameter: str, begin: float, to: float) -> Any:
-        """The `branch_record` of the motion from rest at `begin`, followed in a parameter."""
+        """The `branch_record` of the motion from rest at `begin`, followed in a parameter.
+
+        Where no run from rest becomes periodic there, of that at `to`, followed back.
+        """
         inputs = [parameters.to_dict(), parameter, begin, to]
 
         def compute() -> dict[str, Any]:
-            start = parameters.replace(**{parameter: begin})
-            return branch_record(_followed(start, parameter, to, _BRANCH_POINTS))
+            return branch_record(_followed(parameters, parameter, (begin, to), _BRANCH_POINTS))
 
         return self.get("branch", inputs, lambda: self._at_once("Following the branch", compute))
 
@@ -99,14 +101,13 @@ class Store:
         """The bifurcations of the branch in the plane's first parameter as curves in both.
 
         Plain data as `capsule-sym curve --json` gives; the branch begins with the motion from rest
-        at the low end of the first range.
+        at the low end of the first range, or where that does not become periodic at the high end.
         """
         from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcation
         from capsule_sym._orbits.continuation.records import curve_record
 
         def compute() -> list[dict[str, Any]]:
-            start = parameters.replace(**{plane.first: plane.x[0]})
-            found = _followed(start, plane.first, plane.x[1], _STEPS).bifurcations
+            found = _followed(parameters, plane.first, plane.x, _STEPS).bifurcations
             tracked = self.track(found, "Following the curves", len(found))
             return [
                 curve_record(continue_bifurcation(one, plane.second, (plane.x, plane.y)))
@@ -164,15 +165,21 @@ def _provenance() -> dict[str, str]:
     return {"version": capsule_sym.__version__, "generated": DIGEST, "code": code}
 
 
-def _followed(parameters: Parameters, parameter: str, to: float, points: int) -> Branch:
+def _followed(
+    parameters: Parameters, parameter: str, ends: tuple[float, float], points: int
+) -> Branch:
+    """The branch from the first of these ends at which a run from rest becomes periodic."""
     from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
     from capsule_sym._orbits.shooting.search import solve_orbit
 
-    orbit = solve_orbit(parameters)
-    if not orbit.success:
-        allowed = f"where a run from rest becomes periodic ({orbit.message})"
-        raise InvalidInput("parameters", parameters.to_dict(), allowed)
-    return continue_orbit(orbit, parameter, to, points=points)
+    failed = []
+    for begin, to in (ends, ends[::-1]):
+        orbit = solve_orbit(parameters.replace(**{parameter: begin}))
+        if orbit.success:
+            return continue_orbit(orbit, parameter, to, points=points)
+        failed.append(f"{parameter} = {begin:g}: {orbit.message}")
+    allowed = f"those whose run from rest becomes periodic at either end ({'; '.join(failed)})"
+    raise InvalidInput("parameters", parameters.to_dict(), allowed)
 
 
 def branch_record(branch: Branch) -> dict[str, Any]:
@@ -196,7 +203,9 @@ def branch_record(branch: Branch) -> dict[str, Any]:
 def strobe(orbit: Orbit) -> list[list[float]]:
     """The states (x_r, v_r, v_c) of an orbit where its excitation periods begin."""
     times = orbit.parameters.period * np.arange(1, orbit.itinerary.period_number + 1)
-    return [[float(value) for value in state] for state in orbit.trajectory()(times)]
+    trajectory = orbit.trajectory()
+    at = trajectory(np.minimum(times, trajectory.span[1]))  # the end is a sum, and rounded
+    return [[float(value) for value in state] for state in at]
 
 
 def _energies(orbit: Orbit) -> dict[str, float] | None:

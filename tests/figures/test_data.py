@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from capsule_sym import Parameters
+from capsule_sym import InvalidInput, Parameters
 from capsule_sym._study import casestudy, data
 from capsule_sym._study.arcs import cycle
 from capsule_sym._study.data import Store, orbit_of
@@ -128,6 +128,16 @@ def test_orbits_come_back_from_the_record(branch) -> None:
     assert list(orbit.itinerary.names) == one["orbit"]["itinerary"]
     begin, end = cycle(orbit)[0], cycle(orbit)[-1]
     assert begin.x_r[0] == pytest.approx(end.x_r[-1], abs=1e-12)
+
+
+def test_a_branch_begins_at_the_end_where_a_run_from_rest_becomes_periodic(tmp_path: Path) -> None:
+    store = Store(count_items, tmp_path)
+    # Without damping a small excitation leaves a free oscillation for ever, a large one does not.
+    values = [p["value"] for p in store.branch(Parameters(zeta=0), "alpha", 0.005, 2.0)["points"]]
+    assert (values[0], values[-1]) == (2.0, 0.005)
+    named = r"either end \(alpha = 0.005: .*; alpha = 0.01: .*\)"
+    with pytest.raises(InvalidInput, match=named):
+        store.branch(Parameters(zeta=0), "alpha", 0.005, 0.01)
 
 
 def test_stroboscopic_states_of_a_branch_are_those_of_its_motions(branch) -> None:
