@@ -24,6 +24,7 @@ from capsule_sym._orbits.continuation.points.kinds import (
     GENERALIZED_DOUBLING,
     PERIOD_DOUBLING,
 )
+from capsule_sym._orbits.shooting.orbit import OrbitStatus
 from tests.orbits.branches import settled
 
 MOTION = {
@@ -100,6 +101,19 @@ def test_folds_of_doubled_orbits_leave_there() -> None:
         if bifurcation.type == FOLD and new.points[0].orbit.itinerary.period_number == 2
     ]
     assert found == pytest.approx([omega], abs=1e-12)
+
+
+@pytest.mark.parametrize("away", [1e-4, 2e-4, 3e-4, 4e-4])
+def test_their_folds_are_solved_where_rounding_moves_the_orbits(away: float) -> None:
+    """Near the doubling a fold's equations are nearly dependent: steps end at some 1e-9."""
+    branch, one = doubling(POINT[1] - away)
+    found = [
+        bifurcation.status
+        for new in continue_from(branch, one.label, one.value + 1e-3, points=10)
+        for bifurcation in new.bifurcations
+        if bifurcation.type == FOLD
+    ]
+    assert found == [OrbitStatus.CONVERGED]
 
 
 def test_they_are_tangent_to_the_doublings() -> None:

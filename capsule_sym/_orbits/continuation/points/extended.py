@@ -95,8 +95,10 @@ class ExtendedSystem:
         at = [path.value(self.values) for path in self.free]
         unknowns = np.array([*np.array(list(self.z))[self.rest], *at])
         # Near a segment of duration 0 the derivative has an error of some unit^(1/3), steps shrink
-        # by that.
-        small = numbers.sqrt(numbers.unit) * numbers.sqrt(numbers.sqrt(numbers.unit))
+        # by that. Where equations are nearly dependent, rounding alone moves the unknowns by more:
+        # the last step may be one whose square is rounding.
+        root = numbers.sqrt(numbers.unit)
+        small = root * numbers.sqrt(root)
         with np.errstate(all="ignore"):
             for iterations in range(1, _MOST_STEPS + 1):
                 found = self._evaluate(unknowns)
@@ -107,7 +109,8 @@ class ExtendedSystem:
                 except np.linalg.LinAlgError:
                     return None
                 unknowns, self._step = unknowns - step, -step
-                if max(abs(step)) <= small * (1 + max(abs(unknowns[:many]))):
+                least = small if iterations < _MOST_STEPS else root
+                if max(abs(step)) <= least * (1 + max(abs(unknowns[:many]))):
                     self._rows = None
                     solution = self._solution(self._evaluate(unknowns), unknowns, iterations)
                     # Derivatives that are kept let the error fall by a factor, not by its square.
