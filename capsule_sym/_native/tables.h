@@ -164,6 +164,39 @@ static void wholes_make(const capsule_constants *field, const segment *c, const 
 #endif
 }
 
+/* The Bernstein forms of both guards on the whole reach and on its halves, and their ranges. */
+static void forms_make(const bases *b, const real (*x)[4], const real (*second)[4], table *t)
+{
+    for (int k = 0; k < 4; k++) {
+        for (int j = 1; j <= DEGREE; j++) {
+            real x_sum = num(0.0), second_sum = num(0.0);
+            for (int n = 1; n <= j && n <= TERMS + 1; n++) {
+                if (n <= TERMS)
+                    x_sum = mad(b->bernstein[j][n], x[n][k], x_sum);
+                second_sum = mad(b->bernstein[j][n], second[n][k], second_sum);
+            }
+            t->x_form[0][k][j - 1] = x_sum;
+            t->second_form[0][k][j - 1] = second_sum;
+            t->limit[k][X_RANGE] = larger(t->limit[k][X_RANGE], 1.0001 * fabs(near_to(x_sum)));
+            t->limit[k][SECOND_RANGE] = larger(t->limit[k][SECOND_RANGE], 1.0001 * fabs(near_to(second_sum)));
+        }
+        /* Half as long each: the left half's form (de Casteljau), whose coefficient 0 is 0. */
+        for (int l = 1; l < LEVELS; l++)
+            for (int which = 0; which < 2; which++) {
+                real work[DEGREE + 1];
+                const real *long_ = which ? t->second_form[l - 1][k] : t->x_form[l - 1][k];
+                real *half = which ? t->second_form[l][k] : t->x_form[l][k];
+                work[0] = num(0.0);
+                memcpy(work + 1, long_, DEGREE * sizeof *work);
+                for (int i = 1; i <= DEGREE; i++) {
+                    for (int j = 0; j + i <= DEGREE; j++)
+                        work[j] = mean(work[j], work[j + 1]);
+                    half[i - 1] = work[0];
+                }
+            }
+    }
+}
+
 static void table_make(const bases *b, const capsule_constants *field, const segment *c, table *t)
 {
     segment_sizes room;
@@ -253,33 +286,7 @@ static void table_make(const bases *b, const capsule_constants *field, const seg
         tail[k] = 0.0;
     }
     economize(b, second, TERMS + drift, DEGREE, tail, unused[0], unused[1]);
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 4; k++)
         t->limit[k][SECOND_TAIL] += tail[k];
-        for (int j = 1; j <= DEGREE; j++) {
-            real x_sum = none_, second_sum = none_;
-            for (int n = 1; n <= j && n <= TERMS + 1; n++) {
-                if (n <= TERMS)
-                    x_sum = mad(b->bernstein[j][n], x[n][k], x_sum);
-                second_sum = mad(b->bernstein[j][n], second[n][k], second_sum);
-            }
-            t->x_form[0][k][j - 1] = x_sum;
-            t->second_form[0][k][j - 1] = second_sum;
-            t->limit[k][X_RANGE] = larger(t->limit[k][X_RANGE], 1.0001 * fabs(near_to(x_sum)));
-            t->limit[k][SECOND_RANGE] = larger(t->limit[k][SECOND_RANGE], 1.0001 * fabs(near_to(second_sum)));
-        }
-        /* Half as long each: the left half's form (de Casteljau), whose coefficient 0 is 0. */
-        for (int l = 1; l < LEVELS; l++)
-            for (int which = 0; which < 2; which++) {
-                real work[DEGREE + 1];
-                const real *long_ = which ? t->second_form[l - 1][k] : t->x_form[l - 1][k];
-                real *half = which ? t->second_form[l][k] : t->x_form[l][k];
-                work[0] = none_;
-                memcpy(work + 1, long_, DEGREE * sizeof *work);
-                for (int i = 1; i <= DEGREE; i++) {
-                    for (int j = 0; j + i <= DEGREE; j++)
-                        work[j] = mean(work[j], work[j + 1]);
-                    half[i - 1] = work[0];
-                }
-            }
-    }
+    forms_make(b, (const real(*)[4])x, (const real(*)[4])second, t);
 }
