@@ -1,21 +1,34 @@
-"""`python -m capsule_sym` and `capsule-sym`: the command line."""
+"""`python -m capsule_sym` and `capsule-sym`: the command line.
 
+Until Ctrl-C has its handler only what is compiled into Python is imported: `signal` alone imports
+enum, functools and more, which takes longer than all else.
+"""
+
+from __future__ import annotations
+
+import _signal  # type: ignore[import-not-found]
 import _thread
-import signal
 import sys
 import time
-from types import FrameType
-from typing import NoReturn
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import FrameType
+    from typing import NoReturn
 
 
 def main() -> NoReturn:
     """Run the command line and exit. Ctrl-C ends it in one line from the first import on."""
     try:
-        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, interrupt)
-        from capsule_sym import _cli as cli
+        if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+            _signal.signal(_signal.SIGINT, interrupt)
+        try:
+            from capsule_sym import _cli as cli
 
-        cli.main()
+            cli.main()
+        finally:
+            # All is told: Python, which is about to end, would die of a signal and not exit.
+            _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
     except (KeyboardInterrupt, Exception) as error:
         # What a library makes of an interrupt in its middle may be any error.
         if not (isinstance(error, KeyboardInterrupt) or _came):
@@ -24,7 +37,7 @@ def main() -> NoReturn:
         sys.exit(130)
 
 
-_came: list[int] = []
+_came = False
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:
@@ -32,7 +45,8 @@ def interrupt(number: int, frame: FrameType | None) -> None:
 
     The first lines of a module that Cython compiled drop what is raised in them.
     """
-    _came.append(number)
+    global _came
+    _came = True
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             _thread.start_new_thread(_again, (_thread.get_ident(), number))
@@ -46,7 +60,7 @@ def _again(thread: int, number: int) -> None:
     if sys.platform == "win32":
         _thread.interrupt_main(number)
     else:
-        signal.pthread_kill(thread, number)
+        _signal.pthread_kill(thread, number)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import capsule_sym
 from capsule_sym._cli import group
 from capsule_sym._study import casestudy, thresholds
 
@@ -233,6 +234,36 @@ def test_an_interrupt_while_python_imports_is_one_line(name: str) -> None:
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr.startswith("error: interrupted")
     assert done.stderr.count("\n") == 1
+
+
+def test_little_is_imported_before_an_interrupt_is_one_line() -> None:
+    code = (
+        "import sys\n"
+        f"sys.path.insert(0, {str(Path(capsule_sym.__file__).parents[1])!r})\n"
+        "import capsule_sym\n"
+        "before = {*sys.modules, *sys.builtin_module_names, '__future__'}\n"
+        "import capsule_sym.__main__\n"
+        "print(*{*sys.modules} - before)"
+    )
+    # Without the packages of the site, some of which import more themselves.
+    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("capsule_sym.__main__\n", "")
+
+
+@pytest.mark.parametrize(("end", "status"), [("sys.exit(0)", 0), ("raise KeyboardInterrupt", 130)])
+def test_an_interrupt_after_the_result_changes_nothing(end: str, status: int) -> None:
+    code = (
+        "import atexit, os, runpy, signal, sys\n"
+        "from capsule_sym import _cli\n"
+        "def done():\n"
+        f"    {end}\n"
+        "_cli.main = done\n"
+        "atexit.register(lambda: print(os.kill(os.getpid(), signal.SIGINT)))\n"
+        "runpy.run_module('capsule_sym', run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    told = "error: interrupted\n" if status else ""
+    assert (done.returncode, done.stdout, done.stderr) == (status, "None\n", told)
 
 
 def test_an_interrupt_of_which_a_library_makes_another_error_is_one_line() -> None:
