@@ -22,7 +22,7 @@ from capsule_sym._sweeps.itineraries import NotSolved, orbit_at_end
 from capsule_sym._sweeps.layout import Added
 from capsule_sym._sweeps.quantities import ATTRACTOR
 from capsule_sym._sweeps.results import open_results
-from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -72,6 +72,7 @@ def run_basin(sweep: Sweep, store: str | os.PathLike[str], **how: Any) -> tuple[
     `how` are the further arguments of `run`, which raises what this raises; besides InvalidInput
     for a sweep over anything but the start, or of more cells than memory is for.
     """
+    check_sweep(sweep)
     for axis in sweep.axes:
         for quantity in axis.quantities:
             if quantity not in START:

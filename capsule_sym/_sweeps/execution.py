@@ -29,7 +29,7 @@ from capsule_sym._sweeps.pools import KINDS, PATIENCE, Lost, Pool, pool_of
 from capsule_sym._sweeps.quantities import CellOutcome
 from capsule_sym._sweeps.results import Held
 from capsule_sym._sweeps.store import Store, opened
-from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
 MOST_WORKERS = 1024  # more than the one writer keeps at work
 _MOST_DEATHS = 3  # of every worker, while nothing is finished, before the chunks are blamed
@@ -131,6 +131,7 @@ def run_sweep(
     on KeyboardInterrupt, which says how much that is, and after `max_seconds`, when chunks under
     way are given up and the status is "time-limit".
     """
+    check_sweep(sweep)
     path, count = Path(store), processors() if workers is None else workers
     check_count("workers", count, most=MOST_WORKERS)
     if not isinstance(executor, Executor) and executor not in KINDS:

@@ -25,7 +25,7 @@ from capsule_sym._sweeps.execution import Ended, Summary, run_sweep
 from capsule_sym._sweeps.quantities import COMPUTED
 from capsule_sym._sweeps.results import Held, damaged_in_chart, open_results
 from capsule_sym._sweeps.store import write_chart
-from capsule_sym._sweeps.sweep import Sweep
+from capsule_sym._sweeps.sweep import Sweep, check_sweep
 
 _UNKNOWN = -1
 _LONGEST_STRIDE = 2**20
@@ -82,6 +82,7 @@ def refine_sweep(
 
     Raises InvalidInput for anything but two axes of one quantity each, and what `run_sweep` raises.
     """
+    check_sweep(sweep)
     if len(sweep.axes) != 2 or any(len(axis.quantities) != 1 for axis in sweep.axes):
         raise InvalidInput("axes", [a.name for a in sweep.axes], "two, of one quantity each")
     if (

@@ -27,6 +27,12 @@ _LEAST_CHUNKS = 16
 _ORBIT, _EXPONENT = 100, 20_000
 
 
+def check_sweep(sweep: object) -> None:
+    """Raises InvalidInput for anything but a sweep."""
+    if not isinstance(sweep, Sweep):
+        raise InvalidInput("sweep", sweep, "a Sweep")
+
+
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """Runs at every combination of the axes' values; what no axis changes stays as given.

@@ -25,6 +25,7 @@ from capsule_sym import (
     Sweep,
     open_results,
     refine_sweep,
+    run_basin,
     run_sweep,
 )
 from capsule_sym._native import check_time, live, present
@@ -140,6 +141,14 @@ def test_a_limit_that_is_no_time_is_refused(seconds: Any, tmp_path: Path) -> Non
         with pytest.raises(InvalidInput, match="max_seconds"):
             run(SWEEP, tmp_path / "store", max_seconds=seconds)
     assert not (tmp_path / "store").exists()
+
+
+@pytest.mark.parametrize("run", [run_sweep, run_basin, refine_sweep])
+@pytest.mark.parametrize("given", ["x", None])
+def test_what_is_no_sweep_is_refused(run: Callable[..., Any], given: Any, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=f"^sweep = {given!r}: must be a Sweep$"):
+        run(given, tmp_path / "store")
+    assert not list(tmp_path.iterdir())
 
 
 def test_results_are_labelled_and_say_where_they_come_from(tmp_path: Path) -> None:
