@@ -12,6 +12,7 @@ from capsule_sym import (
     Branch,
     Curve,
     Ending,
+    OrbitStatus,
     continue_bifurcation,
     continue_from,
     continue_orbit,
@@ -24,7 +25,6 @@ from capsule_sym._orbits.continuation.points.kinds import (
     GENERALIZED_DOUBLING,
     PERIOD_DOUBLING,
 )
-from capsule_sym._orbits.shooting.orbit import OrbitStatus
 from tests.orbits.branches import settled
 
 MOTION = {
