@@ -40,7 +40,8 @@ GOALS = {
     "homes of a parameter's facts": 1,
 }
 _TABLE = 100  # lines within which a table of the parameters has them all
-_COMMANDS = ("_cli.py", "_options.py", "_records.py", "__main__.py", "command.py")
+COMMANDS = ("_cli.py", "_records.py", "__main__.py")
+"""Files at the top that are of the room of the commands."""
 
 
 class Place(NamedTuple):
@@ -66,7 +67,7 @@ def room(path: Path) -> str:
     first, *rest = path.relative_to(ROOT).parts
     if first == "codegen" or rest[0] == "codegen":
         return "codegen"
-    if rest[0] == "_commands" or path.name.endswith(_COMMANDS):
+    if rest[0] == "_commands" or rest[0] in COMMANDS:
         return "commands"
     return rest[0] if len(rest) > 1 else "the rest"
 

@@ -27,7 +27,7 @@ def test_rooms_are_counted_by_kind_without_what_is_generated(tree: Path) -> None
             "capsule_sym/_native/run.c",
             "capsule_sym/_native/run.h",
             "capsule_sym/_native/_core.pyx",
-            "capsule_sym/_orbits/branch_command.py",
+            "capsule_sym/_commands/branch.py",
             "capsule_sym/_cli.py",
             "capsule_sym/_files.py",
             "capsule_sym/paper.toml",
@@ -45,6 +45,13 @@ def test_rooms_are_counted_by_kind_without_what_is_generated(tree: Path) -> None
         "commands": {"Python": 10**4 % 9973 + 10**5 % 9973},
         "the rest": {"Python": 10**6 % 9973},
     }
+
+
+@pytest.mark.parametrize("name", lines.COMMANDS)
+def test_files_of_the_commands_are_there_and_nothing_else_is(name: str) -> None:
+    assert (lines.ROOT / "capsule_sym" / name).is_file()
+    assert lines.room(lines.ROOT / "capsule_sym" / name) == "commands"
+    assert lines.room(lines.ROOT / "capsule_sym/_map" / name) == "_map"
 
 
 @pytest.mark.parametrize("count", [99, 100])
