@@ -19,6 +19,7 @@ from capsule_sym._map.itinerary import cyclic_start
 from capsule_sym._map.segments import Instant, Records, Segment
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated import formulas
+from capsule_sym.generated.facts import FIELDS
 
 LONGEST = 16  # excitation periods of the longest periodic motion that is looked for
 
@@ -76,7 +77,7 @@ def shown_progression(motion: SteadyMotion) -> float:
     segments, number = motion.segments, motion.period_number
     drifting = drifts(
         list(motion.parameters.to_dict().values()),
-        contact=any(not segment.mode.startswith("NC") for segment in segments),
+        contact=any(FIELDS[segment.field][0] for segment in segments),
         progression=float(motion.progression),
         way=sum(abs(float(segment.advance)) for segment in segments) / number,
         segments=len(segments),

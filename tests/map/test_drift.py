@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from capsule_sym import Parameters, simulate, solve_orbit
+from capsule_sym._map import segments
 from capsule_sym._map.steady import shown_progression
 
 RESONANT = Parameters(alpha=5.0, omega=0.8, delta=1e3, zeta=0.0, gamma=1 / (1.6**2 - 1))
@@ -32,6 +33,17 @@ def test_without_damping_a_free_swing_keeps_a_motion_without_contact_drifting(ze
     assert abs(advance) > 0.1
     assert shown_progression(motion) == pytest.approx(advance, rel=1e-6)
     assert f"{shown_progression(motion):.6g} per excitation period" in repr(motion)
+
+
+def test_contact_is_told_by_the_field_and_not_by_what_its_mode_is_called(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    drifting = solve_orbit(Parameters(alpha=1.2)).motion
+    resting = solve_orbit(RESONANT.replace(zeta=0.1), (1.0, -0.5, 2.0)).motion
+    for modes in (("NC",) * 6, ("C",) * 6):
+        monkeypatch.setattr(segments, "MODES", modes)
+        assert shown_progression(drifting) == float(drifting.progression) != 0.0
+        assert shown_progression(resting) == 0.0 != float(resting.progression)
 
 
 def test_a_stop_of_no_stiffness_makes_no_drift() -> None:
