@@ -145,7 +145,8 @@ def _rows(parameters: Sequence[Parameters] | NDArray[np.float64]) -> NDArray[np.
     """The parameter sets as rows of their own, shape (n, 7)."""
     if isinstance(parameters, np.ndarray):
         if parameters.dtype.kind not in "iuf":
-            raise InvalidInput("parameters", parameters.dtype, "real numbers of shape (n, 7)")
+            allowed = f"real numbers of shape (n, {len(PARAMETERS)})"
+            raise InvalidInput("parameters", parameters.dtype, allowed)
         return checked_rows(np.array(parameters, dtype=float, order="C"))
     if isinstance(parameters, Parameters) or not all(
         isinstance(one, Parameters) for one in parameters

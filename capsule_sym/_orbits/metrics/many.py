@@ -20,6 +20,7 @@ from capsule_sym._map.many import checked_rows, spread
 from capsule_sym._map.native import core
 from capsule_sym._native import Watch, present
 from capsule_sym._orbits.metrics.performance import METRICS as METRICS
+from capsule_sym.generated.facts import PARAMETERS, STATE
 from capsule_sym.generated.interface import ORBIT, ORBIT_STATUSES, STOPS, OrbitStatus, Stop
 
 MOST_SEGMENTS = 256
@@ -75,7 +76,7 @@ class Performances:
     @property
     def by_parameter(self) -> NDArray[np.float64]:
         """Derivatives of the states by the parameters, shape (n, 3, 7)."""
-        return self.records["by_parameter"].reshape(-1, 3, 7)
+        return self.records["by_parameter"].reshape(-1, len(STATE), len(PARAMETERS))
 
     @property
     def values(self) -> NDArray[np.float64]:
@@ -85,7 +86,7 @@ class Performances:
     @property
     def gradients(self) -> NDArray[np.float64]:
         """Derivatives of the metrics by the parameters, shape (n, 7, 7)."""
-        return self.records["gradients"].reshape(-1, 7, 7)
+        return self.records["gradients"].reshape(-1, len(METRICS), len(PARAMETERS))
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:

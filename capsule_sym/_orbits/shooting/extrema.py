@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from capsule_sym._map import quasistatic
@@ -17,7 +18,7 @@ from capsule_sym._native import check_time
 from capsule_sym._orbits.shooting.closed import native_fields
 from capsule_sym._orbits.shooting.equations import SegmentFlow
 from capsule_sym._parameters import Parameters
-from capsule_sym.generated import formulas
+from capsule_sym.generated import facts, formulas
 from capsule_sym.generated.interface import Quantity
 
 _REACH = 3  # how far an expansion is tried, over the fastest rate of the segment
@@ -25,6 +26,7 @@ _SHRINK = 8
 _FAINT = 32  # errors of a rate, below which its sign is not looked at closer
 _TINY = 1e-200  # rates and remainders below this are looked at in 50 digits, which do not underflow
 _LEAST = 64  # roundings of a time, below which nothing is told apart
+_parameters = attrgetter(*facts.PARAMETERS)  # of a segment's constants
 
 
 class Extremum(NamedTuple):
@@ -85,7 +87,7 @@ def extrema(
 def _by_core(flow: SegmentFlow, quantity: Quantity, zeros: int) -> list[Extremum] | None:
     """The extrema by the C core; None without it, and where they stay open."""
     c = flow.c
-    core = native_fields((c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b))
+    core = native_fields(_parameters(c))
     if core is None:
         return None
     start = tuple(map(float, flow.closed))
@@ -145,7 +147,7 @@ def _in_fifty_digits(
 ) -> Iterator[Extremum]:
     with backend("mpmath") as numbers:
         c = flow.c
-        values = Parameters(c.alpha, c.omega, c.delta, c.zeta, c.beta, c.gamma, c.f_b)
+        values = Parameters(*_parameters(c))
         exact = replace(flow, c=numbers.constants(flow.segment.field, values))
         found = list(_searched(numbers, exact, quantity, zeros))
     return (Extremum(kind, float(time), float(value)) for kind, time, value in found)
