@@ -6,7 +6,7 @@ void mexFunction(int results, mxArray *result[], int count, const mxArray *given
     static capsule_map map;
     if (count < 2 || count > 4 || results > 2)
         mexErrMsgIdAndTxt("capsule:input", "[y, status] = capsule_many(P, periods, states, phases)");
-    const double *rows = matrix(given[0], "P", 0, 7);
+    const double *rows = matrix(given[0], "P", 0, CAPSULE_PARAMETER_COUNT);
     const size_t n = mxGetM(given[0]);
     const int64_t periods = periods_of(given[1]);
     const double *starts = count > 2 ? matrix(given[2], "states", n, 3) : NULL;

@@ -8,7 +8,8 @@
 #include "capsule.h"
 #include "mex.h"
 
-static const char *const PARAMETERS[] = {"alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b"};
+#define NAMED(name) #name,
+static const char *const PARAMETERS[] = {CAPSULE_PARAMETERS(NAMED)};
 static const char *const STATUS[] = {"done", "full", "open", "stopped", "refused"};
 
 /* The numbers of a real matrix of doubles of so many rows and columns; of any many where one is 0. */
@@ -36,27 +37,33 @@ static int64_t periods_of(const mxArray *given)
     return (int64_t)value;
 }
 
+static void require(int fits, const char *name, double value, const char *allowed)
+{
+    if (!fits || !isfinite(value))
+        mexErrMsgIdAndTxt("capsule:input", "%s = %g: must be finite%s", name, value, allowed);
+}
+
 /* Parameters one by one, in the order of the names above. */
 static capsule_parameters checked(const double *values, size_t stride)
 {
-    for (int i = 0; i < 7; i++) {
-        const double value = values[i * stride];
-        const int positive = i == 1 || i == 5 || i == 6;
-        if (!(positive ? value > 0 : value >= 0) || !isfinite(value))
-            mexErrMsgIdAndTxt("capsule:input", "%s = %g: must be finite and %s 0", PARAMETERS[i],
-                              value, positive ? "greater than" : "at least");
-    }
-    return (capsule_parameters){values[0],          values[stride],     values[2 * stride],
-                                values[3 * stride], values[4 * stride], values[5 * stride],
-                                values[6 * stride]};
+    capsule_parameters p;
+#define TAKEN(name) p.name = *values, values += stride;
+    CAPSULE_PARAMETERS(TAKEN)
+#define POSITIVE(name) require(p.name > 0, #name, p.name, " and greater than 0");
+    CAPSULE_POSITIVE_PARAMETERS(POSITIVE)
+#define NOT_NEGATIVE(name) require(p.name >= 0, #name, p.name, " and at least 0");
+    CAPSULE_NOT_NEGATIVE_PARAMETERS(NOT_NEGATIVE)
+#define FINITE(name) require(1, #name, p.name, "");
+    CAPSULE_PARAMETERS(FINITE)
+    return p;
 }
 
 static capsule_parameters parameters_of(const mxArray *given)
 {
-    double values[7];
+    double values[CAPSULE_PARAMETER_COUNT];
     if (!mxIsStruct(given) || mxGetNumberOfElements(given) != 1)
         mexErrMsgIdAndTxt("capsule:input", "p must be a struct of parameters");
-    for (int i = 0; i < 7; i++) {
+    for (int i = 0; i < CAPSULE_PARAMETER_COUNT; i++) {
         const mxArray *field = mxGetField(given, 0, PARAMETERS[i]);
         if (!field)
             mexErrMsgIdAndTxt("capsule:input", "p.%s is missing", PARAMETERS[i]);
