@@ -46,7 +46,8 @@ def field_texts(language: Language) -> str:
     if language.comment != "#":
         return ""
     arguments = ", ".join(map(str, _PARAMETERS))
-    texts = []
+    names = ", ".join(f'"{parameter}"' for parameter in _PARAMETERS)
+    texts = [f"PARAMETERS = ({names})\n"]
     for segment in SEGMENTS:
         for name, matrix in matrices(segment).items():
             texts.append(

@@ -1,4 +1,5 @@
 // A device in SI units: its scales and its dimensionless parameters, as in Section 2 of the paper.
+import { DEFAULTS } from "./fields.ts";
 import type { DeviceName, Parameter } from "./fields.ts";
 
 export type Device = Record<DeviceName, number>;
@@ -43,6 +44,7 @@ export function dimensionless(d: Device): Record<Parameter, number> {
   const friction = d.mu * (d.M_m + d.M_c) * d.g;
   const natural = Math.sqrt(d.k1 / d.M_m);
   return {
+    ...DEFAULTS,
     alpha: d.P_d / friction,
     omega: d.Omega / natural,
     delta: (d.k1 * d.G) / friction,

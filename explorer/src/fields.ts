@@ -36,6 +36,10 @@ const number = (
   more: Partial<NumberField> = {},
 ): NumberField => ({ kind: "number", symbol, name, low: range[0], high: range[1], value, about, ...more });
 
+function ofParameters<Value>(take: (field: (typeof PARAMETER_FIELDS)[Parameter]) => Value): Record<Parameter, Value> {
+  return Object.fromEntries(PARAMETERS.map((name) => [name, take(PARAMETER_FIELDS[name])])) as Record<Parameter, Value>;
+}
+
 const choice = (name: string, of: readonly string[], value = of[0] ?? ""): ChoiceField => ({
   kind: "choice",
   name,
@@ -46,6 +50,9 @@ const choice = (name: string, of: readonly string[], value = of[0] ?? ""): Choic
 export const DEVICE = ["M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu", "g"] as const;
 export const STARTS = ["x_r", "v_r", "v_c"] as const;
 export type Parameter = (typeof PARAMETERS)[number];
+/** Of each parameter: its default, and the ends of its slider. */
+export const DEFAULTS = ofParameters((field) => field.value);
+export const SLIDERS = ofParameters((field): readonly [number, number] => [field.slider[0], field.slider[1]]);
 export type DeviceName = (typeof DEVICE)[number];
 
 const SIZE = 1e20;

@@ -6,8 +6,10 @@ equations of motion alone (`integrator.c`), and with 50 digits of the package's 
 
 from __future__ import annotations
 
+import inspect
 import json
 import random
+import runpy
 import shutil
 import subprocess
 import sys
@@ -86,6 +88,14 @@ def judged(folder: Path) -> tuple[list[Row], Ends]:
 
 def difference(first: tuple[float, ...], second: tuple[float, ...]) -> float:
     return max(abs(a - b) for a, b in zip(first, second, strict=True))
+
+
+def test_the_fields_of_the_balls_take_the_parameters_that_they_name(generated: Path) -> None:
+    fields = runpy.run_path(str(generated / "fields.py"))
+    assert {"s", "f_plus", "f_minus"} < {*fields["PARAMETERS"]}
+    for name in ("RATES", "RATES_BY", "GUARDS", "GUARDS_BY"):
+        for function in fields[name]:
+            assert tuple(inspect.signature(function).parameters) == fields["PARAMETERS"]
 
 
 def test_the_c_library_moves_as_the_integrator(

@@ -5,7 +5,7 @@ import { byId, make, pretty } from "../dom.ts";
 import { valuesAt } from "../draw/axes.ts";
 import type { Frame } from "../draw/axes.ts";
 import { Panel } from "../draw/panel.ts";
-import { AXES, NUMBERS } from "../fields.ts";
+import { AXES, NUMBERS, SLIDERS } from "../fields.ts";
 import type { Axis } from "../fields.ts";
 import { spelled } from "../itinerary.ts";
 import { choiceControl, numberControl } from "../ui/controls.ts";
@@ -17,6 +17,7 @@ import type { State } from "../state.ts";
 
 const OWN = ["c_x", "c_y", "c_x0", "c_x1", "c_y0", "c_y1", "c_size", "c_periods", "c_by"] as const;
 const RANGES: Record<Axis, readonly [number, number]> = {
+  ...SLIDERS,
   alpha: [0.01, 2], omega: [0.3, 1.6], delta: [0, 0.5], zeta: [0.01, 0.5], beta: [0, 10], gamma: [1, 5], f_b: [0.5, 1.5],
   x_r: [-2, 2], v_r: [-2, 2], v_c: [-1, 1], phase: [0, 7.85],
 };
