@@ -204,7 +204,7 @@ def client_of(address: str, workers: int | None) -> Iterator[Any]:
                     distributed.LocalCluster(
                         n_workers=workers,
                         threads_per_worker=1,
-                        dashboard_address=None,
+                        dashboard_address="127.0.0.1:0",  # with none it takes 8787, or warns
                         silence_logs=_SILENT,
                     )
                 )

@@ -6,12 +6,13 @@ import errno
 import json
 import math
 import os
+import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +118,19 @@ def test_a_run_whose_time_is_over_goes_on(
     rest = run_sweep(SWEEP, store, workers=1, resume=True)
     assert (rest.success, rest.computed) == (True, 120 - found.computed)
     assert contents(store) == whole
+
+
+@pytest.mark.long
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_cluster_of_its_own_starts_beside_another() -> None:
+    """Dask's own port is taken, as by another run."""
+    pytest.importorskip("distributed")
+    with ExitStack() as stack:
+        taken = stack.enter_context(socket.socket())
+        with suppress(OSError):  # it is taken already
+            taken.bind(("0.0.0.0", 8787))
+            taken.listen()
+        stack.enter_context(client_of("local", 1))
 
 
 def test_a_limit_of_time_fails_no_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
