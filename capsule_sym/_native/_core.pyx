@@ -7,7 +7,7 @@ What takes long stops at Ctrl-C, by the exception of its handler, and at a `Watc
 import threading
 from time import perf_counter
 
-from libc.math cimport INFINITY, M_PI, NAN, cos, fabs, sin
+from libc.math cimport INFINITY, NAN, cos, fabs, sin
 from libc.stdint cimport int8_t, int32_t, int64_t, uint8_t
 from libc.stdlib cimport calloc, free, malloc
 from libc.string cimport memset
@@ -465,7 +465,6 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     """Writes the state records that the runs start from, one per row of the others.
 
     Those that the watch keeps from being made have a gap that is nan, and no run takes them on.
-    Returns whether all phases are times in their excitation periods.
     """
     cdef Py_ssize_t i, count = len(states)
     _check_rows(parameters, states)
@@ -474,14 +473,12 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
     cdef attention a
     cdef signed char[::1] at = states.view("i1")
     cdef capsule_state *records = <capsule_state *> &at[0]
-    cdef bint within = True
     cdef capsule_map *work = <capsule_map *> malloc(sizeof(capsule_map))
     if work is NULL:
         raise MemoryError()
     _attend(&a, watch, None if watch is None else watch.flag)
     with nogil:
         for i in range(count):
-            within = within and 0.0 <= phases[i] and phases[i] < 2.0 * M_PI / parameters[i, 1]
             if a.stopped or capsule_asked(&a.watch, MAP_WORK):
                 memset(&records[i], 0, sizeof(capsule_state))
                 records[i].x_r, records[i].v_r = starts[i, 0], starts[i, 1]
@@ -492,7 +489,6 @@ def start_many(const double[:, ::1] parameters, const double[:, ::1] starts,
                                           phases[i])
     free(work)
     _raised(&a)
-    return within
 
 
 cdef class _Workspace:
