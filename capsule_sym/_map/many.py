@@ -13,15 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.backend import NumpyBackend, default_backend
-from capsule_sym._map.checks import LARGEST_STATE, check_count, checked_seconds
+from capsule_sym._map.checks import LARGEST_STATE, check_count
 from capsule_sym._map.escalation import Run, step, write
 from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
 from capsule_sym._map.labelled import lock
 from capsule_sym._map.native import core
 from capsule_sym._map.segments import SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import run as run_one
+from capsule_sym._map.simulate import watch_of
 from capsule_sym._map.trajectory import Trajectory
-from capsule_sym._native import Watch, present
+from capsule_sym._native import Watch
 from capsule_sym._parameters import Parameters
 from capsule_sym.generated.facts import PARAMETERS, RANGES
 from capsule_sym.generated.facts import STATE as _STATE
@@ -116,8 +117,7 @@ def simulate_many(
     check_count("threads", threads)
     if max_segments is not None:
         check_count("max_segments", max_segments)
-    watch = Watch(checked_seconds(max_seconds))
-    watch.deadline = min(watch.deadline, present().deadline)
+    watch = watch_of(max_seconds)
     lengths = math.tau / rows[:, _OMEGA]
     starts, times = _starts(states, count), _times(phases, lengths)
     kept = checked(keep, times.max(initial=0.0), periods * lengths.min(initial=math.inf))

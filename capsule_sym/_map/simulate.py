@@ -58,8 +58,7 @@ def simulate(
         check_memory("keep", kept, STATE * kept.size)
     if max_segments is not None:
         check_count("max_segments", max_segments)
-    watch = Watch(checked_seconds(max_seconds))
-    watch.deadline = min(watch.deadline, present().deadline)
+    watch = watch_of(max_seconds)
     chosen = backend or default_backend()
     start = values, phase, int(periods)
     unlimited = max_segments is None and progress is None and watch.deadline == math.inf
@@ -70,6 +69,13 @@ def simulate(
     found = run(parameters, start, kept, max_segments, watch, chosen, escalate, progress)
     check_time()  # of the work that this run is a part of
     return found
+
+
+def watch_of(max_seconds: float) -> Watch:
+    """The watch of a call with this limit, within that of the work that it is a part of."""
+    watch = Watch(checked_seconds(max_seconds))
+    watch.deadline = min(watch.deadline, present().deadline)
+    return watch
 
 
 def run(
