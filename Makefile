@@ -93,7 +93,7 @@ verify: $(READY)  ## prove the theory, and Section 4 in ball arithmetic
 	@mkdir -p results
 	$(BIN)/capsule-sym enclose --json > results/enclose.json.part
 	@mv results/enclose.json.part results/enclose.json
-	$(BIN)/capsule-sym verify
+	$(BIN)/python -m benchmarks verify
 
 certificates: $(READY)  ## write results/certificates.json, and check it with code of its own
 	$(BIN)/capsule-sym enclose --thresholds --out results/certificates.json

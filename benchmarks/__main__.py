@@ -16,6 +16,7 @@ def group(context: click.Context) -> None:
 for _name, _module, _text in (
     ("hardcases", "benchmarks.hardcases.commands", "Check the switches of hard cases."),
     ("adversarial", "benchmarks.hardcases.commands", "Check random starts near tangencies."),
+    ("verify", "benchmarks.reached", "Prove the theory, and show what is reached of the goals."),
     ("bench", "benchmarks.speed.commands", "Measure speed against error, and the goals."),
     ("first-calls", "benchmarks.speed.commands", "Measure what a person calls first."),
     ("bench-design", "benchmarks.speed.commands", "Measure what the design of a device asks for."),

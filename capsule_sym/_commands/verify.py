@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 )
 @click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
 @options.json_option
-def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) -> None:
+def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) -> Sequence[Result]:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its
@@ -71,10 +71,8 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
         write_whole(write, markdown(report), "--write")
         click.echo(f"wrote {write}", err=True)
     unproved = [result.item.id for result in results if not result.settled]
-    seconds = perf_counter() - start
-    click.echo(f"{len(results)} statements, {len(unproved)} unproved, {seconds:.0f} s", err=True)
-    if only is None and not as_json:
-        _print_reached(results, seconds)
+    took = f"{perf_counter() - start:.0f} s"
+    click.echo(f"{len(results)} statements, {len(unproved)} unproved, {took}", err=True)
     if freeze and not unproved:
         frozen.freeze(results)
         click.echo(f"wrote {frozen.PATH}", err=True)
@@ -87,6 +85,7 @@ def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) ->
         present.fail(f"not proved: {', '.join(unproved)}", 1)
     if changed:
         raise click.exceptions.Exit(1)
+    return results
 
 
 def prove_motions() -> None:
@@ -100,15 +99,3 @@ def prove_motions() -> None:
         return tendency(values).itinerary
 
     prove_by(Prover(steady_orbit, from_rest, first_fields, Unproved))
-
-
-def _print_reached(results: Sequence[Result], seconds: float) -> None:
-    from capsule_sym._symbolic.reached import rows
-
-    marks = {True: "yes", False: "no", None: "–"}
-    told = (
-        (row.what, row.reached, marks[row.met], row.goal, row.source)
-        for row in rows(results, seconds)
-    )
-    console = present.make_console(stderr=True)
-    present.table(("", "reached", "", "goal", "from"), told, console=console)

@@ -1,11 +1,16 @@
-"""What is to be reached, and what the records of the proofs say: the table that `verify` prints."""
+"""`make verify`: what is to be reached by the proofs, and what their records say."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from time import perf_counter
 from typing import Any, NamedTuple
 
+import click
+
+from capsule_sym._commands import present
+from capsule_sym._commands.verify import verify as prove
 from capsule_sym._files import read_json
 from capsule_sym._symbolic.proofs.items import Result
 
@@ -106,3 +111,21 @@ def rows(results: Sequence[Result], seconds: float) -> tuple[Row, ...]:
         else:
             found.append(Row(what, reached, met, goal, str(path)))
     return tuple(found)
+
+
+@click.command()
+@click.pass_context
+def verify(context: click.Context) -> None:
+    """Prove the theory as `capsule-sym verify` does, and show what is reached of the goals.
+
+    The records of the other proofs are those under results/.
+    """
+    start = perf_counter()
+    results = context.invoke(prove)
+    marks = {True: "yes", False: "no", None: "–"}
+    told = (
+        (row.what, row.reached, marks[row.met], row.goal, row.source)
+        for row in rows(results, perf_counter() - start)
+    )
+    console = present.make_console(stderr=True)
+    present.table(("", "reached", "", "goal", "from"), told, console=console)

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
-from capsule_sym._symbolic import verify
+from benchmarks import reached
+from benchmarks.reached import ATTRACTION, ENCLOSED, MUTATIONS, REGIONS, rows
+from capsule_sym._symbolic import frozen, verify
 from capsule_sym._symbolic.proofs.items import Result
-from capsule_sym._symbolic.reached import ATTRACTION, ENCLOSED, MUTATIONS, REGIONS, rows
 
 SECTION = {
     "thresholds": [{"radius": 1e-92, "coefficient": "0.5"}] * 8,
@@ -120,3 +122,18 @@ def test_a_damaged_record_is_said_to_be_unreadable() -> None:
     told = rows(results(), 100.0)
     assert [row.met for row in told] == [True, None, True, None, None, None, True, None, True]
     assert told[3].reached == "unreadable record"
+
+
+@pytest.mark.usefixtures("here")
+def test_the_command_proves_and_shows_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    write(GOOD)
+    (one,) = results()
+    monkeypatch.setattr(verify, "items", lambda: {"one": (one.item,)})
+    expected = frozen.Expected({one.item.id: one.status}, {})
+    monkeypatch.setattr(frozen, "expected", lambda: expected)
+    found = CliRunner().invoke(reached.verify)
+    assert found.exit_code == 0
+    assert one.item.id.startswith("table2.")
+    assert one.item.statement in found.stdout
+    assert "1 of 1" in found.stderr
+    assert "16 of 16, within 1e-92" in found.stderr
