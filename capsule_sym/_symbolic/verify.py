@@ -11,7 +11,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._paper import read
 from capsule_sym._symbolic import frozen
 from capsule_sym._symbolic.paper import everything
-from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, inner_products, theorems
+from capsule_sym._symbolic.proofs import basis_proofs, flow_proofs, theorems
 from capsule_sym._symbolic.proofs.items import Item, Result, Verdict, settle
 from capsule_sym._symbolic.report import Report
 
@@ -31,26 +31,12 @@ def _printed(verdict: Verdict) -> tuple[Item, ...]:
     return tuple(item for item in _compared() if item.verdict == verdict)
 
 
-SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
-    "Errata": partial(_printed, "refuted"),
-    "Printed statements that hold under a condition": partial(_printed, "conditional"),
-    "Printed statements that hold": partial(_printed, "proved"),
-    "State space, Eqs. (13)-(15)": partial(theorems.items, "geometry", "fields"),
-    "Inner products, Eqs. (16)-(23)": inner_products.items,
-    "Table 2 as derived": partial(theorems.items, "table2"),
-    "Table 3 as derived": partial(theorems.items, "table3"),
-    "Appendices A and B": partial(theorems.items, "appendix"),
-    "The resting orbit": partial(theorems.items, "grazing"),
-    "Where every motion goes": partial(theorems.items, "attraction"),
-    "Closed-form flow, Eqs. (7)-(12)": _flow_items,
+_PRINTED: dict[str, Verdict] = {
+    "Errata": "refuted",
+    "Printed statements that hold under a condition": "conditional",
+    "Printed statements that hold": "proved",
 }
-"""What is verified, in the order of the report: a title and the items under it."""
-
-
-FAMILIES: dict[str, tuple[str, ...]] = {
-    "Errata": ("erratum",),
-    "Printed statements that hold under a condition": ("printed",),
-    "Printed statements that hold": ("printed",),
+_THEOREMS: dict[str, tuple[str, ...]] = {
     "State space, Eqs. (13)-(15)": ("geometry", "fields"),
     "Inner products, Eqs. (16)-(23)": ("inner",),
     "Table 2 as derived": ("table2",),
@@ -58,7 +44,20 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "Appendices A and B": ("appendix",),
     "The resting orbit": ("grazing",),
     "Where every motion goes": ("attraction",),
-    "Closed-form flow, Eqs. (7)-(12)": ("basis", "flow", "jets", "jacobian"),
+}
+_FLOW = "Closed-form flow, Eqs. (7)-(12)"
+
+SECTIONS: dict[str, Callable[[], tuple[Item, ...]]] = {
+    **{title: partial(_printed, verdict) for title, verdict in _PRINTED.items()},
+    **{title: partial(theorems.items, *families) for title, families in _THEOREMS.items()},
+    _FLOW: _flow_items,
+}
+"""What is verified, in the order of the report: a title and the items under it."""
+
+FAMILIES: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(_PRINTED, ("printed", "erratum")),
+    **_THEOREMS,
+    _FLOW: ("basis", "flow", "jets", "jacobian"),
 }
 """With what the names of a section's statements begin, so that one is found among few."""
 

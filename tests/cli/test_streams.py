@@ -15,7 +15,7 @@ from capsule_sym._enclosures import case
 from capsule_sym._enclosures.orbits import codimension_two
 from capsule_sym._study import casestudy, thresholds
 from capsule_sym._symbolic import verify
-from capsule_sym._symbolic.proofs import inner_products
+from capsule_sym._symbolic.proofs import theorems
 
 FULL = Path("/dev/full")
 SWEEP = """periods = 2
@@ -60,7 +60,7 @@ def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(thresholds, "record", lambda found: {})
     monkeypatch.setattr(thresholds, "save", lambda found, folder: [])
     monkeypatch.setattr(thresholds, "conclusion", lambda found: "")
-    monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: inner_products.items()[:1]})
+    monkeypatch.setattr(verify, "SECTIONS", {"One": lambda: theorems.items("inner")[:1]})
     monkeypatch.setattr(case, "GAMMAS", ())
     monkeypatch.setattr(codimension_two, "section4", lambda exact: [])
     monkeypatch.setattr(enclosing, "spawning", ThreadPoolExecutor)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -26,18 +26,6 @@ CREST = sp.Eq(force, alpha)  # omega tau = 0
 def equal(printed: Any, expected: Any) -> bool:
     """Whether printed data are as expected."""
     return bool(printed == expected)
-
-
-@checker
-def same_number(printed: str, expected: str) -> bool:
-    """Whether two printed decimals are the same number."""
-    return Fraction(printed) == Fraction(expected)
-
-
-@checker
-def same_names(printed: Sequence[str], expected: Iterable[str]) -> bool:
-    """Whether names are those expected in any order, none of them twice."""
-    return len(set(printed)) == len(printed) and set(printed) == set(expected)
 
 
 @checker
@@ -172,8 +160,7 @@ def _holds(relation: Relation, point: Mapping[sp.Symbol, Fraction]) -> bool:
 
 def described(point: Mapping[sp.Symbol, Fraction]) -> dict[str, str]:
     """A point at tau = 0 in exact numbers, as text."""
-    names = (*STATE, zeta, beta, gamma, f_b, delta, alpha)
-    return {str(s): str(point[s]) for s in names} | {"tau": "0"}
+    return {str(s): str(point[s]) for s in (*STATE, *CASE_STUDY)} | {"tau": "0"}
 
 
 def at_crest(texts: Texts) -> dict[str, str]:
@@ -197,6 +184,7 @@ WITNESSES |= {
     "numbers": lambda numbers: numbers,
 }
 FILTERS |= {
+    "fraction": Fraction,
     "negated": _negated,
     "implication": lambda row: Erratum.of(**row).latex,
 }

@@ -36,8 +36,8 @@ def sharp(line: str, condition: Relation) -> bool:
 @checker
 def solved(line: str, bound: sp.Expr) -> bool:
     """Whether the condition of a line is alpha <= bound, multiplied by 4 zeta^2."""
-    of = BY_LINE[line]
-    return vanishes(of.larger - of.smaller - sp.expand(4 * zeta**2 * (bound - alpha)))
+    smaller, larger = BY_LINE[line].condition
+    return vanishes(larger - smaller - sp.expand(4 * zeta**2 * (bound - alpha)))
 
 
 @checker
@@ -86,7 +86,7 @@ def stick_does(place: str, printed: str) -> bool:
 def within_bound(line: str) -> Part:
     """All of L1 or L4 within its open bound in Appendix A."""
     bound = BY_LINE[line]
-    return Part(line, 0, (_DAMPED, sp.Lt(bound.smaller, bound.larger)), bound.side, "")
+    return Part(line, 0, (_DAMPED, sp.Lt(*bound.condition)), bound.side, "")
 
 
 @checker
@@ -105,7 +105,7 @@ def _occurs(context: Context) -> tuple[str, ...]:
 FACTS |= {
     "part": lambda context: part(context["key"]),
     "bound": lambda context: BY_LINE[context["key"]],
-    "within": lambda context: sp.Le(context["bound"].smaller, context["bound"].larger),
+    "within": lambda context: sp.Le(*context["bound"].condition),
     "one_way": lambda context: _one_way(context["bound"]),
     "way": lambda context: "leaves" if context["bound"].side > 0 else "enters",
     "kinds": _occurs,

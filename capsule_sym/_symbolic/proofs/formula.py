@@ -14,24 +14,11 @@ import sympy as sp
 
 from capsule_sym._symbolic.model.elimination import Relation
 from capsule_sym._symbolic.model.model import P1, P2, P3, P4
-from capsule_sym._symbolic.model.symbols import (
-    alpha,
-    beta,
-    delta,
-    f_b,
-    gamma,
-    omega,
-    tau,
-    v_c,
-    v_r,
-    x_r,
-    zeta,
-)
+from capsule_sym._symbolic.model.symbols import PARAMETERS, STATE, tau, zeta
 from capsule_sym._symbolic.proofs.items import vanishes
 
 NAMES: dict[str, sp.Expr] = {
-    **{str(symbol): symbol for symbol in (alpha, beta, delta, f_b, gamma, omega, tau, zeta)},
-    **{str(symbol): symbol for symbol in (x_r, v_r, v_c)},
+    **{str(symbol): symbol for symbol in (*PARAMETERS, tau, *STATE)},
     **{"P1": P1, "P2": P2, "P3": P3, "P4": P4},
 }
 """The dimensionless quantities of Sections 2 to 4."""

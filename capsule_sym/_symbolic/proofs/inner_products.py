@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any
 
 import sympy as sp
 
@@ -27,7 +28,7 @@ from capsule_sym._symbolic.model.symbols import (
     x_r,
     zeta,
 )
-from capsule_sym._symbolic.proofs.items import Item, signed
+from capsule_sym._symbolic.proofs.rows import EACH, FILTERS, checker
 
 STICK_EDGE = {"L1": (P3, +1), "L2": (P3, -1), "L3": (P4, +1), "L4": (P4, -1)}
 """The function whose bound +f_b or -f_b is met on L1-L4."""
@@ -122,44 +123,20 @@ def inner_products() -> tuple[InnerProduct, ...]:
     )
 
 
-_WORD = {1: "> 0", -1: "< 0", 0: "= 0"}
+@checker
+def has_sign(product: InnerProduct, sign: Sign | Relation) -> bool:
+    """Whether an inner product has a sign; a relation: both, and is positive exactly where it is.
 
-
-def _condition_is_exact(claim: tuple[InnerProduct, Relation]) -> bool:
-    """Whether the inner product has both signs, and is positive exactly where claimed."""
-    product, condition = claim
+    The place is all of the surface or line.
+    """
     here = product.relations
+    if not isinstance(sign, sp.Rel):
+        return sign_under(product.expression, here) == sign
     return (
         consistent([*here, product.expression > 0])
         and consistent([*here, product.expression < 0])
-        and not consistent([*here, condition, product.expression <= 0])
-        and not consistent([*here, sp.Not(condition), product.expression > 0])
-    )
-
-
-def _item(product: InnerProduct) -> Item:
-    name = f"inner.{product.place}.{product.normal[1:].replace('−', '-')}.F{product.field}"
-    symbol = f"⟨{product.normal}, F{product.field}⟩"
-    if product.sign is None:
-        condition = product.positive
-        return Item(
-            id=name,
-            equation="Section 3",
-            statement=f"on {product.place}, {symbol} > 0 exactly where {condition}",
-            claim=(product, condition),
-            check=_condition_is_exact,
-            mutant=(product, sp.Lt(condition.lhs, condition.rhs)),
-            formula=lambda: _latex(product) + r"\quad\text{positive iff }" + sp.latex(condition),
-            verdict="conditional",
-        )
-    return Item(
-        id=name,
-        equation="Section 3",
-        statement=f"on {product.place}, {symbol} {_WORD[product.sign]}",
-        claim=(product.expression, product.relations, product.sign),
-        check=signed,
-        mutant=(product.expression, product.relations, -product.sign or 1),
-        formula=lambda: _latex(product) + (_WORD[product.sign] if product.sign else ""),
+        and not consistent([*here, sign, product.expression <= 0])
+        and not consistent([*here, sp.Not(sign), product.expression > 0])
     )
 
 
@@ -184,6 +161,20 @@ def _latex(product: InnerProduct) -> str:
     )
 
 
-def items() -> tuple[Item, ...]:
-    """The sign of every inner product."""
-    return tuple(map(_item, inner_products()))
+def _told(product: InnerProduct) -> dict[str, Any]:
+    """What a statement says of an inner product, and what a wrong one would."""
+    if product.sign is None:
+        where = product.positive
+        said = {"sign": where, "is": f"> 0 exactly where {where}", "verdict": "conditional"}
+        iff = r"\quad\text{positive iff }" + sp.latex(where)
+        return {**said, "latex": iff, "wrong": sp.Lt(*where.args)}
+    word = {1: "> 0", -1: "< 0", 0: "= 0"}[product.sign]
+    said = {"sign": product.sign, "is": word, "verdict": "proved"}
+    return {**said, "latex": word if product.sign else "", "wrong": -product.sign or 1}
+
+
+EACH["inner_products"] = lambda _: ({"product": p, **_told(p)} for p in inner_products())
+FILTERS |= {
+    "product_latex": _latex,
+    "ascii": lambda normal: normal[1:].replace("−", "-"),
+}

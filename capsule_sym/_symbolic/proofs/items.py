@@ -14,8 +14,7 @@ from typing import Any, Literal
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.elimination import Relation, Undecided
-from capsule_sym._symbolic.model.proof import sign_under
+from capsule_sym._symbolic.model.elimination import Undecided
 
 Verdict = Literal["proved", "refuted", "conditional"]
 Status = Literal["proved", "refuted", "conditional", "failed", "undecided"]
@@ -103,12 +102,6 @@ def proof(
 
 def _leaves_nothing(residuals: Callable[[sp.Expr], Residuals], claim: sp.Expr) -> bool:
     return all(residual == 0 for residual in residuals(claim))
-
-
-def signed(claim: tuple[sp.Expr, tuple[Relation, ...], int]) -> bool:
-    """Check of a claim (expression, hypotheses, its sign)."""
-    expression, hypotheses, sign = claim
-    return sign_under(expression, hypotheses) == sign
 
 
 def vanishes(claim: sp.Expr) -> bool:

@@ -23,39 +23,38 @@ EDGES = ("L1", "L2", "L3", "L4")
 _STIFFNESS = {"L1": sp.S.One, "L2": sp.S.One, "L3": 1 + beta, "L4": 1 + beta}
 
 
+_FOUR = 4 * zeta**2
+
+
 @dataclass(frozen=True)
 class Bound:
     """On a line, stick ends (side 1) or begins (side -1) everywhere, always, if and only if.
 
-    `smaller <= larger` is the condition on the parameters, free of fractions; `alpha_bound` the
-    same solved for alpha.
+    `reach` is 2 zeta k |v_r| where the range of v_r ends.
     """
 
     line: str
     side: int
-    smaller: sp.Expr
-    larger: sp.Expr
-    alpha_bound: sp.Expr
+    reach: sp.Expr
+
+    @property
+    def condition(self) -> tuple[sp.Expr, sp.Expr]:
+        """What is smaller, or equal, and what is larger, free of fractions."""
+        if self.side > 0:
+            return _FOUR * (alpha + f_b), self.reach
+        return self.reach, _FOUR * (f_b - alpha)
+
+    @property
+    def alpha_bound(self) -> sp.Expr:
+        """The same solved for alpha."""
+        return self.side * (self.reach / _FOUR - f_b)
 
 
-_FOUR = 4 * zeta**2
 BOUNDS = (
-    Bound("L1", +1, _FOUR * (alpha + f_b), f_b - delta, (f_b - delta) / _FOUR - f_b),
-    Bound(
-        "L4",
-        +1,
-        _FOUR * (alpha + f_b),
-        (1 + beta) * (f_b + delta),
-        (1 + beta) * (f_b + delta) / _FOUR - f_b,
-    ),
-    Bound("L2", -1, f_b + delta, _FOUR * (f_b - alpha), f_b - (f_b + delta) / _FOUR),
-    Bound(
-        "L3",
-        -1,
-        (1 + beta) * (f_b - delta),
-        _FOUR * (f_b - alpha),
-        f_b - (1 + beta) * (f_b - delta) / _FOUR,
-    ),
+    Bound("L1", +1, f_b - delta),
+    Bound("L4", +1, (1 + beta) * (f_b + delta)),
+    Bound("L2", -1, f_b + delta),
+    Bound("L3", -1, (1 + beta) * (f_b - delta)),
 )
 """Appendix A for L1 and L4, and what corresponds to it on L2 and L3."""
 

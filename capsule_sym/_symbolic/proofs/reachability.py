@@ -137,17 +137,7 @@ def witnesses() -> tuple[Witness, ...]:
 
 
 def _witness(record: Mapping[str, Any]) -> Witness:
-    end_plane, field, start_plane = record["map"]
-    x_end, v_end, capsule_end = map(Fraction, record["end"])
-    cosine, sine = map(Fraction, record["forcing"])
-    late, early = map(Fraction, record["bracket"])
-    return Witness(
-        LocalMap(f"Σ{end_plane}", field, f"Σ{start_plane}"),
-        delta=Fraction(record["delta"]),
-        zeta=Fraction(record["zeta"]),
-        beta=Fraction(record["beta"]),
-        gamma=Fraction(record["gamma"]),
-        end=(x_end, v_end, capsule_end),
-        forcing=(cosine, sine),
-        bracket=(late, early),
-    )
+    target, field, source = record["map"]
+    exact: dict[str, Any] = {n: Fraction(record[n]) for n in ("delta", "zeta", "beta", "gamma")}
+    exact |= {n: tuple(map(Fraction, record[n])) for n in ("end", "forcing", "bracket")}
+    return Witness(LocalMap(f"Σ{target}", field, f"Σ{source}"), **exact)

@@ -33,7 +33,7 @@ from capsule_sym._symbolic.proofs.rows import EACH, FACTS, FILTERS, WITNESSES, C
 Maps = frozenset[LocalMap]
 Pairs = frozenset[tuple[int, int]]
 _DAMPED = scope(["zeta > 0"])
-ASSUMED = {line: sp.Lt(BY_LINE[line].smaller, BY_LINE[line].larger) for line in ("L1", "L4")}
+ASSUMED = {line: sp.Lt(*BY_LINE[line].condition) for line in ("L1", "L4")}
 """Appendix A's open intervals of alpha, for which Table 2 is printed."""
 
 

@@ -8,6 +8,7 @@ from capsule_sym._symbolic.proofs import (
     appendices,
     attraction,
     geometry_proofs,
+    inner_products,
     relations,
     resting,
     table_proofs,
@@ -15,7 +16,7 @@ from capsule_sym._symbolic.proofs import (
 from capsule_sym._symbolic.proofs.items import Item
 from capsule_sym._symbolic.proofs.rows import Row, read_rows
 
-CHECKS = (appendices, attraction, geometry_proofs, relations, resting, table_proofs)
+CHECKS = (appendices, attraction, geometry_proofs, inner_products, relations, resting, table_proofs)
 """The modules that register checks, and what rows name."""
 
 PARTS = ("geometry", "tables", "appendices", "motions")
