@@ -9,9 +9,12 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
+
+from capsule_sym._errors import InvalidInput
 
 Reading = Literal["clear", "doubtful", "illegible"]
 
@@ -58,13 +61,13 @@ class Row:
     `high` too. Numbers are decimal, as printed; event, line and panel may be empty.
     """
 
-    low: str | None
     high: str
     closed: bool
     map: str
-    event: str
-    line: str
-    panel: str
+    low: str | None = None
+    event: str = ""
+    line: str = ""
+    panel: str = ""
 
 
 @dataclass(frozen=True)
@@ -78,18 +81,19 @@ class Event:
 
 def section_4(paper: Paper) -> tuple[Row, ...]:
     """The rows of Section 4 in order of alpha."""
-    return tuple(
-        Row(
-            low=entry.printed.get("low"),
-            high=entry["high"],
-            closed=entry["closed"],
-            map=entry["map"],
-            event=entry.printed.get("event", ""),
-            line=entry.printed.get("line", ""),
-            panel=entry.printed.get("panel", ""),
-        )
-        for entry in paper.begun_with("section.4.")
-    )
+    return tuple(Row(**entry.printed) for entry in paper.begun_with("section.4."))
+
+
+def row_at(paper: Paper, alpha: str | float) -> Row:
+    """The row of an amplitude: the one for that value alone, if there is one.
+
+    Raises InvalidInput for an amplitude that has none.
+    """
+    for row in section_4(paper) if float(alpha) > 0 else ():
+        value, high = Fraction(str(alpha)), Fraction(row.high)
+        if value < high or (row.closed and value == high):
+            return row
+    raise InvalidInput("alpha", alpha, "in (0, 2]")
 
 
 def events(paper: Paper) -> tuple[Event, ...]:

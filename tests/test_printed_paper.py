@@ -37,12 +37,6 @@ def test_rows_of_section_4_follow_one_another() -> None:
 
 def test_case_study_is_the_printed_one() -> None:
     assert {name: float(alpha) for name, alpha in paper.panels(PRINTED).items()} == casestudy.PANELS
-    assert [row.global_map for row in casestudy.PRINTED] == [
-        row.map for row in paper.section_4(PRINTED)
-    ]
-    assert [(one.type, one.line) for one in thresholds.PRINTED] == [
-        (event.type, event.line) for event in paper.events(PRINTED)
-    ]
     assert len(thresholds.PRINTED) == 8
 
 

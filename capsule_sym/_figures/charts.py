@@ -169,9 +169,9 @@ def _draw_curve(axes: Axes, curve: Curve, plane: Plane) -> None:
         label=curve["type"],
         path_effects=[Stroke(linewidth=2.6, foreground="white"), Stroke()],
     )
-    meetings = curve["codimension_two"]
-    x, y = ([one[name] for one in meetings] for name in (plane.first, plane.second))
-    if meetings:
+    found = curve["codimension_two"]
+    x, y = ([one[name] for one in found] for name in (plane.first, plane.second))
+    if found:
         draw_points(axes, x, y, "codimension-two point")
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import capsule_sym
 from capsule_sym import _paper as paper
-from capsule_sym._errors import InvalidInput
 from capsule_sym._map import SteadyMotion, Trajectory, simulate
 from capsule_sym._map.backend import default_backend
 from capsule_sym._parameters import Parameters
@@ -29,33 +28,9 @@ _BLOCK = 64  # excitation periods after which to look whether the motion is stea
 MOST_PERIODS = 4096
 
 
-class PrintedMap(NamedTuple):
-    """A printed global map, which holds from the end of the row above up to alpha = `high`.
-
-    `closed` says whether it holds at `high` too. Rows with one `high` are an interval that ends
-    before it, and the map printed for that value alone.
-    """
-
-    high: float
-    closed: bool
-    global_map: str
-
-
-PRINTED = tuple(PrintedMap(float(row.high), row.closed, row.map) for row in paper.section_4(_PAPER))
-"""Global maps of the steady motion as Section 4 prints them, by alpha in (0, 2]."""
-
-THRESHOLDS = frozenset(row.high for row in PRINTED[:-1])
+THRESHOLDS = frozenset(float(row.high) for row in paper.section_4(_PAPER)[:-1])
 """Printed bifurcation values of alpha. They are rounded to four digits, so that the motion computed
 at one of them is that of one side or the other."""
-
-
-def printed_map(alpha: float) -> str:
-    """The printed global map at alpha in (0, 2]; raises `InvalidInput` outside."""
-    if alpha > 0:
-        for row in PRINTED:
-            if alpha < row.high or (row.closed and alpha == row.high):
-                return row.global_map
-    raise InvalidInput("alpha", alpha, "in (0, 2]")
 
 
 def local_maps(global_map: str) -> list[str]:
@@ -83,7 +58,7 @@ class Case:
     @property
     def printed(self) -> str:
         """The global map that the paper prints."""
-        return printed_map(self.parameters.alpha)
+        return paper.row_at(_PAPER, self.parameters.alpha).map
 
     @property
     def agrees(self) -> bool:
@@ -155,21 +130,16 @@ def write(result: dict[str, Any], directory: Path) -> list[Path]:
     return write_texts(texts, directory)
 
 
+_OF_CASE = (
+    *("periods", "agrees", "at_printed_threshold", "global_map", "printed_global_map"),
+    *("period_number", "progression"),
+)
+
+
 def _case_rows(result: dict[str, Any]) -> list[dict[str, Any]]:
+    about = {name: result[name] for name in ("version", "generated")}
     return [
-        {
-            "panel": case["panel"],
-            **case["parameters"],
-            "periods": case["periods"],
-            "agrees": case["agrees"],
-            "at_printed_threshold": case["at_printed_threshold"],
-            "global_map": case["global_map"],
-            "printed_global_map": case["printed_global_map"],
-            "period_number": case["period_number"],
-            "progression": case["progression"],
-            "version": result["version"],
-            "generated": result["generated"],
-        }
+        {"panel": case["panel"], **case["parameters"], **{n: case[n] for n in _OF_CASE}, **about}
         for case in result["cases"]
     ]
 

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule_sym._map.backend import NumpyBackend
+from capsule_sym._paper import read
 from capsule_sym._parameters import Parameters
 from capsule_sym._study.arcs import Arc
 from capsule_sym._study.boundaries import Array
@@ -30,18 +31,22 @@ class Event(NamedTuple):
     zoom: float
 
 
-CROSSINGS = (
-    Event("boundary-intersection crossing", "L7", 4, (0.4, 0.5245, 0.6), 0.5245, 0.22),
-    Event("boundary-intersection crossing", "L6", 3, (1.4, 1.443, 1.5), 1.443, 0.22),
-)
+def _event(name: str, zoom: float) -> Event:
+    """The event of a caption."""
+    entry = read()[f"figure.{name}"]
+    middle = float(entry["alpha"])
+    alphas = sorted([middle, *(float(alpha) for alpha, _ in entry["beside"])])
+    line = entry["meets"].partition("^")[0]
+    return Event(entry["event"], line, entry["field"], tuple(alphas), middle, zoom)
+
+
+CROSSINGS = (_event("8.a", 0.22), _event("8.c", 0.22))
 """The events of Fig. 8."""
 
 
 SLIDINGS = (
-    Event("adding-sliding", "L2", 2, (0.939, 1.2), 0.939, 0.22),
-    Event("crossing-sliding", "L3", 6, (1.5, 1.6148, 1.64), 1.6148, 0.22),
-    Event("switching-sliding", "L2", 1, (1.64, 1.661, 1.69), 1.661, 0.06),
-    Event("grazing-sliding", "L2", 3, (1.69, 1.7126, 1.9), 1.7126, 0.12),
+    *(_event("9.a", 0.22), _event("9.b", 0.22)),
+    *(_event("9.c", 0.06), _event("9.d", 0.12)),
 )
 """The events of Fig. 9."""
 

@@ -88,23 +88,23 @@ def faces(plane: Plane, curves: Sequence[Curve]) -> list[Any]:
         if len(points) < 2:
             continue
         line = LineString(points)
-        meetings = [(p[plane.first], p[plane.second]) for p in curve["codimension_two"]]
-        lines.append(LineString(_through(line, plane.unit(meetings))))
+        ends = [(p[plane.first], p[plane.second]) for p in curve["codimension_two"]]
+        lines.append(LineString(_through(line, plane.unit(ends))))
     cut = polygonize([unary_union(lines, grid_size=_GRID)])
     return [face for face in cut.geoms if face.area > _LEAST and square.covers(face.centroid)]
 
 
-def _through(line: Any, meetings: Array) -> Array:
-    """The points of a line and the meetings on it, in their order, a last one beyond its end."""
+def _through(line: Any, codimension_two: Array) -> Array:
+    """The points of a line and of `codimension_two` on it, in order, a last one beyond its end."""
     from shapely import Point
 
     known = np.asarray(line.coords)
     steps = np.hypot(*np.diff(known, axis=0).T)
-    there = [line.project(Point(meeting)) for meeting in meetings]
+    there = [line.project(Point(point)) for point in codimension_two]
     places = [*np.concatenate([[0.0], np.cumsum(steps)]), *there]
-    points = np.concatenate([known, meetings])
+    points = np.concatenate([known, codimension_two])
     found = points[np.argsort(places, kind="stable")]
-    # A curve that ends in a meeting is followed up to just before it.
+    # A curve that ends in such a point is followed up to just before it.
     if 0.0 in there:
         found[[0, 1]] = found[[1, 0]]
     return found

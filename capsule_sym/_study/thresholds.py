@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from capsule_sym import _paper as paper
 from capsule_sym._map.backend import Number, backend
@@ -15,7 +15,11 @@ from capsule_sym._orbits.continuation.curves.continuing import continue_bifurcat
 from capsule_sym._orbits.continuation.curves.curve import Curve
 from capsule_sym._orbits.continuation.families.states import Ending
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
-from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, refined
+from capsule_sym._orbits.continuation.points.bifurcation import (
+    Bifurcation,
+    CodimensionTwoPoint,
+    refined,
+)
 from capsule_sym._orbits.continuation.points.extended import ExtendedSystem
 from capsule_sym._orbits.continuation.records import bifurcation_record, curve_record, curve_rows
 from capsule_sym._orbits.shooting.equations import PARAMETERS
@@ -28,17 +32,7 @@ FIRST, LAST = 0.005, 2.0
 GAMMA_RANGE = (2.5, 4.0)
 
 
-class Printed(NamedTuple):
-    """An event that Section 4 names: its type, its line or part of a line, and alpha."""
-
-    type: str
-    line: str
-    alpha: float
-
-
-PRINTED = tuple(
-    Printed(event.type, event.line, float(event.alpha)) for event in paper.events(paper.read())
-)
+PRINTED = paper.events(paper.read())
 """The events of Section 4 in the printed order."""
 
 
@@ -50,7 +44,7 @@ class Threshold:
     bifurcation: Bifurcation
     value: Number
     """alpha with 50 digits."""
-    printed: Printed | None
+    printed: paper.Event | None
     curve: Curve
     """The bifurcation's curve in the plane of alpha and gamma."""
     gammas_as_printed: tuple[float, ...]
@@ -94,7 +88,7 @@ def _branch(gamma: float) -> tuple[Bifurcation, ...]:
     return branch.bifurcations
 
 
-def _printed(one: Bifurcation) -> Printed | None:
+def _printed(one: Bifurcation) -> paper.Event | None:
     """The printed event of this type, on this line or part of it."""
     for printed in PRINTED:
         if printed.type == one.type and one.line.startswith(printed.line):
@@ -102,15 +96,16 @@ def _printed(one: Bifurcation) -> Printed | None:
     return None
 
 
-def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]:
+def _gammas_as_printed(curve: Curve, printed: paper.Event | None) -> Iterator[float]:
     """The gammas at which a curve has the printed alpha, by Newton's method from its points."""
     for point, after in pairwise(curve.points):
         if printed is None or point.segment is None:
             return
-        if (point.values[0] - printed.alpha) * (after.values[0] - printed.alpha) > 0:
+        alpha = float(printed.alpha)
+        if (point.values[0] - alpha) * (after.values[0] - alpha) > 0:
             continue
         orbit = point.orbit
-        values = (printed.alpha, *orbit.values[1:])
+        values = (alpha, *orbit.values[1:])
         with backend("numpy") as numbers:
             free, z = (ParameterPath("gamma"),), orbit.z
             system = ExtendedSystem(numbers, values, free, orbit.itinerary, z, (point.segment,))
@@ -119,26 +114,18 @@ def _gammas_as_printed(curve: Curve, printed: Printed | None) -> Iterator[float]
             yield float(found.orbit.values[PARAMETERS.index("gamma")])
 
 
-class Meeting(NamedTuple):
-    """A point in the plane of alpha and gamma where two of the last three events coincide."""
-
-    types: frozenset[str]
-    alpha: float
-    gamma: float
-
-
 _LAST_THREE = {event.type for event in PRINTED[-3:]}
 
 
-def meetings(thresholds: list[Threshold]) -> list[Meeting]:
-    """Where the last three events change their order, by gamma."""
-    found: dict[frozenset[str], Meeting] = {}
+def order_changes(thresholds: list[Threshold]) -> list[CodimensionTwoPoint]:
+    """Where two of the last three events are at one alpha and change their order, by gamma."""
+    found: dict[frozenset[str], CodimensionTwoPoint] = {}
     for threshold in thresholds:
         for one in threshold.curve.codimension_two:
             types = frozenset(one.types)
             if types <= _LAST_THREE and len(types) == 2:
-                found.setdefault(types, Meeting(types, *one.values))
-    return sorted(found.values(), key=lambda one: one.gamma)
+                found.setdefault(types, one)
+    return sorted(found.values(), key=lambda one: one.values[1])
 
 
 def conclusion(thresholds: list[Threshold]) -> str:
@@ -149,15 +136,17 @@ def conclusion(thresholds: list[Threshold]) -> str:
         types = [one.bifurcation.type for one in thresholds if one.gamma == gamma][-3:]
         same = "as printed" if types == order else f"where {', '.join(order)} is printed"
         sentences.append(f"At γ = {gamma} the last three events are {', '.join(types)}, {same}.")
-    for one in meetings(thresholds):
-        first, second = sorted(one.types, key=order.index)
+    for point in order_changes(thresholds):
+        (first, second), (alpha, gamma) = sorted(point.types, key=order.index), point.values
         sentences.append(
-            f"{first.capitalize()} and {second} change their order at γ = {one.gamma:.10g} "
-            f"(α = {one.alpha:.10g})."
+            f"{first.capitalize()} and {second} change their order at γ = {gamma:.10g} "
+            f"(α = {alpha:.10g})."
         )
     for gamma in GAMMAS:
         chosen = [one for one in thresholds if one.gamma == gamma]
-        off = max(abs(one.printed.alpha / float(one.value) - 1) for one in chosen if one.printed)
+        off = max(
+            abs(float(one.printed.alpha) / float(one.value) - 1) for one in chosen if one.printed
+        )
         sentences.append(
             f"Relative to the exact values, the printed ones are up to {100 * off:.2f} % off "
             f"at γ = {gamma}."
@@ -191,14 +180,14 @@ def record(thresholds: list[Threshold]) -> dict[str, Any]:
     return {
         "conclusion": conclusion(thresholds),
         "order_changes": [
-            {"types": sorted(one.types), "alpha": one.alpha, "gamma": one.gamma}
-            for one in meetings(thresholds)
+            {"types": sorted(one.types), **dict(zip(("alpha", "gamma"), one.values, strict=True))}
+            for one in order_changes(thresholds)
         ],
         "thresholds": [
             {
                 "gamma": one.gamma,
                 "exact": one.value,
-                "printed": one.printed.alpha if one.printed else None,
+                "printed": float(one.printed.alpha) if one.printed else None,
                 "printed_place": one.place,
                 "gammas_as_printed": list(one.gammas_as_printed),
                 **bifurcation_record(one.bifurcation),
@@ -225,7 +214,7 @@ def save(thresholds: list[Threshold], directory: Path) -> list[Path]:
             "line": one.bifurcation.line,
             "exact": f"{float(one.value):.12f}",
             "uncertainty": one.bifurcation.uncertainty,
-            "printed": one.printed.alpha if one.printed else None,
+            "printed": float(one.printed.alpha) if one.printed else None,
             "printed_place": one.place,
             "gammas_as_printed": " ".join(map(repr, one.gammas_as_printed)),
         }

@@ -8,16 +8,18 @@ from typing import Any
 import pytest
 
 from capsule_sym import InvalidInput, Parameters, simulate
+from capsule_sym import _paper as paper
 from capsule_sym._study import casestudy
 
+PRINTED = paper.section_4(paper.read())
 LOCAL_MAP = re.compile(r"P_\{Σ(10|[1-9]),F([1-6]),Σ(10|[1-9])\}")
 # The field that holds in the subspace which each switching plane belongs to or leads into.
 FIELD_AFTER = {1: "1", 2: "2", 3: "3", 4: "4", 5: "5", 6: "6", 7: "4", 8: "1", 9: "6", 10: "3"}
 
 
-@pytest.mark.parametrize("row", casestudy.PRINTED[1:], ids=lambda row: f"{row.high}")
-def test_a_printed_map_is_a_cycle_of_local_maps(row: casestudy.PrintedMap) -> None:
-    segments = [LOCAL_MAP.fullmatch(part) for part in casestudy.local_maps(row.global_map)]
+@pytest.mark.parametrize("row", PRINTED[1:], ids=lambda row: row.high)
+def test_a_printed_map_is_a_cycle_of_local_maps(row: paper.Row) -> None:
+    segments = [LOCAL_MAP.fullmatch(part) for part in casestudy.local_maps(row.map)]
     planes = [(int(segment[3]), segment[2], int(segment[1])) for segment in segments if segment]
     assert len(planes) == len(segments) >= 2
     for source, field, _ in planes:
@@ -27,15 +29,15 @@ def test_a_printed_map_is_a_cycle_of_local_maps(row: casestudy.PrintedMap) -> No
 
 
 def test_the_first_printed_map_is_the_identity() -> None:
-    assert casestudy.PRINTED[0].global_map == "Id_{Σ2,F2,Σ2}"
+    assert PRINTED[0].map == "Id_{Σ2,F2,Σ2}"
 
 
 def test_the_printed_intervals_follow_one_another_up_to_2() -> None:
-    for row, following in pairwise(casestudy.PRINTED):
+    for row, following in pairwise(PRINTED):
         # One value of alpha belongs to one row: an open end is closed by a map of its own.
-        assert following.high > row.high or (following.closed and not row.closed)
-    assert casestudy.PRINTED[-1].high == 2
-    assert casestudy.PRINTED[-1].closed
+        assert float(following.high) > float(row.high) or (following.closed and not row.closed)
+    assert float(PRINTED[-1].high) == 2
+    assert PRINTED[-1].closed
 
 
 # Fields in order of time, as the captions and the text around Fig. 7 describe the panels.
@@ -61,14 +63,14 @@ IN_WORDS = {
 
 @pytest.mark.parametrize(("panel", "fields"), IN_WORDS.items())
 def test_each_panel_has_its_printed_map(panel: str, fields: str) -> None:
-    maps = casestudy.local_maps(casestudy.printed_map(casestudy.PANELS[panel]))
+    maps = casestudy.local_maps(paper.row_at(paper.read(), casestudy.PANELS[panel]).map)
     assert "".join(part.split(",")[1][1] for part in maps) == fields
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.1, 2.0000001, float("nan")])
 def test_nothing_is_printed_outside_the_interval(alpha: float) -> None:
     with pytest.raises(InvalidInput, match=r"alpha = .*: must be in \(0, 2\]"):
-        casestudy.printed_map(alpha)
+        paper.row_at(paper.read(), alpha)
 
 
 def test_a_motion_has_no_first_local_map() -> None:

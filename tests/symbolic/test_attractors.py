@@ -22,8 +22,7 @@ from capsule_sym._enclosures.passage.runs import steps_of
 from capsule_sym._enclosures.passage.segments import BALLS, Interval, Passage, Step, hull
 from capsule_sym._enclosures.regions import attraction
 from capsule_sym._enclosures.regions.attraction import tendency
-from capsule_sym._paper import events, read
-from capsule_sym._study.casestudy import printed_map
+from capsule_sym._paper import events, read, row_at
 from capsule_sym._symbolic.model.elimination import Undecided
 from capsule_sym._symbolic.paper import everything
 from capsule_sym._symbolic.paper.case_study import (
@@ -102,7 +101,7 @@ def test_a_motion_that_has_not_come_near_enough_proves_nothing(
 
 
 def test_maps_of_a_word() -> None:
-    assert global_map(maps((4, 1, 3, 6))) == printed_map(1.9)
+    assert global_map(maps((4, 1, 3, 6))) == row_at(read(), 1.9).map
     assert global_map(maps((2,))) == "Id_{Σ2,F2,Σ2}"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import sympy as sp
 
-from capsule_sym._paper import Event, Paper, Row, events, panels, section_4
+from capsule_sym._paper import Event, Paper, Row, events, panels, row_at, section_4
 from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.switching import LocalMap
 from capsule_sym._symbolic.model.symbols import v_r
@@ -60,15 +60,6 @@ def maps_of(text: str) -> Maps:
         return LocalMap(match[1], int(match[2]), match[3])
 
     return tuple(map(read, text.split(" ∘ ")[::-1]))
-
-
-def row_at(paper: Paper, alpha: str) -> Row:
-    """The printed row of an amplitude: the one for that value alone, if there is one."""
-    value = Fraction(alpha)
-    for row in section_4(paper):
-        if value < Fraction(row.high) or (row.closed and value == Fraction(row.high)):
-            return row
-    raise ValueError(alpha)
 
 
 @checker
