@@ -19,7 +19,6 @@ from capsule_sym._orbits.continuation.families.states import (
     Axis,
     Ending,
     Event,
-    Neighbour,
     SmoothEvent,
     State,
     Step,
@@ -36,7 +35,7 @@ from capsule_sym._orbits.continuation.points.extended import EventSolution, orbi
 from capsule_sym._orbits.shooting.admissibility import Inequality, is_admissible
 from capsule_sym._orbits.shooting.identity import same, same_start
 from capsule_sym._orbits.shooting.itinerary import Itinerary
-from capsule_sym._orbits.shooting.orbit import Orbit, OrbitStatus, columns_of
+from capsule_sym._orbits.shooting.orbit import Orbit, columns_of
 from capsule_sym._orbits.shooting.symmetry import BROKEN, KEPT, whole_orbit
 
 _Point = TypeVar("_Point")
@@ -139,16 +138,16 @@ class BranchRun(Run):
         self.points: list[BranchPoint] = []
         self.bifurcations: list[Bifurcation] = []
 
-    def go(self, u: Vector, along: Vector, neighbour: Neighbour | None = None) -> Branch:
+    def go(self, u: Vector, along: Vector, smooth: Sequence[SmoothEvent] = ()) -> Branch:
         """Follow the branch from unknowns u to the side of `along`, to its end.
 
-        It may begin beside a point, with what lies between.
+        It may begin beside a point, with smooth bifurcations between.
         """
 
         def begin() -> State:
             state = self.continuation.state(u, along)
-            if neighbour is not None:
-                self.record_between(neighbour)
+            for one in smooth:
+                self.record_smooth(one)
             return state
 
         ending, detail = self.follow(begin)
@@ -189,66 +188,54 @@ class BranchRun(Run):
         halves, where = f"the two halves of {old.orbit.itinerary}", self.problem.where(orbit)
         raise Stop(Ending.PERIOD_HALVED, f"{halves} become one at {where}")
 
-    def record_smooth(self, one: SmoothEvent, old: State, new: State) -> None:
-        found, kept = one.solution, one.solution.orbit.itinerary.mirrored
-        fields: dict[str, Any] = {} if one.solved else {"status": OrbitStatus.NOT_CONVERGED}
-        error, symmetry = max(self.errors(found)), KEPT if kept else ""
-        fields |= {"type": one.type, "uncertainty": error, "symmetry": symmetry}
-        self._record(old, new, new, found, **fields)
+    def record_smooth(self, one: SmoothEvent) -> None:
+        (old, new), error = one.ends, max(self.errors(one.solution))
+        self._record(old, new, new, one.solution, one.solved, type=one.type, uncertainty=error)
 
     def _record(
-        self, old: State, new: State, beyond: State | None, found: EventSolution, **fields: Any
+        self,
+        old: State,
+        new: State,
+        beyond: State | None,
+        found: EventSolution,
+        solved: bool = True,
+        **fields: Any,
     ) -> None:
         """Record a bifurcation between two states, with the state on its other side."""
-        solved, after = solution_fields(found), beyond and beyond.orbit
-        located = {
-            "parameter": self.axis.name,
-            "path": self.axis.path,
-            "value": self._value(solved["orbit"]),
-            "interval": (self._value(old.orbit), self._value(new.orbit)),
-            "itinerary_before": old.orbit.itinerary.whole,
-            "itinerary_after": after and after.itinerary.whole,
-            "multipliers_before": sorted_multipliers(old.orbit),
-            "multipliers_after": sorted_multipliers(after) if after else (),
-        }
-        self.bifurcations.append(Bifurcation(**(solved | located | fields)))
-
-    def cross(self, old: State, new: State, event: Event) -> State:
-        """Record an event, and give the state beyond it."""
-        found, beyond, failure = event.solution, None, "there is no orbit"
-        try:
-            beyond = self.continuation.cross(event)
-        except InvalidInput as error:
-            failure = str(error)
-        if beyond is not None:
-            failure = failure_of(beyond.state)
-        state = self.continuation.symmetric(beyond.state) if beyond and not failure else None
-        what = kinds.place(found.orbit.itinerary, found.orbit.system, event.segment) or kinds.HIGHER
-        failed = event.failed.named(old.orbit.itinerary)
-        self._record(
-            old,
-            new,
-            state,
-            found,
-            **what._asdict(),
-            uncertainty=float(found.uncertainties[0]),
-            segment=event.segment,
-            symmetry=_symmetry(old, found.orbit.itinerary, state),
-            failed=failed,
+        after = beyond.orbit if beyond else None
+        located = Bifurcation(
+            parameter=self.axis.name,
+            path=self.axis.path,
+            value=self._value(found.orbit),
+            interval=(self._value(old.orbit), self._value(new.orbit)),
+            itinerary_before=old.orbit.itinerary.whole,
+            itinerary_after=after.itinerary.whole if after else None,
+            multipliers_before=sorted_multipliers(old.orbit),
+            multipliers_after=sorted_multipliers(after) if after else (),
+            symmetry=_symmetry(old, found.orbit.itinerary, beyond),
+            **solution_fields(found, solved),
+            **fields,
         )
-        if beyond is None or state is None:
-            spot = self.problem.where(self.bifurcations[-1].orbit)
-            detail = f"{failed} fails at {spot}; beyond, {failure}"
-            raise Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
-        self.record_between(beyond)
-        return state
+        self.bifurcations.append(located)
+
+    def record_event(
+        self, event: Event, old: State, new: State, beyond: State | None, failed: str
+    ) -> Orbit:
+        found, segment = event.solution, event.segment
+        what = kinds.place(found.orbit, segment)._asdict()
+        what |= {"segment": segment, "failed": failed, "uncertainty": float(found.uncertainties[0])}
+        self._record(old, new, beyond, found, **what)
+        return found.orbit
+
+    def failure(self, state: State) -> str:
+        return failure_of(state)
 
 
-def _symmetry(old: State, itinerary: Itinerary, neighbour: State | None) -> str:
+def _symmetry(old: State, itinerary: Itinerary, beyond: State | None) -> str:
     """The mirror symmetry at an event on the way from one state to another."""
     if itinerary.mirrored:
         return KEPT
-    sides = [state.orbit.itinerary.mirrored for state in (old, neighbour) if state]
+    sides = [state.orbit.itinerary.mirrored for state in (old, beyond) if state]
     return BROKEN if any(sides) else ""
 
 
@@ -269,7 +256,11 @@ def failure_of(state: State) -> str:
     failed = [one.named(itinerary) for one in state.held if one.value <= 0]
     if failed:
         return f"{' and '.join(failed)} fails in {itinerary} at once"
-    return "" if is_admissible(whole_orbit(state.orbit)) else f"the map does not follow {itinerary}"
+    try:
+        followed = is_admissible(whole_orbit(state.orbit))
+    except InvalidInput as error:  # parameters that there are not
+        return str(error)
+    return "" if followed else f"the map does not follow {itinerary}"
 
 
 def halved(family: Family, old: Orbit, new: Orbit) -> EventSolution | None:

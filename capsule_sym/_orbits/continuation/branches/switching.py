@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.checks import check_count
@@ -18,19 +18,17 @@ from capsule_sym._orbits.continuation.branches.branch import (
     halves_apart,
 )
 from capsule_sym._orbits.continuation.branches.continuing import axis_from
-from capsule_sym._orbits.continuation.families.states import (
-    OUT_OF_TIME,
-    Ending,
-    Neighbour,
-    Problem,
-    State,
-    Stop,
+from capsule_sym._orbits.continuation.families.states import OUT_OF_TIME, Ending, Problem, Stop
+from capsule_sym._orbits.continuation.families.stepping import (
+    Continuation,
+    Start,
+    doubled_starts,
+    first_half,
+    vanishing,
 )
-from capsule_sym._orbits.continuation.families.stepping import Continuation, first_half, vanishing
 from capsule_sym._orbits.continuation.parameter_paths import Function, chosen_path
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
 from capsule_sym._orbits.continuation.points.kinds import PERIOD_DOUBLING
-from capsule_sym._orbits.continuation.points.normal_forms import doubled
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.admissibility import tightest
 from capsule_sym._orbits.shooting.identity import same
@@ -39,18 +37,6 @@ from capsule_sym._orbits.shooting.search import orbit_at
 from capsule_sym._orbits.shooting.symmetry import KEPT, halved_at, springless
 
 _DEEPEST = 16  # doublings of doublings: of 65,536 periods
-
-
-class _Start(NamedTuple):
-    """A state beside a point, its continuation, and what lies between, if asked."""
-
-    continuation: Continuation
-    state: State
-    neighbour: Neighbour | None = None
-
-    def followed(self, points: int, origin: str) -> Branch:
-        run = BranchRun(self.continuation, points, origin)
-        return run.go(self.state.u, self.state.tangent, self.neighbour)
 
 
 def continue_from(
@@ -90,7 +76,8 @@ def continue_from(
         starts = list(_leaving(Problem(numbers, (axis,), settings), point))
         ahead = [start for start in starts if start.state.u[-1] > 0]
         names = [label] if len(ahead) == 1 else [f"{label}.{i + 1}" for i in range(len(ahead))]
-        found = [start.followed(points, name) for start, name in zip(ahead, names, strict=True)]
+        both = zip(ahead, names, strict=True)
+        found = [_followed(start, points, name) for start, name in both]
         if not starts:
             allowed = f"one that branches leave in {path.name}"
             raise InvalidInput("label", label, f"{allowed}: none leaves this one, to either side")
@@ -99,6 +86,11 @@ def continue_from(
             raise InvalidInput("to", to, f"{side}: no branch leaves {label} the other way")
         return tuple(found)
     return (Branch(axis, (), (), *OUT_OF_TIME, label),)
+
+
+def _followed(start: Start, points: int, origin: str) -> Branch:
+    run = BranchRun(start.continuation, points, origin)
+    return run.go(start.state.u, start.state.tangent, start.smooth)
 
 
 def _with_contact(point: Bifurcation | BranchPoint, label: str) -> BranchPoint:
@@ -157,7 +149,7 @@ def _doubled_of(problem: Problem, branch: Branch, points: int) -> Iterator[Branc
             lost = f"no doubled orbit is found beside {one.label}"
             yield Branch(problem.axes[0], (), (), Ending.NOT_CONVERGED, lost, origin)
             continue
-        new = start.followed(points, origin)
+        new = _followed(start, points, origin)
         at = _arrival(new, branch) if new.status is Ending.PERIOD_HALVED else None
         if at is not None:
             reached.add(at.label)
@@ -173,61 +165,40 @@ def _arrival(new: Branch, branch: Branch) -> Bifurcation | None:
     return next((one for one in doublings if same(one.orbit, end)), None)
 
 
-def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[_Start]:
+def _leaving(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start]:
     """The states beside a point, on every side on which they are admissible."""
     found = list(_sides(problem, point))
     if isinstance(point, Bifurcation) and point.type == PERIOD_DOUBLING:
-        doubled = _doubled(problem, point.orbit)
-        found += [doubled] if doubled else []
+        found.append(_doubled(problem, point.orbit))
     for start in found:
-        if _lives(start.state):
+        if start is not None and not failure_of(start.state):
             yield start._replace(state=start.continuation.symmetric(start.state))
 
 
-def _lives(state: State) -> bool:
-    """True if a state is a motion, of parameters that there are."""
-    try:
-        return not failure_of(state)
-    except InvalidInput:
-        return False
-
-
-def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[_Start]:
-    """The states on both sides of a point, of one itinerary or two."""
+def _sides(problem: Problem, point: Bifurcation | BranchPoint) -> Iterator[Start | None]:
+    """The states on both sides of a point, of one itinerary or two; None where there is none."""
     orbit, segment = point.orbit, point.segment if isinstance(point, Bifurcation) else None
     if segment is None:
         orbit = first_half(orbit, problem.axes) or orbit
         for side in range(2):
             one = Continuation(problem, orbit)
             u = one.unknowns(orbit)
-            neighbour = one.neighbour(u, one.directions(u)[side])
-            if neighbour is not None:
-                yield _Start(one, neighbour.state)
+            start = one.neighbour(u, one.directions(u)[side])
+            yield start and start._replace(smooth=())
         return
     assert isinstance(point, Bifurcation)
     if point.symmetry == KEPT:
         orbit, half_segment = halved_at(orbit, segment) or (orbit, segment)
         segment = segment if half_segment is None else half_segment
     one = Continuation(problem, orbit)
-    neighbour = one.neighbour(one.unknowns(orbit), one.direction(segment))
-    if neighbour is not None:
-        yield _Start(one, neighbour.state, neighbour)
-    one = Continuation(problem, orbit)
-    try:
-        neighbour = one.cross(vanishing(orbit, segment))
-    except (InvalidInput, Stop):
-        return
-    if neighbour is not None:
-        yield _Start(one, neighbour.state, neighbour)
+    yield one.neighbour(one.unknowns(orbit), one.direction(segment))
+    with suppress(InvalidInput, Stop):
+        yield Continuation(problem, orbit).cross(vanishing(orbit, segment))
 
 
-def _doubled(problem: Problem, orbit: Orbit) -> _Start | None:
+def _doubled(problem: Problem, orbit: Orbit) -> Start | None:
     """The state beside an orbit at a period doubling on the branch of the doubled orbits."""
-    whole = doubled(problem.numbers, orbit)
-    one = Continuation(problem, whole)
-    for distance, along, solution in one.doubled(whole, problem.settings.doubled_distances):
-        if halves_apart(solution.at.made, distance / 2):
-            state = one.state(solution.u, along, solution)
-            if not failure_of(state):
-                return _Start(one, state)
+    for distance, start in doubled_starts(problem, orbit):
+        if halves_apart(start.state.orbit, distance / 2) and not failure_of(start.state):
+            return start
     return None

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import islice
+
+import numpy as np
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._orbits.continuation.curves.curve import Curve, CurveRun
@@ -17,11 +19,15 @@ from capsule_sym._orbits.continuation.families.states import (
     State,
     Stop,
 )
-from capsule_sym._orbits.continuation.families.stepping import Continuation, vanishing
+from capsule_sym._orbits.continuation.families.stepping import (
+    Continuation,
+    Start,
+    doubled_starts,
+    vanishing,
+)
 from capsule_sym._orbits.continuation.parameter_paths import ParameterPath
 from capsule_sym._orbits.continuation.points import kinds
 from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation, CodimensionTwoPoint
-from capsule_sym._orbits.continuation.points.normal_forms import doubled
 from capsule_sym._orbits.continuation.settings import DEFAULT, ContinuationSettings, computing
 from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._orbits.shooting.orbit import Orbit
@@ -135,14 +141,6 @@ def _passes(curve: Curve, kind: str, point: CodimensionTwoPoint) -> bool:
     return curve.type == kind and any(one.at(point.values) for one in curve.codimension_two)
 
 
-class _Start(NamedTuple):
-    """A state of a curve to follow it from, and whether the curve's other half has it too."""
-
-    continuation: Continuation
-    state: State
-    shared: bool = False
-
-
 def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, ...]:
     """The axes of two parameters, from a point within their ranges; raises InvalidInput."""
     check(orbit.parameters, names, ranges)
@@ -155,16 +153,16 @@ def _axes(orbit: Orbit, names: tuple[str, str], ranges: Ranges) -> tuple[Axis, .
     return tuple(axes)
 
 
-def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -> list[_Start]:
+def _both_ways(problem: Problem, orbit: Orbit, kind: str, segment: int | None) -> list[Start]:
     """The starts of both halves at an orbit; the first is that of a falling second parameter."""
     critical = kind if kind in kinds.SMOOTH else None
     both = [Continuation(problem, orbit, segment, critical) for _ in range(2)]
     u = both[0].unknowns(orbit)
     ways = sorted(both[0].directions(u), key=lambda way: float(way[-1]) > 0)
-    return [_Start(one, one.state(u, way), True) for one, way in zip(both, ways, strict=True)]
+    return [Start(one, one.state(u, way)) for one, way in zip(both, ways, strict=True)]
 
 
-def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
+def _followed(kind: str, starts: Sequence[Start], points: int) -> Curve:
     """The curve of a type from one or two starts."""
     runs = [CurveRun(start.continuation, kind, points) for start in starts]
     endings = [runs[0].go(starts[0].state)]
@@ -173,7 +171,8 @@ def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
         end = Ending.RETURNED, ""
     elif len(runs) > 1:
         end = runs[1].go(starts[1].state)
-        ahead = runs[1].points[1:] if starts[0].shared else runs[1].points
+        shared = np.array_equal(starts[0].state.u, starts[1].state.u)
+        ahead = runs[1].points[1:] if shared else runs[1].points
         crossed = runs[1].codimension_two
     first, second = (axis.name for axis in starts[0].continuation.axes)
     return Curve(
@@ -185,11 +184,14 @@ def _followed(kind: str, starts: Sequence[_Start], points: int) -> Curve:
     )
 
 
-def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[_Start]:
+def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> list[Start]:
     """The starts of the other curve through a point, on the sides on which it is a motion."""
     orbit, segments, smooth = point.orbit, point.segments, kind in kinds.SMOOTH
     if point.types[1] == kinds.GENERALIZED_DOUBLING:
-        return _doubled_folds(problem, orbit)
+        # Of doubled orbits whose halves are so far apart, to either side, which are the same, the
+        # fold is next to the point: the parameters differ by the square of that.
+        folds = (start for _, start in doubled_starts(problem, orbit, kinds.FOLD))
+        return list(islice((one for one in folds if one.state.admissible and _within(one)), 1))
     if (half := halved_at(orbit, None)) is not None:
         orbit, _ = half
     if len(segments) == 1 and not smooth:
@@ -214,27 +216,15 @@ def _beside_point(problem: Problem, point: CodimensionTwoPoint, kind: str) -> li
     for side in (with_segment, without_segment):
         one = Continuation(problem, orbit, zero_segment, kind if smooth else None)
         try:
-            found += [_Start(one, state) for state in side(one) if state.admissible][:1]
+            found += [Start(one, state) for state in side(one) if state.admissible][:1]
         except (InvalidInput, Stop):
             continue
     return found
 
 
-def _doubled_folds(problem: Problem, orbit: Orbit) -> list[_Start]:
-    """The start of the folds of doubled orbits, from the generalized doubling of an orbit.
-
-    Of doubled orbits whose halves are so far apart, to either side, which are the same, the fold
-    is next to the point: the parameters differ by the square of that.
-    """
-    whole, settings = doubled(problem.numbers, orbit), problem.settings
-    one = Continuation(problem, whole, critical=kinds.FOLD)
-    apart = one.doubled(whole, settings.fold_distances, tolerance=settings.fold_tolerance)
-    for _, along, solution in apart:
-        if all(0 <= q <= 1 for q in solution.u[-len(problem.axes) :]):
-            state = one.state(solution.u, along, solution)
-            if state.admissible:
-                return [_Start(one, state)]
-    return []
+def _within(start: Start) -> bool:
+    """True if a state is within the ranges."""
+    return all(0 <= q <= 1 for q in start.state.u[-2:])
 
 
 def check(

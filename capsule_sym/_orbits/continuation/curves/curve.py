@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from capsule_sym._errors import InvalidInput
 from capsule_sym._map.labelled import Labelled
 from capsule_sym._native import TimeUp
 from capsule_sym._orbits.continuation.families.states import (
@@ -172,13 +171,13 @@ class CurveRun(Run):
     def _place(self, orbit: Orbit, segment: int | None) -> kinds.Place:
         if segment is None:
             return kinds.Place(self.kind)
-        return kinds.place(orbit.itinerary, orbit.system, segment) or kinds.HIGHER
+        return kinds.place(orbit, segment)
 
     def _values(self, orbit: Orbit) -> tuple[float, float]:
         first, second = self.problem.values(orbit)
         return first, second
 
-    def record_smooth(self, one: SmoothEvent, old: State, new: State) -> None:
+    def record_smooth(self, one: SmoothEvent) -> None:
         found, segment = one.solution, self.continuation.zero_segment
         found = found._replace(
             uncertainties=tuple(self.errors(found)), segments=() if segment is None else (segment,)
@@ -203,9 +202,6 @@ class CurveRun(Run):
         """Record a point of codimension two, with the itineraries before it and beyond."""
         here, there = places
         first, second = (float(value) for value in found.uncertainties[-2:])
-        fields = solution_fields(found)
-        if not solved:
-            fields["status"] = OrbitStatus.NOT_CONVERGED
         point = CodimensionTwoPoint(
             types=(here.type, there.type),
             lines=(here.line, there.line),
@@ -215,34 +211,22 @@ class CurveRun(Run):
             itinerary_before=itineraries[0],
             itinerary_after=itineraries[1],
             segments=found.segments,
-            **fields,
+            **solution_fields(found, solved),
         )
         self.codimension_two.append(point)
 
-    def cross(self, old: State, new: State, event: Event) -> State:
-        """Record a point where a second segment has duration 0; go on in the itinerary beyond."""
+    def record_event(
+        self, event: Event, old: State, new: State, beyond: State | None, failed: str
+    ) -> Orbit:
         found = self._regular(event.solution)
-        at, before = found.orbit, old.orbit.itinerary
-        segment = None if self.continuation.zero_segment is None else found.segments[0]
+        at, segment = found.orbit, None if self.continuation.critical else found.segments[0]
         places = self._place(at, segment), self._place(at, event.segment)
-        stop, beyond, state = None, None, None
-        try:
-            beyond = self.continuation.cross(event)
-            state = self.continuation.symmetric(beyond.state) if beyond else None
-        except InvalidInput as error:
-            stop = Stop(Ending.NO_ADMISSIBLE_ORBIT, str(error))
-        except Stop as error:
-            stop = error
         known = self.codimension_two
         if known and known[-1].types[1] == kinds.DEGENERATE and known[-1].at(self._values(at)):
             known.pop()
-        failed, after = event.failed.named(before), state and state.orbit.itinerary.whole
-        self._record(found, places, (before.whole, after), failed)
-        if beyond is None or state is None:
-            message = f"{failed} fails at {self.problem.where(at)}"
-            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, message)
-        self.record_between(beyond)
-        return state
+        after = beyond and beyond.orbit.itinerary.whole
+        self._record(found, places, (old.orbit.itinerary.whole, after), failed)
+        return at
 
     def _regular(self, found: EventSolution) -> EventSolution:
         """The point where two segments vanish together, by equations that are regular there.

@@ -79,7 +79,7 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
         found = family.solved(orbit, conditions, segments)
         if found is not None and 0 <= (at := _share(family, old, new, found)) <= 1:
             real = name == kinds.NEIMARK_SACKER and not has_rotations(found.orbit)
-            return None if real else SmoothEvent(name, at, found)
+            return None if real else SmoothEvent(name, (old, new), at, found)
         if name not in kinds.SMOOTH:
             break
         before = evaluate_test_functions(orbit)[name] * old.tests[name] > 0
@@ -97,7 +97,7 @@ def _zero_between(family: Family, name: str, old: State, new: State) -> SmoothEv
     both = zip(*(family.problem.values(state.orbit) for state in (old, new)), strict=True)
     interval = tuple(abs(after - before) for before, after in both)
     solution = EventSolution(old.orbit, (), abs(old.tests[name]), interval)
-    return SmoothEvent(name, 0.0, solution, solved=False)
+    return SmoothEvent(name, (old, new), 0.0, solution, solved=False)
 
 
 def _share(family: Family, old: State, new: State, found: EventSolution) -> float:

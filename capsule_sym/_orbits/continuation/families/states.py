@@ -121,6 +121,7 @@ class SmoothEvent(NamedTuple):
     """
 
     type: str
+    ends: tuple[State, State]
     share: float
     solution: EventSolution
     solved: bool = True
@@ -144,14 +145,3 @@ class Step(NamedTuple):
     event: Event | None
     at_border: bool
     next: float
-
-
-class Neighbour(NamedTuple):
-    """A state a little further on from a point, the point itself, and what lies between, in order.
-
-    No inequalities are asked of the point.
-    """
-
-    state: State
-    point: State
-    smooth: list[SmoothEvent]

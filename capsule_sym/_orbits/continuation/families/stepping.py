@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from capsule_sym._errors import InvalidInput
 from capsule_sym._native import TimeUp
 from capsule_sym._orbits.continuation.families.arclength import (
     Solution,
@@ -28,7 +30,7 @@ from capsule_sym._orbits.continuation.families.states import (
     Axis,
     Ending,
     Event,
-    Neighbour,
+    Problem,
     SmoothEvent,
     State,
     Step,
@@ -37,6 +39,7 @@ from capsule_sym._orbits.continuation.families.states import (
 from capsule_sym._orbits.continuation.points.conditions import EXACT
 from capsule_sym._orbits.continuation.points.extended import EventSolution
 from capsule_sym._orbits.continuation.points.kinds import DEGENERATE, FOLD
+from capsule_sym._orbits.continuation.points.normal_forms import doubled
 from capsule_sym._orbits.shooting.admissibility import DURATION, Inequality
 from capsule_sym._orbits.shooting.changes import Change, remove_segment, swap_segment
 from capsule_sym._orbits.shooting.itinerary import contact
@@ -171,7 +174,7 @@ class Continuation(Family):
         ahead = (found.u - state.u) @ state.tangent
         return found if ahead > self.settings.least_return * np.linalg.norm(step) else None
 
-    def cross(self, event: Event) -> Neighbour | None:
+    def cross(self, event: Event) -> Start | None:
         """Go on in the itinerary beyond an event, to a little further on; None if there is nothing.
 
         Raises Stop where the itineraries on the two sides do not share the condition.
@@ -189,7 +192,7 @@ class Continuation(Family):
             self.itinerary = other.itinerary
         return self.neighbour(self.unknowns(orbit), self.direction(segment))
 
-    def _without(self, orbit: Orbit, segment: int) -> Neighbour | None:
+    def _without(self, orbit: Orbit, segment: int) -> Start | None:
         """Go on in the itinerary without a segment of duration 0, to its admissible side."""
         change, inequality = remove_segment(
             self.numbers, self.itinerary, orbit.z, orbit.system, segment
@@ -244,23 +247,7 @@ class Continuation(Family):
             if solution is not None:
                 yield self.state(solution.u, way, solution)
 
-    def doubled(
-        self, whole: Orbit, distances: Sequence[float], tolerance: float | None = None
-    ) -> Iterator[tuple[float, Vector, Solution]]:
-        """Solutions at distances from an orbit that doubles, whose halves are apart.
-
-        Of the doubled equations two curves of solutions meet there; along one only the parameter
-        stands still, and the halves move apart.
-        """
-        u = self.unknowns(whole)
-        null = np.linalg.svd(whole.system.by_z)[2][-1]
-        along = np.append(null, np.zeros(len(self.axes)))
-        for distance in distances:
-            solution = self.corrected(u + distance * along, along, tolerance)
-            if solution is not None:
-                yield distance, along, solution
-
-    def neighbour(self, u: Vector, along: Vector) -> Neighbour | None:
+    def neighbour(self, u: Vector, along: Vector) -> Start | None:
         """The state a little further on from u, in the direction that `along` points to.
 
         Nearer to u where another event is that near.
@@ -285,15 +272,44 @@ class Continuation(Family):
         state, point = states[-1], State(u, at.made, [], direction, self.tests(at.made))
         found = smooth_between(self, point, state, 1.0)
         # Where the point is a degenerate one its own test function is rounding.
-        return Neighbour(state, point, [one for one in found if one.type != DEGENERATE])
+        return Start(self, state, [one for one in found if one.type != DEGENERATE])
 
 
-def _margin(neighbour: Neighbour | None, inequality: Inequality) -> tuple[bool, float]:
+class Start(NamedTuple):
+    """A state beside a point to follow a path from, and the smooth bifurcations between them."""
+
+    continuation: Continuation
+    state: State
+    smooth: Sequence[SmoothEvent] = ()
+
+
+def doubled_starts(
+    problem: Problem, orbit: Orbit, critical: str | None = None
+) -> Iterator[tuple[float, Start]]:
+    """Doubled orbits beside one at a period doubling, each with its distance.
+
+    Of the doubled equations two curves of solutions meet there; along one only the parameter
+    stands still, and the halves move apart.
+    """
+    whole, settings = doubled(problem.numbers, orbit), problem.settings
+    one = Continuation(problem, whole, critical=critical)
+    distances, tolerance = settings.doubled_distances, None
+    if critical is not None:
+        distances, tolerance = settings.fold_distances, settings.fold_tolerance
+    u = one.unknowns(whole)
+    along = np.append(np.linalg.svd(whole.system.by_z)[2][-1], np.zeros(len(problem.axes)))
+    for distance in distances:
+        solution = one.corrected(u + distance * along, along, tolerance)
+        if solution is not None:
+            yield distance, Start(one, one.state(solution.u, along, solution))
+
+
+def _margin(beside: Start | None, inequality: Inequality) -> tuple[bool, float]:
     """True if all holds at a state, and an inequality's value; the greater the better."""
-    if neighbour is None:
+    if beside is None:
         return False, -float("inf")
-    found = matching(neighbour.state.held, inequality)
-    return neighbour.state.admissible, float(found.value) if found else float("inf")
+    found = matching(beside.state.held, inequality)
+    return beside.state.admissible, float(found.value) if found else float("inf")
 
 
 _UNIT = 2.0**-53
@@ -332,7 +348,7 @@ class Run(ABC):
     def _step(self, state: State, length: float) -> tuple[State, float]:
         step = self.continuation.advance(state, length, self.largest)
         for one in step.smooth:
-            self.record_smooth(one, state, step.state)
+            self.record_smooth(one)
         self.check(state, step)
         if step.event is not None:
             beyond = self.cross(state, step.state, step.event)
@@ -343,10 +359,26 @@ class Run(ABC):
             self.reach_border(step.state)
         return step.state, step.next
 
-    def record_between(self, neighbour: Neighbour) -> None:
-        """Record the smooth bifurcations between a point and a state beside it."""
-        for one in neighbour.smooth:
-            self.record_smooth(one, neighbour.point, neighbour.state)
+    def cross(self, old: State, new: State, event: Event) -> State:
+        """Record an event, and give the state beyond it. Raises Stop if there is none."""
+        failed, failure = event.failed.named(old.orbit.itinerary), "there is no orbit"
+        beyond, state, stop = None, None, None
+        try:
+            beyond = self.continuation.cross(event)
+            if beyond is not None:
+                failure = self.failure(beyond.state)
+                state = None if failure else self.continuation.symmetric(beyond.state)
+        except InvalidInput as error:
+            failure = str(error)
+        except Stop as error:
+            stop = error
+        orbit = self.record_event(event, old, new, state, failed)
+        if beyond is None or state is None:
+            detail = f"{failed} fails at {self.problem.where(orbit)}; beyond, {failure}"
+            raise stop or Stop(Ending.NO_ADMISSIBLE_ORBIT, detail)
+        for one in beyond.smooth:
+            self.record_smooth(one)
+        return state
 
     def errors(self, found: EventSolution) -> list[float]:
         """Uncertainties of what varies at a smooth bifurcation, with the rounding of its value."""
@@ -359,12 +391,18 @@ class Run(ABC):
         """Add a point. Raises Stop where it is not admissible."""
 
     @abstractmethod
-    def record_smooth(self, one: SmoothEvent, old: State, new: State) -> None:
-        """Record a smooth bifurcation between two states."""
+    def record_smooth(self, one: SmoothEvent) -> None:
+        """Record a smooth bifurcation."""
 
     @abstractmethod
-    def cross(self, old: State, new: State, event: Event) -> State:
-        """Record a border collision, and give the state beyond. Raises Stop if there is none."""
+    def record_event(
+        self, event: Event, old: State, new: State, beyond: State | None, failed: str
+    ) -> Orbit:
+        """Record a border collision between two states, and give its orbit."""
+
+    def failure(self, state: State) -> str:
+        """The reason for which a state beyond an event is no motion; empty if it is one."""
+        return ""
 
     @abstractmethod
     def check(self, old: State, step: Step) -> None:

@@ -172,14 +172,14 @@ class CodimensionTwoPoint(SolvedPoint):
         )
 
 
-def solution_fields(found: EventSolution) -> dict[str, Any]:
+def solution_fields(found: EventSolution, solved: bool = True) -> dict[str, Any]:
     """The fields of a SolvedPoint, of the whole orbit."""
     orbit = found.orbit
     return {
         "orbit": whole_orbit(orbit),
         "residual": float(found.residual),
         "iterations": orbit.iterations,
-        "status": orbit.status,
+        "status": orbit.status if solved else OrbitStatus.NOT_CONVERGED,
     }
 
 

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from capsule_sym._map.expansion import Guard
 from capsule_sym._orbits.shooting.changes import around
-from capsule_sym._orbits.shooting.equations import SegmentFlow, ShootingSystem
-from capsule_sym._orbits.shooting.itinerary import Itinerary, contact, drift
+from capsule_sym._orbits.shooting.equations import SegmentFlow
+from capsule_sym._orbits.shooting.itinerary import contact, drift
+from capsule_sym._orbits.shooting.orbit import Orbit
 from capsule_sym.generated import facts, formulas
 
 #: Index in z of the first segment's duration: state and forcing angle come before.
@@ -68,28 +69,28 @@ _SURFACES = {
 }
 
 
-def place(itinerary: Itinerary, system: ShootingSystem, segment: int) -> Place | None:
-    """The event at a segment of duration 0; None if it has no name.
+def place(orbit: Orbit, segment: int) -> Place:
+    """The event at an orbit's segment of duration 0.
 
     Of the lines L1 to L4 the part is given too, such as L3^(2), see `symbolic.appendices`.
     """
+    itinerary, flow = orbit.itinerary, orbit.system.flows[segment]
     before, during, after = around(itinerary, segment)
-    flow = system.flows[segment]
     if contact(before) != contact(after):
         if drift(before) == drift(after):
-            return None
+            return HIGHER
         guards = {itinerary.guard_before(segment), itinerary.segments[segment].guard}
         line = _corner(guards, flow)
         return Place(CORNER, line, _SURFACES[line])
     if contact(during) != contact(before):
         if before != after:
-            return None
+            return HIGHER
         sign = drift(before)
         surfaces = ("S2", "S5") if sign == 0 else ("S7", "S8") if sign > 0 else ("S9", "S10")
         return Place(GRAZING, "L9", surfaces)
     kind = _sliding(drift(before), drift(during), drift(after))
     if kind is None:
-        return None
+        return HIGHER
     line = _edge(flow)
     return Place(kind, f"{line}^({_part(flow, line)})", _SURFACES[line])
 
