@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 from os import PathLike
+from types import SimpleNamespace
 from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym.generated import facts
-from capsule_sym.generated.parameters import Fields
+from capsule_sym.generated.parameters import DeviceFields, Fields, Relations
 
 _Quantity = TypeVar("_Quantity", float, NDArray[np.float64])
 
@@ -62,7 +63,7 @@ def mean_power(work: Any, rate: Any) -> Any:
 
 def _number(name: str, value: object, positive: bool | None = None) -> float:
     """A value as a float; raises InvalidInput unless it is one that the parameter may have."""
-    positive = name in POSITIVE if positive is None else positive
+    positive = name in facts.POSITIVE if positive is None else positive
     least = 0.0 if name not in facts.SIGNED else -math.inf
     allowed = "finite" + ("" if least else " and > 0" if positive else " and >= 0")
     # Kinds whose conversion to double would silently drop digits (mpf, Fraction, strings) are
@@ -78,17 +79,9 @@ def _number(name: str, value: object, positive: bool | None = None) -> float:
     return number
 
 
-POSITIVE = frozenset((*facts.POSITIVE, "M_m", "M_c", "k1", "Omega", "mu", "g"))
-"""Parameters, dimensionless and of a device, that are above 0; the others may be 0."""
-
-
 def _validate(instance: Any) -> None:
     for name in names_of(instance):
         object.__setattr__(instance, name, _number(name, getattr(instance, name)))
-
-
-def _root(value: Any) -> Any:
-    return math.sqrt(value) if isinstance(value, float) else value**0.5
 
 
 def names_of(parameters: Any) -> tuple[str, ...]:
@@ -98,7 +91,7 @@ def names_of(parameters: Any) -> tuple[str, ...]:
 
 @dataclass(frozen=True, slots=True)
 class Parameters(Fields):
-    """The seven dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
+    """The dimensionless parameters of Eqs. (7)-(12); the defaults are the case study's.
 
     Every value is converted to a float. Raises `InvalidInput` unless all are finite, omega,
     gamma and f_b are > 0 and the others are >= 0.
@@ -125,73 +118,10 @@ class Parameters(Fields):
         return {name: getattr(self, name) for name in facts.PARAMETERS}
 
 
-@dataclass(frozen=True, slots=True)
-class PhysicalParameters:
-    """The parameters of the device in SI units, with the scales that carry results back.
+class _Scales(Relations):
+    """The SI units of results, from the units of a device in any arithmetic."""
 
-    Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
-    k1, Omega, mu and g are > 0 and the others are >= 0, and unless the friction force, the
-    natural frequency, the length scale and the dimensionless parameters are representable.
-    """
-
-    M_m: float
-    """Inner mass (kg)."""
-    M_c: float
-    """Mass of the capsule (kg)."""
-    k1: float
-    """Stiffness of the spring between them (N/m)."""
-    k2: float
-    """Stiffness of the second spring (N/m)."""
-    c: float
-    """Damping coefficient (N s/m)."""
-    G: float
-    """Gap before the second spring (m)."""
-    P_d: float
-    """Amplitude of the excitation (N)."""
-    Omega: float
-    """Frequency of the excitation (rad/s)."""
-    mu: float
-    """Friction coefficient (dimensionless)."""
-    g: float = 9.81
-    """Gravitational acceleration (m/s^2)."""
-
-    def __post_init__(self) -> None:
-        _validate(self)
-        for name in ("friction_force", "natural_frequency", "length_scale"):
-            _number(name, getattr(self, name), True)
-        self.dimensionless()
-
-    @property
-    def friction_force(self) -> float:
-        """Coulomb friction P_f = mu (M_m + M_c) g (N), the unit of force."""
-        return self.mu * (self.M_m + self.M_c) * self.g
-
-    @property
-    def natural_frequency(self) -> float:
-        """Natural frequency Omega0 = sqrt(k1 / M_m) (rad/s), the inverse of the unit of time."""
-        rate: float = _root(self.k1 / self.M_m)
-        return rate
-
-    @property
-    def length_scale(self) -> float:
-        """Length P_f / k1 (m), the unit of displacement."""
-        return self.friction_force / self.k1
-
-    def dimensionless(self) -> Parameters:
-        """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
-        return Parameters(**self.ratios())
-
-    def ratios(self) -> dict[str, Any]:
-        """The dimensionless parameters by name, in the arithmetic of the fields."""
-        return {
-            "alpha": self.P_d / self.friction_force,
-            "omega": self.Omega / self.natural_frequency,
-            "delta": self.k1 * self.G / self.friction_force,
-            "zeta": self.c / (self.M_m * self.natural_frequency) / 2,
-            "beta": self.k2 / self.k1,
-            "gamma": self.M_c / self.M_m,
-            "f_b": 1.0,
-        }
+    __slots__ = ()
 
     def scale(self, name: str) -> float:
         """The SI unit of a result: what its dimensionless value is multiplied with.
@@ -204,24 +134,45 @@ class PhysicalParameters:
         force, length, rate, _ = UNITS[name]
         return self.friction_force**force * self.length_scale**length * self.natural_frequency**rate
 
+
+class Values(SimpleNamespace, _Scales):
+    """Quantities of a device that are not checked, numbers or others that arithmetic takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicalParameters(DeviceFields, _Scales):
+    """The parameters of the device in SI units, with the scales that carry results back.
+
+    Every value is converted to a float. Raises `InvalidInput` unless all are finite, the masses,
+    k1, Omega, mu and g are > 0 and the others are >= 0, and unless the friction force, the
+    natural frequency, the length scale and the dimensionless parameters are representable.
+    """
+
+    def __post_init__(self) -> None:
+        if not facts.DEVICE:
+            raise InvalidInput("device", "", "absent: the model declares none")
+        _validate(self)
+        for name in ("friction_force", "natural_frequency", "length_scale"):
+            _number(name, getattr(self, name), True)
+        self.dimensionless()
+
+    def dimensionless(self) -> Parameters:
+        """The dimensionless parameters of this device, with f_b = 1 (dry friction)."""
+        return Parameters(**self.ratios())
+
     def tie(self, name: str) -> tuple[str, float]:
         """The parameter that is in proportion to P_d, Omega, G, c or k2, and the factor (1/SI).
 
-        None of the five changes the units of force, length and time. Raises `InvalidInput` for
-        another name.
+        These quantities do not change the units of force, length and time. Raises `InvalidInput`
+        for another name.
         """
         if name not in facts.DRIVEN:
             raise InvalidInput(
                 "parameter", name, f"one of {', '.join(facts.DRIVEN)}, of the device"
             )
-        scales = {
-            "P_d": 1 / self.friction_force,
-            "Omega": 1 / self.natural_frequency,
-            "G": self.k1 / self.friction_force,
-            "c": 1 / (2 * self.M_m * self.natural_frequency),
-            "k2": 1 / self.k1,
-        }
-        return facts.DRIVEN[name][0], scales[name]
+        tied = facts.DRIVEN[name][0]
+        one = Values(**{each: getattr(self, each) for each in facts.DEVICE} | {name: 1.0})
+        return tied, one.ratios()[tied]
 
     def time(self, tau: _Quantity) -> _Quantity:
         """Time in s, from dimensionless time: a float or an array of any shape."""
@@ -267,7 +218,7 @@ def load_parameters(path: str | PathLike[str]) -> Parameters | PhysicalParameter
     for name in dimensionless:
         if name in table:
             raise InvalidInput(name, table[name], f"absent where {given[0]} is given in SI units")
-    if missing := [name for name in physical if name not in table and name != "g"]:
+    if missing := [name for name in physical if name not in {**table, **facts.DEVICE_DEFAULTS}]:
         raise InvalidInput("file", str(path), f"a whole device, with {', '.join(missing)} too")
     return PhysicalParameters(**table)
 

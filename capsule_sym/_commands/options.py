@@ -14,7 +14,14 @@ import click
 from click.core import ParameterSource
 
 from capsule_sym._errors import InvalidInput, NotInstalled
-from capsule_sym.generated.facts import DEFAULTS, DRIVEN, LABELS
+from capsule_sym.generated.facts import (
+    DEFAULTS,
+    DEVICE,
+    DEVICE_DEFAULTS,
+    DEVICE_LABELS,
+    DRIVEN,
+    LABELS,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -141,16 +148,10 @@ def ranged_parameter_options(
 
     `ranges` gives them.
     """
-    device = {
-        "P_d": "Amplitude of the excitation (N)",
-        "Omega": "Frequency of the excitation (rad/s)",
-        "G": "Gap (m)",
-        "c": "Damping coefficient (N s/m)",
-        "k2": "Stiffness of the second spring (N/m)",
-    }
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        for name, text in reversed(device.items()):
+        for name in reversed(DRIVEN):
+            text = f"{DEVICE_LABELS[name].capitalize()} ({DEVICE[name]})"
             command = click.option(
                 f"--{name.replace('_', '-')}",
                 name,
@@ -165,6 +166,7 @@ def ranged_parameter_options(
 
 def parameter_options(command: Callable[..., None], kind: Any = float) -> Callable[..., None]:
     """Add --params for a file, and an option for each parameter: the command gets a `System`."""
+    of_device = " ".join(f"[{name}]" if name in DEVICE_DEFAULTS else name for name in DEVICE)
 
     @wraps(command)
     def called(file: str | None, **given: Any) -> None:
@@ -177,7 +179,7 @@ def parameter_options(command: Callable[..., None], kind: Any = float) -> Callab
         type=click.Path(),
         metavar="FILE.toml",
         help="Parameters from a file, dimensionless (options above override it) or physical in SI "
-        "units (M_m M_c k1 k2 c G P_d Omega mu [g]; no options above).",
+        f"units ({of_device}; no options above).",
     )(called)
     for name, default in reversed(DEFAULTS.items()):
         text = f"{LABELS[name].capitalize()}.  [default: {default:g}]"

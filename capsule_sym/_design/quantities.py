@@ -12,7 +12,6 @@ from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import lru_cache
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,17 +25,17 @@ from capsule_sym._parameters import (
     UNITS,
     Parameters,
     PhysicalParameters,
+    Values,
     mean_power,
     names_of,
 )
-from capsule_sym.generated.facts import BOUNDS, DRIVEN, STATE
+from capsule_sym.generated.facts import BOUNDS, DEVICE, STATE
 
 System = Parameters | PhysicalParameters
 Function = Callable[[Mapping[str, Slope]], Slope]
 
 OF_DEVICE = {
-    **{"M_m": "kg", "M_c": "kg", "k1": "N/m", "mu": "", "g": "m/s^2"},
-    **{name: unit for name, (_, unit) in DRIVEN.items()},
+    **DEVICE,
     **{name: UNITS[name].name for name in (*STATE, "x_c", "phase")},
 }
 """Units of a device's parameters, and of a start."""
@@ -73,20 +72,10 @@ def _plain(value: Any) -> Any:
     return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
-class _Varied(SimpleNamespace):
-    """Values that are numbers with derivatives; those of a device have its scaling."""
-
-    friction_force = PhysicalParameters.friction_force
-    natural_frequency = PhysicalParameters.natural_frequency
-    length_scale = PhysicalParameters.length_scale
-    ratios = PhysicalParameters.ratios
-    scale = PhysicalParameters.scale
-
-
 def varied(values: Mapping[str, float], by: Sequence[str]) -> Any:
     """Values by name with derivatives (k,) by k of them, as a device's with all of its units."""
     rows, none = dict(zip(by, np.eye(len(by)), strict=True)), np.zeros(len(by))
-    return _Varied(**{name: Slope(value, rows.get(name, none)) for name, value in values.items()})
+    return Values(**{name: Slope(value, rows.get(name, none)) for name, value in values.items()})
 
 
 def dimensionless(system: System) -> Parameters:
@@ -123,7 +112,7 @@ def of(metrics: Mapping[str, Slope], system: System) -> dict[str, Slope]:
 
 
 def _with_derived(metrics: Mapping[str, Slope], p: Parameters) -> dict[str, Slope]:
-    """The dimensionless metrics, those derived from others too, by the seven parameters."""
+    """The dimensionless metrics, those derived from others too, by the parameters."""
     own = vars(varied(p.to_dict(), PARAMETERS))
     velocity, work = metrics["velocity"], metrics["work"]
     forward = -1 if velocity.value < 0 else 1

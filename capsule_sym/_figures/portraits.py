@@ -26,10 +26,10 @@ from capsule_sym._figures.style import (
 )
 from capsule_sym._figures.units import Units
 from capsule_sym._map import Trajectory
-from capsule_sym._map.segments import MODES
 from capsule_sym._parameters import Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc, Motion, arcs, cycle, interaction, is_periodic
 from capsule_sym._study.boundaries import lines
+from capsule_sym.generated.facts import MODES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.style import LABELS
 from capsule_sym._parameters import UNITS, Parameters, PhysicalParameters
 from capsule_sym._study.arcs import Arc
-from capsule_sym.generated.facts import DRIVEN
+from capsule_sym.generated.facts import DRIVEN, PARAMETERS
 
 DIMENSIONLESS = "all quantities are dimensionless"
 """What a figure says that has no units, of a device or of what a file holds."""
@@ -20,6 +20,7 @@ _OTHERS = "the other quantities are dimensionless"
 
 _PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k"}
 _TIED = {tied: (name, unit) for name, (tied, unit) in DRIVEN.items()}
+_UNTIED = tuple(name for name in PARAMETERS if name not in _TIED)
 _PREFIXED = ("m", "m/s", "N", "J", "s")
 
 
@@ -39,7 +40,7 @@ class Units:
         """The same of motions of which these parameters are known, the varied ones left out."""
         if device is not None:
             own = device.dimensionless()
-            for name in ("omega", "gamma", "f_b"):
+            for name in ("omega", *_UNTIED):
                 value, allowed = float(known.get(name, getattr(own, name))), getattr(own, name)
                 if not math.isclose(value, allowed, rel_tol=1e-9):
                     raise InvalidInput(name, value, f"{allowed:.9g}, as of the device")
@@ -74,7 +75,7 @@ class Units:
         device = self.device
         if device is None:
             return 1.0, ""
-        if name in ("gamma", "f_b"):  # they change the units themselves
+        if name in _UNTIED:  # they change the units themselves
             raise InvalidInput(
                 "parameter", name, f"one of {', '.join(_TIED)} where a device is given"
             )

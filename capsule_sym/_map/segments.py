@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from capsule_sym._errors import Outcome
 from capsule_sym._map.backend import Number
+from capsule_sym.generated.facts import MODES
 from capsule_sym.generated.interface import OUTCOMES, SEGMENT
 
-MODES = ("NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD")
-"""Modes of operation of F1 to F6, in the paper's notation."""
 _OUTCOMES = (*map(Outcome, OUTCOMES), Outcome.STALLED)
 _BLOCK = 1024  # segments made at a time
 Triple = tuple[Number, Number, Number]

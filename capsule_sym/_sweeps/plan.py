@@ -14,7 +14,7 @@ from capsule_sym._orbits.shooting.equations import PARAMETERS
 from capsule_sym._parameters import Parameters, PhysicalParameters, read_toml
 from capsule_sym._sweeps.axes import START, Axis, check_name
 from capsule_sym._sweeps.sweep import Sweep
-from capsule_sym.generated.facts import DRIVEN, STATE
+from capsule_sym.generated.facts import DEVICE, DEVICE_DEFAULTS, DRIVEN, STATE
 
 _SETTINGS = ("periods", "tolerance", "compute", "chunk")
 _SPACINGS: dict[str, tuple[Callable[..., Axis], Callable[..., Any]]] = {
@@ -61,8 +61,8 @@ def read_plan(plan: Mapping[str, Any]) -> Sweep:
 
 
 def _device(given: Any) -> PhysicalParameters:
-    names = PhysicalParameters.__slots__
-    _check_table("device", given, names, needed=[name for name in names if name != "g"])
+    needed = [name for name in DEVICE if name not in DEVICE_DEFAULTS]
+    _check_table("device", given, [*DEVICE], needed)
     return PhysicalParameters(**given)
 
 

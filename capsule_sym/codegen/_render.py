@@ -20,7 +20,13 @@ from capsule_sym._symbolic.model.model import SEGMENTS
 from capsule_sym._symbolic.model.symbols import PARAMETERS, omega
 from capsule_sym.codegen import COMMAND, INPUTS
 from capsule_sym.codegen._blocks import blocks, segment_constants
-from capsule_sym.codegen._facts import page_facts, python_facts, python_fields
+from capsule_sym.codegen._facts import (
+    page_facts,
+    python_device,
+    python_facts,
+    python_fields,
+    python_relations,
+)
 from capsule_sym.codegen._fields import field_texts
 from capsule_sym.codegen._interface import c_interface, cython_interface, python_interface, read
 from capsule_sym.codegen._lower import Kernel, lower, wrapped
@@ -248,6 +254,8 @@ def render() -> dict[str, str]:
             "python_friction_bounds": " + ".join(f"c.{b}" for b in friction_bounds),
             "facts": python_facts(),
             "parameter_fields": python_fields(),
+            "device_fields": python_device(),
+            "relations": python_relations(),
             "page_facts": page_facts(),
             "classification": c_classification(),
             "c_interface": c_interface(interface),

@@ -1,8 +1,8 @@
 // A device in SI units: its scales and its dimensionless parameters, as in Section 2 of the paper.
+import { related } from "../../generated/page/model.ts";
+import type { Device } from "../../generated/page/model.ts";
 import { DEFAULTS } from "./fields.ts";
-import type { DeviceName, Parameter } from "./fields.ts";
-
-export type Device = Record<DeviceName, number>;
+import type { Parameter } from "./fields.ts";
 
 export interface Scales {
   /** N, s and m: the units of force, time and length. */
@@ -12,8 +12,8 @@ export interface Scales {
 }
 
 export function scales(d: Device): Scales {
-  const force = d.mu * (d.M_m + d.M_c) * d.g;
-  return { force, time: 1 / Math.sqrt(d.k1 / d.M_m), length: force / d.k1 };
+  const { friction_force, natural_frequency, length_scale } = related(d);
+  return { force: friction_force, time: 1 / natural_frequency, length: length_scale };
 }
 
 /** A unit in which something is shown: what the number without units is multiplied by, and its name. */
@@ -40,20 +40,7 @@ export function unitsOf(d: Device): Units {
 /** A name with its unit, if it has one. */
 export const withUnit = (name: string, unit: Unit): string => (unit.name ? `${name} (${unit.name})` : name);
 
-export function dimensionless(d: Device): Record<Parameter, number> {
-  const friction = d.mu * (d.M_m + d.M_c) * d.g;
-  const natural = Math.sqrt(d.k1 / d.M_m);
-  return {
-    ...DEFAULTS,
-    alpha: d.P_d / friction,
-    omega: d.Omega / natural,
-    delta: (d.k1 * d.G) / friction,
-    zeta: d.c / (d.M_m * natural) / 2,
-    beta: d.k2 / d.k1,
-    gamma: d.M_c / d.M_m,
-    f_b: 1,
-  };
-}
+export const dimensionless = (d: Device): Record<Parameter, number> => ({ ...DEFAULTS, ...related(d).ratios });
 
 /** Whether the device's scales can be represented; "" or what is wrong. */
 export function problem(d: Device): string {

@@ -1,8 +1,8 @@
 // Every value of the page's state: its range as the package has it, its default, and what it means.
 
-import { PARAMETERS, PARAMETER_FIELDS } from "../../generated/page/model.ts";
+import { DEVICE, DEVICE_FIELDS, PARAMETERS, PARAMETER_FIELDS } from "../../generated/page/model.ts";
 
-export { PARAMETERS };
+export { DEVICE, PARAMETERS };
 
 export interface NumberField {
   kind: "number";
@@ -47,30 +47,22 @@ const choice = (name: string, of: readonly string[], value = of[0] ?? ""): Choic
   value,
 });
 
-export const DEVICE = ["M_m", "M_c", "k1", "k2", "c", "G", "P_d", "Omega", "mu", "g"] as const;
 export const STARTS = ["x_r", "v_r", "v_c"] as const;
 export type Parameter = (typeof PARAMETERS)[number];
 /** Of each parameter: its default, and the ends of its slider. */
 export const DEFAULTS = ofParameters((field) => field.value);
 export const SLIDERS = ofParameters((field): readonly [number, number] => [field.slider[0], field.slider[1]]);
-export type DeviceName = (typeof DEVICE)[number];
 
 const SIZE = 1e20;
+const LOWS = Object.values(ofParameters((field) => field.low));
+const HIGHS = Object.values(ofParameters((field) => field.high));
+const ENDS = [Math.min(...LOWS), Math.max(...HIGHS)] as const;
 const start = (symbol: string, name: string, about: string, si: string) =>
   number(symbol, name, [-SIZE, SIZE], 0, about, { slider: [-2, 2, 0.01], si });
 
 export const NUMBERS = {
   ...PARAMETER_FIELDS,
-  M_m: number("M_m", "inner mass", [1e-9, 1e9], 0.5, "Mass that moves inside the capsule.", { unit: "kg", slider: [0.01, 5, 0.01] }),
-  M_c: number("M_c", "mass of the capsule", [1e-9, 1e9], 1.65, "Mass of the capsule without the inner mass.", { unit: "kg", slider: [0.01, 10, 0.01] }),
-  k1: number("k₁", "spring", [1e-9, 1e12], 50, "Stiffness of the spring between mass and capsule.", { unit: "N/m", slider: [1, 500, 0.1] }),
-  k2: number("k₂", "second spring", [0, 1e12], 75, "Stiffness of the spring that the mass meets after the gap.", { unit: "N/m", slider: [0, 1000, 0.1] }),
-  c: number("c", "damper", [0, 1e9], 0.5, "Damping coefficient between mass and capsule.", { unit: "N s/m", slider: [0, 10, 0.01] }),
-  G: number("G", "gap", [0, 1e6], 0.0017, "Distance between the mass at rest and the second spring.", { unit: "m", slider: [0, 0.1, 0.0001] }),
-  P_d: number("P_d", "amplitude of the excitation", [0, 1e9], 3, "Amplitude of the force that drives the inner mass.", { unit: "N", slider: [0, 20, 0.01] }),
-  Omega: number("Ω", "frequency of the excitation", [1e-9, 1e9], 8, "Angular frequency of the driving force.", { unit: "rad/s", slider: [0.1, 50, 0.01] }),
-  mu: number("μ", "friction coefficient", [1e-9, 1e6], 0.2, "Coulomb friction between the capsule and what it lies on.", { slider: [0.01, 2, 0.001] }),
-  g: number("g", "gravity", [1e-9, 1e6], 9.81, "Gravitational acceleration.", { unit: "m/s²", slider: [0.1, 30, 0.01] }),
+  ...DEVICE_FIELDS,
   x_r: start("x_r", "relative displacement at the start", "Displacement of the mass from the capsule, x_m − x_c.", "m"),
   v_r: start("v_r", "relative velocity at the start", "Velocity of the mass relative to the capsule, v_m − v_c.", "m/s"),
   v_c: start("v_c", "capsule's velocity at the start", "Exactly 0 where the capsule is at rest.", "m/s"),
@@ -78,8 +70,8 @@ export const NUMBERS = {
     "Time at the start within the excitation period, in [0, 2π/ω). Where a diagram or a chart varies ω, whole periods are taken off.", { slider: [0, 1, 0.001], si: "s" }),
   periods: number("N", "periods settled", [1, 100000], 100,
     "Excitation periods that pass before the motion is drawn.", { whole: true, slider: [1, 1000, 1] }),
-  d_from: number("from", "from", [0, 1e10], 0.005, "Least value of the diagram's parameter."),
-  d_to: number("to", "to", [0, 1e10], 2, "Largest value of the diagram's parameter."),
+  d_from: number("from", "from", ENDS, 0.005, "Least value of the diagram's parameter."),
+  d_to: number("to", "to", ENDS, 2, "Largest value of the diagram's parameter."),
   d_count: number("values", "values", [2, 2000], 400, "Values of the parameter between the two.", { whole: true }),
   d_periods: number("periods", "periods settled at each value", [1, 10000], 200, "Excitation periods at each value before points are drawn.", { whole: true }),
   d_starts: number("starts", "further starts at each value", [0, 16], 0, "Further starts at each value, from which motions that coexist are found.", { whole: true }),

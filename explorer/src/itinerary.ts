@@ -1,6 +1,6 @@
 // Itineraries: segments as the paper writes them, and where a cycle is begun to be written.
 
-export const MODES = ["NC-FD", "NC-S", "NC-BD", "C-FD", "C-S", "C-BD"] as const;
+export { MODES } from "../../generated/page/model.ts";
 export const MEANINGS = [
   "no contact, the capsule drifts forward",
   "no contact, the capsule sticks",

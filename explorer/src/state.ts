@@ -34,7 +34,7 @@ export function read(text: string): number {
   return trimmed.length <= 40 && PLAIN.test(trimmed) ? Number(trimmed) : NaN;
 }
 
-/** The seven dimensionless parameters, of a device where the state has one. */
+/** The dimensionless parameters, of a device where the state has one. */
 export function parameters(state: State): Record<Parameter, number> {
   if (state.units === "device") return dimensionless(state);
   return Object.fromEntries(PARAMETERS.map((name) => [name, state[name]])) as Record<Parameter, number>;

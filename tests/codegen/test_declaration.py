@@ -136,6 +136,55 @@ WRONG = {
         'model.drift("FD", v_c > 0, against=f_b); kappa = model.stiffness',
         "said before the interaction",
     ),
+    "a relation with an unknown symbol": (
+        'si="P_d / P_f"',
+        'si="P_0 / P_f"',
+        "alpha = P_0 / P_f: unknown symbol P_0",
+    ),
+    "a parameter without a relation": (
+        'si="k2 / k1",',
+        'definition="k2 / k1",',
+        "beta has no relation, si, to the device",
+    ),
+    "a relation that has a unit": (
+        'si="Omega / Omega0"',
+        'si="Omega * Omega0"',
+        "omega = Omega * Omega0 is not in numbers",
+    ),
+    "a unit of force in another unit": (
+        '"mu * (M_m + M_c) * g"',
+        '"mu * (M_m + M_c)"',
+        "P_f = mu * (M_m + M_c) is not in N",
+    ),
+    "a sum of two units": ('"P_f / k1"', '"P_f / k1 + g"', "x_0 = P_f / k1 + g is not in m"),
+    "a relation that is no arithmetic": (
+        'si="P_d / P_f"',
+        'si="P_d ** 2"',
+        "is not made of names, numbers, + - * /, sqrt and brackets",
+    ),
+    "a relation that is not written to its end": ('si="k2 / k1"', 'si="k2 /"', "is no arithmetic"),
+    "a quantity that no relation has": (
+        'model.unit("length_scale",',
+        'model.quantity("F_0", "N", (0, 1), 0, label="F", about="F", slider=(0, 1, 1)); '
+        'model.unit("length_scale",',
+        "F_0 is in no relation",
+    ),
+    "a quantity in an unknown unit": ('"N s/m"', '"lb/m"', "lb is none of kg, m, s, rad, N"),
+    "a unit of something else": (
+        'model.unit("length_scale",',
+        'model.unit("volume",',
+        "one unit of each of friction_force, natural_frequency, length_scale, not volume",
+    ),
+    "a quantity with a parameter's name": (
+        '"mu", "", (1e-9, 1e6)',
+        '"zeta", "", (1e-9, 1e6)',
+        "zeta is a name of the model and of the device",
+    ),
+    "a quantity out of its range": (
+        '"mu", "", (1e-9, 1e6), 0.2',
+        '"mu", "", (1e-9, 1e6), -0.2',
+        "mu = -0.2 is not in",
+    ),
     "a mode left out": (
         'model.drift("BD", v_c < 0, against=f_b)\n',
         "\n",
@@ -170,6 +219,12 @@ def test_a_wrong_declaration_is_refused_with_its_line(
     place, number, _ = text.split(":", 2)
     assert place == str(path)
     assert abs(int(number) - line) <= 1
+
+
+def test_a_device_without_one_of_its_units_is_refused(tmp_path: Path) -> None:
+    path, _ = declared(tmp_path, 'model.unit("length_scale",', '("length_scale",')
+    with pytest.raises(BadDeclaration, match="the device has no length_scale"):
+        load(path)
 
 
 def test_names_in_generated_code_are_refused() -> None:

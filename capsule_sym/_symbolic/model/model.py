@@ -13,7 +13,7 @@ from itertools import product
 
 import sympy as sp
 
-from capsule_sym._symbolic.model.declaration import Mode, Region, excess
+from capsule_sym._symbolic.model.parts import Mode, Region, excess
 from capsule_sym._symbolic.model.symbols import MODEL, gamma, v_c, v_r, x_r
 
 kappa = MODEL.stiffness  # of the second spring while it acts

@@ -2,6 +2,7 @@
 import { parse } from "smol-toml";
 import type { App } from "../app.ts";
 import { make } from "../dom.ts";
+import { OPTIONAL } from "../../../generated/page/model.ts";
 import { DEVICE, NUMBERS, PARAMETERS } from "../fields.ts";
 import type { NumberName } from "../fields.ts";
 import { refusal } from "../state.ts";
@@ -24,7 +25,7 @@ export function fromFile(text: string): Partial<State> | string {
   const device = DEVICE.filter((name) => name in table);
   const mixed = PARAMETERS.find((name) => name in table);
   if (device[0] && mixed) return `${mixed} does not go with ${device[0]} in SI units`;
-  const missing = device[0] && DEVICE.find((name) => !(name in table) && name !== "g");
+  const missing = device[0] && DEVICE.find((name) => !(name in table) && !OPTIONAL.includes(name));
   if (missing) return `${missing} is missing: it is given with the others in SI units`;
   const own: readonly NumberName[] = device[0] ? DEVICE : PARAMETERS;
   const state: Record<string, number | string> = { units: device[0] ? "device" : "dimensionless" };

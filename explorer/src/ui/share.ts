@@ -43,7 +43,7 @@ export function asCommand(state: State): string {
   const p = parameters(state);
   const flags = state.units === "device"
     ? ["--params device.toml"]
-    : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name === "f_b" ? "f-b" : name} ${p[name]}`);
+    : PARAMETERS.filter((name) => p[name] !== plain[name]).map((name) => `--${name.replaceAll("_", "-")} ${p[name]}`);
   const { from, phase } = started(state);
   if (from.length) flags.push(`--state ${from.join(" ")}`);
   if (phase) flags.push(`--phase ${phase}`);

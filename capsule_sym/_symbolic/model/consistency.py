@@ -1,0 +1,206 @@
+"""Checks of a declaration, with its lines: whether a model can be derived from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+from sympy.polys.polyerrors import BasePolynomialError
+
+from capsule_sym._symbolic.model.parts import (
+    BadDeclaration,
+    Mode,
+    Parameter,
+    Quantity,
+    Region,
+    Unit,
+    excess,
+    read,
+    unit_of,
+)
+
+tau = sp.Symbol("tau", real=True)
+"""Time."""
+
+UNITS = {"friction_force": "N", "natural_frequency": "rad/s", "length_scale": "m"}
+"""What of a device is a unit of results, in SI units."""
+
+
+class Declared:
+    """What was declared, with the lines; `check` refuses what is wrong."""
+
+    def __init__(self) -> None:
+        self.parameters: list[Parameter] = []
+        self.quantities: list[Quantity] = []
+        self.units: list[Unit] = []
+        self.state: tuple[sp.Symbol, ...] = ()
+        self.state_labels: dict[str, str] = {}
+        self.regions: list[Region] = []
+        self.modes: list[Mode] = []
+        self.stiffness = sp.Symbol("kappa", nonnegative=True)
+        self.force = self.mass_force = self.capsule_force = self.inertia = sp.Integer(0)
+        self._lines: dict[str, int] = {}
+        self._file = ""
+
+    def refusal(self, word: str | int, said: str) -> BadDeclaration:
+        """The error that something is wrong with a word, or with a line."""
+        line = word if isinstance(word, int) else self._lines.get(word, 1)
+        return BadDeclaration(f"{self._file}:{line}: {said}")
+
+    def symbol(self, name: str) -> sp.Symbol:
+        """A parameter's symbol; raises KeyError if none has this name."""
+        return {one.name: one.symbol for one in self.parameters}[name]
+
+    @property
+    def bounds(self) -> Mapping[int, sp.Expr]:
+        """The friction that a drift of a way works against, which bounds the force at rest."""
+        return {mode.way: -mode.way * mode.friction for mode in self.modes if mode.way}
+
+    @property
+    def load(self) -> sp.Expr:
+        """The constant force on the mass beside drive and interaction."""
+        drive = self.symbol("alpha") * sp.cos(self.symbol("omega") * tau)
+        return sp.expand(self.mass_force - drive + self.force)
+
+    @property
+    def driven(self) -> dict[str, tuple[str, str]]:
+        """Quantities to which one parameter alone is in proportion, it, and their units."""
+        known, found = self.relations() if self.quantities else {}, {}
+        held = {one for unit in self.units for one in known[unit.letter].free_symbols}
+        for one in self.quantities:
+            symbol = known[one.name]
+            by = [p.name for p in self.parameters if known[p.name].has(symbol)]
+            alone = len(by) == 1 and symbol not in held
+            if alone and not sp.cancel(known[by[0]] / symbol).has(symbol):
+                found[one.name] = by[0], one.unit
+        order = [one.name for one in self.parameters]
+        return dict(sorted(found.items(), key=lambda one: order.index(one[1][0])))
+
+    def relations(self) -> dict[str, sp.Expr]:
+        """The device's quantities, its units and all parameters, in the quantities.
+
+        Raises BadDeclaration for one that is none, or not of its unit.
+        """
+        known = {one.name: sp.Symbol(one.name, positive=True) for one in self.quantities}
+        numbers = {known[one.name]: k for k, one in enumerate(self.quantities, start=2)}
+        sizes = {known[one.name]: unit_of(one.unit) for one in self.quantities}
+        told = [(f"unit {one.name}", one.letter, one.relation) for one in self.units]
+        told += [(f"parameter {one.name}", one.name, one.si) for one in self.parameters]
+        for word, name, relation in told:
+            unit = UNITS.get(word.removeprefix("unit "), "")
+            try:
+                known[name] = found = read(relation, known)
+            except ValueError as error:
+                raise self.refusal(word, f"{name} = {relation}: {error}") from error
+            size = found.subs({one: numbers[one] * sizes[one] for one in numbers})
+            if size / found.subs(numbers) != unit_of(unit):
+                raise self.refusal(word, f"{name} = {relation} is not in {unit or 'numbers'}")
+        return known
+
+    def check(self) -> None:
+        """Raises BadDeclaration, with the line at fault."""
+        for word in ("state", "interaction", "region", "rest", "drift", "mass", "capsule"):
+            if word not in self._lines:
+                raise self.refusal(1, f"nothing is said of the {word}")
+        self._check_equations()
+        self._check_ways()
+        if self.quantities or self.units:
+            self._check_device()
+
+    def _check_device(self) -> None:
+        """A device has all units, and each parameter its relation to it; none is in vain."""
+        own = {*self.state_labels, *(one.name for one in self.parameters)}
+        for one in self.quantities:
+            if one.name in own:
+                said = f"{one.name} is a name of the model and of the device"
+                raise self.refusal(f"quantity {one.name}", said)
+        if missing := [one for one in UNITS if one not in [unit.name for unit in self.units]]:
+            place = f"quantity {self.quantities[0].name}"
+            raise self.refusal(place, f"the device has no {missing[0]}")
+        if missing := [one.name for one in self.parameters if not one.si]:
+            said = f"{missing[0]} has no relation, si, to the device"
+            raise self.refusal(f"parameter {missing[0]}", said)
+        known = self.relations()
+        used = {symbol for name in own & {*known} for symbol in known[name].free_symbols}
+        for one in self.quantities:
+            if known[one.name] not in used:
+                raise self.refusal(f"quantity {one.name}", f"{one.name} is in no relation")
+
+    def _check_equations(self) -> None:
+        held = {*self.state, tau, self.stiffness}
+        if self.load.free_symbols & held or not self._affine(self.load):
+            raise self.refusal(
+                "mass",
+                "the forces on the mass are alpha*cos(omega*tau), less the "
+                "interaction force, and a constant",
+            )
+        if sp.expand(self.capsule_force - self.force) != 0:
+            raise self.refusal(
+                "capsule", "the capsule is moved by the interaction force and friction"
+            )
+        if self.inertia != self.symbol("gamma"):
+            raise self.refusal("capsule", f"the mass ratio is gamma, not {self.inertia}")
+
+    def _check_force(self) -> None:
+        x_r, v_r, v_c = self.state
+        spring = self.stiffness * (x_r - self.symbol("delta"))
+        rest = sp.expand(self.force - spring)
+        if (
+            not self._affine(self.force)
+            or rest.subs({x_r: 0, v_r: 0}) != 0
+            or {v_c, self.stiffness} & rest.free_symbols
+            or not rest.coeff(x_r).is_positive
+            or not rest.coeff(v_r).is_nonnegative
+        ):
+            raise self.refusal(
+                "interaction",
+                "the interaction force is linear in x_r and v_r, with coefficients > 0 and >= 0 "
+                f"that are polynomials of the parameters, and with {self.stiffness}*(x_r - delta) "
+                "for the second spring",
+            )
+
+    def _affine(self, function: sp.Expr) -> bool:
+        """Whether it is affine in the state, and a polynomial of the parameters."""
+        names = (*self.state, self.stiffness, *(one.symbol for one in self.parameters))
+        try:
+            powers = sp.Poly(sp.expand(function), *names, domain=sp.QQ).monoms()
+        except BasePolynomialError:
+            return False
+        return all(sum(power[: len(self.state)]) <= 1 for power in powers)
+
+    def _check_ways(self) -> None:
+        """Each guard that vanishes leads on: across it another region or mode begins."""
+        if [len(self.regions), *(mode.way for mode in self.modes)] != [2, 1, 0, -1]:
+            raise self.refusal("rest", "two regions, and drift forward, rest and drift backward")
+        first, second = self.regions
+        gap = self.state[0] - self.symbol("delta")
+        if first.stiffness != 0 or sp.expand(excess(first.where[0]) + gap) != 0:
+            raise self.refusal(
+                first.line, "the first region is x_r < delta, where the second spring is free: 0"
+            )
+        held_by = second.stiffness.free_symbols - {one.symbol for one in self.parameters}
+        if held_by or not (self._affine(second.stiffness) and second.stiffness.is_nonnegative):
+            raise self.refusal(
+                second.line, f"the stiffness {second.stiffness} is no polynomial >= 0 of parameters"
+            )
+        if sp.expand(excess(first.where[0]) + excess(second.where[0])) != 0:
+            raise self.refusal(
+                second.line,
+                f"no way from {first.name} to {second.name}: beside {first.where[0]} lies nothing",
+            )
+        ahead, rest, back = self.modes
+        reached = {sp.expand(ahead.friction + self.force), sp.expand(back.friction + self.force)}
+        held = {sp.expand(-way * excess(r)) for way, r in zip((1, -1), rest.where, strict=False)}
+        if held != reached or len(rest.where) != 2:
+            raise self.refusal(
+                rest.line,
+                f"no way from {rest.name} to {ahead.name} or {back.name}: rest "
+                "ends where the force meets the friction of a drift",
+            )
+        for one, way in ((ahead, 1), (back, -1)):
+            if self.bounds[way] not in [p.symbol for p in self.parameters if p.positive]:
+                raise self.refusal(one.line, f"{self.bounds[way]} is no parameter above 0")
+            if sp.expand(excess(one.where[0]) - way * self.state[2]) != 0:
+                raise self.refusal(
+                    one.line, f"no way from {one.name} to {rest.name}: a drift ends where v_c is 0"
+                )
