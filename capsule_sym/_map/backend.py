@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, Protocol
+from typing import Any
 
 from capsule_sym._errors import InvalidInput
 from capsule_sym._map.promised import GUARD_DIGITS, MOST_DIGITS
@@ -20,46 +20,54 @@ from capsule_sym._parameters import Parameters
 Number = Any  # float, or a number of the mpmath kernels
 
 
-class Backend(Protocol):
-    """What the map asks of a number system."""
+class Backend:
+    """What the map asks of a number system: by mpmath's functions, or what stands for them."""
 
     name: str
     kernels: Any
-
-    @property
-    def unit(self) -> Number:
-        """Unit roundoff."""
-
-    @property
-    def full_turn(self) -> Number:
-        """2 pi."""
-
+    unit: Number
+    """Unit roundoff."""
+    full_turn: Number
+    """2 pi."""
     closed_form_units: int
     """Rounding of the closed form, in units of its largest terms."""
 
+    def __init__(self, functions: Any, kernels: Any) -> None:
+        self.kernels, self._functions = kernels, functions
+        self.unit, self.full_turn = functions.eps / 2, 2 * functions.pi
+
     def number(self, value: object) -> Number:
         """The value in this number system, exactly if it is a float."""
+        return self._functions.mpf(value)
 
     def sqrt(self, value: Number) -> Number:
         """Square root."""
+        return self._functions.sqrt(value)
 
     def hypot(self, x: Number, y: Number) -> Number:
         """Square root of the sum of both squares, which do not underflow."""
+        return self._functions.sqrt(x * x + y * y)
 
     def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
         """The forcing angle at a time, and by how much it is more than rounded."""
+        return phase * omega, phase * 0
 
     def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
         """Cosine and sine of an angle and what rounding took from it."""
+        return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
 
     def turns(self, angle: Number) -> tuple[int, Number]:
         """Whole turns in an angle >= 0, and the rest in [0, 2 pi)."""
+        whole = int(self._functions.floor(angle / self.full_turn))
+        return whole, angle - whole * self.full_turn
 
     def constants(self, field: int, parameters: Parameters) -> Any:
         """Constants of a segment."""
+        values = [self.number(value) for value in parameters.to_dict().values()]
+        return self.kernels.constants(field, *values)
 
 
-class NumpyBackend:
+class NumpyBackend(Backend):
     """Double precision on the NumPy kernels."""
 
     name = "numpy"
@@ -72,7 +80,7 @@ class NumpyBackend:
     def __init__(self) -> None:
         from capsule_sym.generated.py import kernels
 
-        self.kernels: Any = kernels
+        self.kernels = kernels
 
     def number(self, value: object) -> float:
         return float(value)  # type: ignore[arg-type]
@@ -108,7 +116,7 @@ class NumpyBackend:
         return c._replace(**{k: v.item() for k, v in c._asdict().items() if hasattr(v, "item")})
 
 
-class MpmathBackend:
+class MpmathBackend(Backend):
     """Numbers of so many decimal digits, whatever `mpmath.mp` is set to, on the mpmath kernels."""
 
     name = "mpmath"
@@ -118,36 +126,7 @@ class MpmathBackend:
     def __init__(self, digits: int = MOST_DIGITS) -> None:
         from capsule_sym._map.precision import mpmath_kernels, of_mpmath
 
-        self._set(of_mpmath(digits), mpmath_kernels(digits))
-
-    def _set(self, functions: Any, kernels: Any) -> None:
-        self.kernels: Any = kernels
-        self._functions = functions
-        self.unit: Number = functions.eps / 2
-        self.full_turn: Number = 2 * functions.pi
-
-    def number(self, value: object) -> Number:
-        return self._functions.mpf(value)
-
-    def sqrt(self, value: Number) -> Number:
-        return self._functions.sqrt(value)
-
-    def hypot(self, x: Number, y: Number) -> Number:
-        return self._functions.sqrt(x * x + y * y)
-
-    def angle(self, phase: Number, omega: Number) -> tuple[Number, Number]:
-        return phase * omega, phase * 0
-
-    def cos_sin(self, angle: Number, rest: Number = 0) -> tuple[Number, Number]:
-        return self._functions.cos_sin(angle + rest)  # type: ignore[no-any-return]
-
-    def turns(self, angle: Number) -> tuple[int, Number]:
-        whole = int(self._functions.floor(angle / self.full_turn))
-        return whole, angle - whole * self.full_turn
-
-    def constants(self, field: int, parameters: Parameters) -> Any:
-        values = [self.number(value) for value in parameters.to_dict().values()]
-        return self.kernels.constants(field, *values)
+        super().__init__(of_mpmath(digits), mpmath_kernels(digits))
 
 
 def default_backend() -> str:

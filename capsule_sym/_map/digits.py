@@ -39,7 +39,7 @@ class MpfrBackend(MpmathBackend):
     name = "mpfr"
 
     def __init__(self) -> None:
-        self._set(_functions(), _kernels())
+        Backend.__init__(self, _functions(), _kernels())
 
 
 @cache

@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from capsule_sym._errors import InvalidInput, Status
 from capsule_sym._map.backend import NumpyBackend, default_backend
 from capsule_sym._map.checks import LARGEST_STATE, check_count
-from capsule_sym._map.escalation import Run, step, write
 from capsule_sym._map.keep import STATE, STROBE, check_memory, checked
 from capsule_sym._map.labelled import lock
 from capsule_sym._map.native import core
+from capsule_sym._map.reference import Run, step, write
 from capsule_sym._map.segments import SWITCH, Segments, Tangencies, records_of
 from capsule_sym._map.simulate import run as run_one
 from capsule_sym._map.simulate import watch_of

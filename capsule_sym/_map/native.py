@@ -136,7 +136,7 @@ class NativeRun:
             found = None
             if stop == core().OPEN and keeper.count < min(most, keeper.most):
                 # Imported where it is needed: that takes as long as all the rest.
-                from capsule_sym._map.escalation import Run, step, write
+                from capsule_sym._map.reference import Run, step, write
 
                 run = Run(NumpyBackend(), self.parameters, self.escalate, self.watch)
                 run_state = step(run, record, periods, min(most, keeper.most) - keeper.count)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from capsule_sym._errors import Outcome, Status
 from capsule_sym._map.backend import Backend, Number
@@ -14,7 +15,7 @@ from capsule_sym._map.digits import fifty_digits
 from capsule_sym._map.expansion import Point
 from capsule_sym._map.location import Flow, SegmentStart, Switch, locate
 from capsule_sym._map.segment_end import plane, reached, tells
-from capsule_sym._map.segments import Instant, Segment, Triple, instant
+from capsule_sym._map.segments import Instant, Segment, Triple, instant, plane_name, plane_number
 from capsule_sym._map.steady import LONGEST
 from capsule_sym._map.trajectory import (
     FINISHED,
@@ -33,6 +34,7 @@ from capsule_sym.generated.facts import FIELDS
 _NOTHING = 1e-200
 # After a start on several surfaces at once a few segments that hardly last may follow each other.
 _MOST_STILL = 16
+_ROOM = 256  # segments that follow one another from a record of the core
 
 
 class RunState(NamedTuple):
@@ -274,3 +276,36 @@ class Run:
             point = flow.at_mark(h) if h > 0 else flow.origin
             self.stroboscopic.append((point.x_r, point.v_r, point.v_c))
             self.stroboscopic_periods.append(turns + turn)
+
+
+def step(run: Run, record: NDArray[np.void], periods: int, most: int = _ROOM) -> RunState:
+    """One segment of the reference map from a state record of the core.
+
+    More, up to `most`, as long as 50 digits have to escalate them, or they do not advance: a record
+    has no digits, nor a count of such segments, to go on from.
+    """
+    x_r, gap, v_r, v_c, angle, rest, position, period, bound, plane, _ = record.tolist()
+    source = plane_name(plane)
+    state = State(x_r, gap, v_r, v_c, angle, bound, rest)
+    run_state = run.begin_segment(state, source, period, position)
+    if run_state.begin is not None and not source and v_c == 0:
+        run_state = run_state._replace(source=f"Σ{run_state.begin.field}")
+    run_state, taken = run.follow(run_state, periods, 1), 1
+    while (run.exact is not None or run.still) and taken < most:
+        if run_state.begin is None or run_state.periods >= periods:
+            break
+        taken += 1
+        run_state = run.follow(run_state, periods, taken)
+    return run_state
+
+
+def write(record: NDArray[np.void], run_state: RunState) -> None:
+    """Puts where a run of the reference map stands into a state record of the core."""
+    state, source = run_state.state, run_state.source
+    plane = plane_number(source)
+    field = run_state.begin.field if run_state.begin else 0
+    rest, place = (
+        state.angle_rest,
+        (run_state.position, run_state.periods, state.bound, plane, field),
+    )
+    record[...] = (*state[:5], rest, *place)
