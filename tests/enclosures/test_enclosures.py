@@ -444,6 +444,17 @@ def test_checker_rejects_other_itineraries_and_false_stability() -> None:
     )
 
 
+def test_checker_names_parameters_that_its_equations_do_not_have() -> None:
+    certificate = certify_orbit(orbit_at(0.7))
+    parameters = certificate["parameters"]
+    more = {**parameters, "s": "0.0", "f_plus": "1"}
+    with pytest.raises(checker.Rejected, match="than these equations have: f_plus, s"):
+        checker.check_certificate({**certificate, "parameters": more})
+    fewer = {name: text for name, text in parameters.items() if name != "zeta"}
+    with pytest.raises(checker.Rejected, match="than these equations have: zeta"):
+        checker.check_certificate({**certificate, "parameters": fewer})
+
+
 def test_checker_rejects_motions_that_are_not_periodic() -> None:
     # Without a slip a stick has no switch: the forcing's phase is what makes it periodic.
     certificate = certify_orbit(orbit_at(0.003))
@@ -475,7 +486,7 @@ def test_checker_rejects_orbits_that_are_no_bifurcations(found) -> None:
 def test_checker_runs_alone_and_is_short(tmp_path: Path) -> None:
     source = Path(checker.__file__)
     lines = [line for line in source.read_text().splitlines() if line.strip()]
-    assert len(lines) < 200
+    assert len(lines) < 205
     assert "capsule_sym" not in source.read_text()
     alone = tmp_path / "checker.py"
     alone.write_text(source.read_text())

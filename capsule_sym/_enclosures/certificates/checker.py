@@ -14,6 +14,7 @@ from typing import Any
 from flint import arb, arb_mat, ctx
 
 BITS, DEEPEST, NUMBER = 256, 40, r"-?\d+(\.\d+)?"
+NAMES = {"alpha", "omega", "delta", "zeta", "beta", "gamma", "f_b"}
 MODES = {f: (int(f > 3), 1 - (f - 1) % 3) for f in range(1, 7)}  # contact, drift
 
 
@@ -68,14 +69,15 @@ class Shooting:
         self.given, self.fields, self.run = given, given["fields"], given.get("kind") == "run"
         self.still = [] if self.run else given.get("still", [])
         self.n, self.free = len(self.fields), sorted(given.get("free", {}))
+        if strange := sorted({*given["parameters"]} ^ (NAMES - {*self.free})):
+            raise Rejected(f"parameters other than these equations have: {', '.join(strange)}")
         texts = [t for s in given["states"] for t in s] + given["durations"] + [given["angle"]]
         texts += [given["free"][name] for name in self.free] + given.get("end", [])
         whole = {*map(type, (given["periods"], *self.still))} == {int} and given["periods"] > 0
         written = all(re.fullmatch(NUMBER, t) for t in (*texts, *given["parameters"].values()))
-        once = bool(self.free) != ("alpha" in given["parameters"])
         fits = self.free == ["alpha"] * len(self.still) and {*self.still} <= {*range(self.n)}
         rests = not self.run or MODES[self.fields[0]][1] or arb(texts[2]) == 0
-        if not (whole and written and once and fits and rests):
+        if not (whole and written and fits and rests):
             raise Rejected("numbers, segments of duration 0, or the free parameter")
         self.middle = [arb(text) for text in texts]
         self.radius = [arb("0.3") / 10 ** len(text.partition(".")[2]) for text in texts]
