@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -107,6 +107,13 @@ def in_si(device: PhysicalParameters | None, row: Mapping[str, Any]) -> dict[str
         if tied in row:
             found[f"{name} [{unit}]"] = row[tied] / device.tie(name)[1]
     return found
+
+
+def add_si(device: PhysicalParameters | None, records: Iterable[dict[str, Any]]) -> None:
+    """Give each of these records an entry "si", by `in_si`, if there is a device."""
+    if device is not None:
+        for record in records:
+            record["si"] = in_si(device, record)
 
 
 def dumps(record: dict[str, Any]) -> str:

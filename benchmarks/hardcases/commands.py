@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command, option
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from benchmarks.hardcases.adversarial import Tally
     from benchmarks.hardcases.table import Row
 
@@ -18,10 +20,11 @@ _WIDTH = 200  # columns of a table that is piped
 _FAR = 1e-13  # from here on, double precision is expected to decide
 
 
-@click.command("hardcases")
-@options.json_option
-@click.option("--only", default="", metavar="TEXT", help="Only the cases with this in their name.")
-def hardcases(as_json: bool, only: str) -> None:
+@command()
+def hardcases(
+    as_json: bool = options.as_json,
+    only: str = option("Only the cases with this in their name.", default="", metavar="TEXT"),
+) -> None:
     """Run every hard case and compare the switches found with 50 digits.
 
     The error is that of the worst switching time t*, in units of u (t* + M/|g'(t*)|) with M the
@@ -51,9 +54,8 @@ def hardcases(as_json: bool, only: str) -> None:
 
 def _print(rows: list[Row], median: float, most: int) -> None:
     numbers, words = ("error", "events", "true"), ("outcome", "verdict", "sampling", "solve_ivp")
-    table = present.make_table("case", "what is hard", *numbers, *words, right=numbers)
-    for row in rows:
-        table.add_row(
+    cells = (
+        (
             row.name,
             row.hard,
             f"{row.error_ulp:.1f}",
@@ -64,8 +66,11 @@ def _print(rows: list[Row], median: float, most: int) -> None:
             row.baselines["sampling"],
             row.baselines["solve_ivp"],
         )
+        for row in rows
+    )
     console = present.make_console(width=_WIDTH)
-    console.print(table)
+    names = ("case", "what is hard", *numbers, *words)
+    present.table(names, cells, right=numbers, console=console)
     console.print(
         f"\n{sum(row.passed for row in rows)} of {len(rows)} as 50 digits have them; "
         f"sampling finds all switches in {_all(rows, 'sampling')}, "
@@ -79,12 +84,15 @@ def _all(rows: list[Row], way: str) -> int:
     return sum(row.baselines[way] == "all" for row in rows)
 
 
-@click.command("adversarial")
-@click.option("--count", type=click.IntRange(min=1), default=2000, show_default=True)
-@click.option("--seed", type=int, default=1, show_default=True, help="Decides all starts.")
-@options.out_option("Keep here, in seed-SEED.jsonl, what is done, and go on from there.")
-@options.json_option
-def adversarial(count: int, seed: int, out: Path | None, as_json: bool) -> None:
+@command()
+def adversarial(
+    count: int = options.count("", 2000, 1),
+    seed: int = options.count("Decides all starts.", 1),
+    out: Path | None = options.out(
+        "Keep here, in seed-SEED.jsonl, what is done, and go on from there."
+    ),
+    as_json: bool = options.as_json,
+) -> None:
     """Compare the first switch of random starts near tangencies and corners with 50 digits.
 
     The log in --out grows by a line for every 200 starts; a run that was interrupted goes on where
@@ -115,10 +123,9 @@ def _print_tally(total: Tally) -> None:
     for problem in total.disagreements + total.inaccurate:
         console.print(f"[red]{problem['problem']}[/red]  {problem}")
     columns = ("distance from", "starts", "decided by 50 digits", "open to 50 digits")
-    table = present.make_table(*columns, right=columns)
-    for decade in sorted(total.distances, key=_size):
-        table.add_row(decade, *map(str, total.distances[decade]))
-    console.print(table)
+    decades = sorted(total.distances, key=_size)
+    rows = ((decade, *map(str, total.distances[decade])) for decade in decades)
+    present.table(columns, rows, right=columns, console=console)
     far = [n for decade, n in total.distances.items() if _size(decade) >= _FAR]
     outcomes = ", ".join(f"{name} {count}" for name, count in sorted(total.outcomes.items()))
     backends = ", ".join(

@@ -2,37 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from capsule_sym._commands import options, present
-from capsule_sym._commands.bench import (
-    filled,
-    only_option,
-    quick_option,
-    repeats_option,
-    run_study,
-    show_study,
-)
+from capsule_sym._commands import options
+from capsule_sym._commands.bench import ONLY, QUICK, REPEATS, run_study, show_study, show_table
+from capsule_sym._commands.signature import command
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from benchmarks.speed.goals import Goal
-    from benchmarks.speed.roots import Root
-    from benchmarks.speed.scaling import Growth
+    from pathlib import Path
 
 
-@click.command("bench")
-@repeats_option
-@only_option
-@quick_option
-@options.out_option("Write the record to this directory, part by part.")
-@options.json_option
-def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool) -> None:
+@command()
+def bench(
+    repeats: int = REPEATS,
+    only: str = ONLY,
+    quick: bool = QUICK,
+    out: Path | None = options.out("Write the record to this directory, part by part."),
+    as_json: bool = options.as_json,
+) -> None:
     """Measure what `capsule-sym bench` does, and what only developers ask for.
 
     The peers have DOP853 and RK4 in C among them, where cc is. "growth" is ours alone; "widths"
@@ -47,21 +36,19 @@ def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool)
     if as_json:
         return
     show_study(study)
-    console = present.make_console(width=200)
-    console.print("\nGrowth of ours:")
-    console.print(_growth(study.growth))
-    console.print("\nBrackets with one switch, solved in Python over the closed form:")
-    console.print(_roots(study.roots))
-    console.print("\nWhat has to be reached:")
-    console.print(_goals(study.goals))
+    show_table("\nGrowth of ours:", _GROWTH, study.growth)
+    title = "\nBrackets with one switch, solved in Python over the closed form:"
+    show_table(title, _ROOTS, study.roots)
+    show_table("\nWhat has to be reached:", _GOALS, study.goals)
 
 
-@click.command("first-calls")
-@repeats_option
-@quick_option
-@options.out_option("Write first-calls.json to this directory.")
-@options.json_option
-def first_calls(repeats: int, quick: bool, out: Path | None, as_json: bool) -> None:
+@command()
+def first_calls(
+    repeats: int = REPEATS,
+    quick: bool = QUICK,
+    out: Path | None = options.out("Write first-calls.json to this directory."),
+    as_json: bool = options.as_json,
+) -> None:
     """Measure by the clock what a person calls first: under a minute.
 
     A run with its segments, states at a million times, a fit's inner loop, and whole processes;
@@ -75,30 +62,17 @@ def first_calls(repeats: int, quick: bool, out: Path | None, as_json: bool) -> N
         click.echo(line, err=True)
     found = list(figures(quick, repeats))
     _keep("first-calls", [one._asdict() for one in found], out, as_json, measured=how(repeats))
-    if as_json:
-        return
-    console = present.make_console(width=200)
-    console.print(f"Times {how(repeats)}:")
-    rows = (
-        (
-            figure.what,
-            figure.tool,
-            f"{figure.value:.3g}",
-            figure.unit,
-            "" if figure.goal is None else f"{figure.goal:g}",
-            "" if figure.error is None else f"{figure.error:.0e}",
-        )
-        for figure in found
-    )
-    console.print(filled("what|tool||unit|at most|difference", rows))
+    if not as_json:
+        show_table(f"Times {how(repeats)}:", _FIRST_CALLS, found)
 
 
-@click.command("bench-design")
-@repeats_option
-@quick_option
-@options.out_option("Write design.json to this directory.")
-@options.json_option
-def bench_design(repeats: int, quick: bool, out: Path | None, as_json: bool) -> None:
+@command()
+def bench_design(
+    repeats: int = REPEATS,
+    quick: bool = QUICK,
+    out: Path | None = options.out("Write design.json to this directory."),
+    as_json: bool = options.as_json,
+) -> None:
     """Measure what an optimiser of drives is built on, by processor time, the best of the repeats.
 
     Cells with all metrics and multipliers, a run's derivatives, optima, and fits.
@@ -109,7 +83,7 @@ def bench_design(repeats: int, quick: bool, out: Path | None, as_json: bool) -> 
     found = list(goals(quick, repeats))
     _keep("design", [goal._asdict() | {"met": goal.met} for goal in found], out, as_json)
     if not as_json:
-        present.make_console(width=200).print(_goals(found))
+        show_table("", _GOALS, found)
 
 
 def _keep(
@@ -127,41 +101,32 @@ def _keep(
         click.echo(text)
 
 
-def _growth(growth: Iterable[Growth]) -> Table:
-    return filled(
-        "against||runs|periods|threads|us/period|switches/period",
-        (
-            (
-                g.against,
-                f"{g.value:g}",
-                *map(str, (g.runs, g.periods, g.threads)),
-                f"{g.us_per_period:.3g}",
-                "" if g.switches_per_period is None else f"{g.switches_per_period:g}",
-            )
-            for g in growth
-        ),
-    )
-
-
-def _roots(roots: Iterable[Root]) -> Table:
-    return filled(
-        "method|tolerance|us/root|evaluations|max error",
-        (
-            (
-                r.method,
-                f"{r.tolerance:g}",
-                f"{r.us_per_root:.3g}",
-                f"{r.evaluations:.3g}",
-                f"{r.max_error:.1e}",
-            )
-            for r in roots
-        ),
-    )
-
-
-def _goals(goals: Iterable[Goal]) -> Table:
-    rows = (
-        (g.what, g.unit, f"{g.value:.3g}", f"{g.relation} {g.goal:g}", "yes" if g.met else "no")
-        for g in goals
-    )
-    return filled("what||reached|goal|met", rows)
+_GROWTH = {
+    "against": "{0.against}",
+    "": "{0.value:g}",
+    **{name: f"{{0.{name}}}" for name in ("runs", "periods", "threads")},
+    "us/period": "{0.us_per_period:.3g}",
+    "switches/period": "{0.switches_per_period:g}",
+}
+_ROOTS = {
+    "method": "{0.method}",
+    "tolerance": "{0.tolerance:g}",
+    "us/root": "{0.us_per_root:.3g}",
+    "evaluations": "{0.evaluations:.3g}",
+    "max error": "{0.max_error:.1e}",
+}
+_GOALS = {
+    "what": "{0.what}",
+    "": "{0.unit}",
+    "reached": "{0.value:.3g}",
+    "goal": "{0.relation} {0.goal:g}",
+    "met": "{0.met}",
+}
+_FIRST_CALLS = {
+    "what": "{0.what}",
+    "tool": "{0.tool}",
+    "": "{0.value:.3g}",
+    "unit": "{0.unit}",
+    "at most": "{0.goal:g}",
+    "difference": "{0.error:.0e}",
+}

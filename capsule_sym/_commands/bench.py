@@ -2,43 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from pathlib import Path
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import click
 
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command, option
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from pathlib import Path
 
     from capsule_sym._bench.parts import Study
-    from capsule_sym._bench.ratios import Ratio
-    from capsule_sym._bench.study import Row
 
-repeats_option = click.option(
-    "--repeats",
-    type=click.IntRange(min=1),
-    default=3,
-    show_default=True,
-    help="Repeats of which the median counts, or the best.",
-)
-only_option = click.option(
-    "--only", default="", metavar="TEXT", help="Only the peers with this in their name."
-)
-quick_option = click.option(
-    "--quick", is_flag=True, help="A few runs of each set: about 20 seconds."
-)
+REPEATS = options.count("Repeats of which the median counts, or the best.", 3, 1)
+ONLY = option("Only the peers with this in their name.", default="", metavar="TEXT")
+QUICK = option("A few runs of each set: about 20 seconds.")
 
 
-@click.command("bench")
-@repeats_option
-@only_option
-@quick_option
-@options.out_option("Write the record to this directory, part by part.")
-@options.json_option
-def bench(repeats: int, only: str, quick: bool, out: Path | None, as_json: bool) -> None:
+@command()
+def bench(
+    repeats: int = REPEATS,
+    only: str = ONLY,
+    quick: bool = QUICK,
+    out: Path | None = options.out("Write the record to this directory, part by part."),
+    as_json: bool = options.as_json,
+) -> None:
     """Measure speed against error, beside other tools.
 
     Times are processor time of calls from Python, by excitation period. Errors are those of the
@@ -85,53 +74,35 @@ _TITLES = {
     "tangencies": "One trajectory, 20 periods, beside the tangencies",
     "sweep": "A sweep over alpha, 100 periods from rest",
 }
+_ROWS = {
+    "tool": "{0.tool}",
+    "setting": "{0.setting}",
+    "us/period": "{0.us_per_period:.3g}",
+    "max error": "{0.max_error:.1e}",
+    **{name: f"{{0.{name}}}" for name in ("missed", "invented", "locked", "runs", "compared")},
+    "set up, s": "{0.setup_s:.2f}",
+}
+_RATIOS = {
+    "tool": "{0.tool}",
+    "setting": "{0.setting}",
+    "part": "{0.part}",
+    "error up to": "{0.max_error:g}",
+    "ratio": "{0.ratio:.4g}",
+    "wanted": "{0.wanted:g}",
+}
 
 
 def show_study(study: Study) -> None:
     """Print the tables of a study."""
-    console = present.make_console(width=200)
     for part, title in _TITLES.items():
-        console.print(f"{title}:")
-        console.print(_rows(study.rows[part]))
-        console.print()
-    console.print("Time of others by ours:")
-    console.print(_ratios(study.ratios))
+        show_table(f"{title}:", _ROWS, study.rows[part])
+        click.echo()
+    show_table("Time of others by ours:", _RATIOS, study.ratios)
 
 
-def filled(columns: str, rows: Iterable[Iterable[str]]) -> Table:
-    """A table with its columns, of which the first two are text, separated by |."""
-    names = columns.split("|")
-    table = present.make_table(*names, right=names[2:])
-    for row in rows:
-        table.add_row(*row)
-    return table
-
-
-def _rows(rows: Iterable[Row]) -> Table:
-    return filled(
-        "tool|setting|us/period|max error|missed|invented|locked|runs|compared|set up, s",
-        (
-            (
-                row.tool,
-                row.setting,
-                f"{row.us_per_period:.3g}",
-                "" if row.max_error is None else f"{row.max_error:.1e}",
-                *map(str, (row.missed, row.invented, row.locked, row.runs, row.compared)),
-                f"{row.setup_s:.2f}",
-            )
-            for row in rows
-        ),
-    )
-
-
-def _ratios(ratios: Iterable[Ratio]) -> Table:
-    def limit(value: float | None) -> str:
-        return "" if value is None else f"{value:g}"
-
-    return filled(
-        "tool|setting|part|error up to|ratio|wanted",
-        (
-            (r.tool, r.setting, r.part, limit(r.max_error), f"{r.ratio:.4g}", limit(r.wanted))
-            for r in ratios
-        ),
-    )
+def show_table(title: str, columns: Mapping[str, str], rows: Iterable[object]) -> None:
+    """Print a wide table, of which the first two columns are text, below its title, if any."""
+    console = present.make_console(width=200)
+    if title:
+        console.print(title)
+    present.table(columns, zip(rows), right=[*columns][2:], console=console)

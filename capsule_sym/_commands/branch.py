@@ -2,78 +2,57 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.certify import certify_found
-from capsule_sym._commands.orbit import checked, settling_option, tables_option
+from capsule_sym._commands.orbit import checked
+from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 from capsule_sym.generated.facts import DEFAULTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.branches.branch import Branch
-    from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-    from capsule_sym._parameters import Parameters, PhysicalParameters
-
 
 _SAME_SIZE = 1e-6  # entries of a term that differ by a smaller share are as large
 
 
-@click.command("branch")
-@options.ranged_parameter_options()
-@click.option(
-    "--parameter",
-    callback=lambda context, option, name: name and name.replace("-", "_"),
-    help="What varies with --from and --to where it has no option: a name of --with.",
-)
-@click.option("--from", "begin", type=float, help="Its value at the begin.")
-@click.option("--to", "end", type=float, help="Its value at the end.")
-@options.count_option("--points", 100, "Least number of steps.")
-@click.option(
-    "--restart",
-    nargs=2,
-    metavar="FILE LABEL",
-    help="Begin at a labelled point, such as PD1, of a branch.json, in place of --from.",
-)
-@options.count_option(
-    "--cascade",
-    0,
-    "Follow the branches of doubled orbits too, and those that leave them.",
-    0,
-    metavar="DEPTH",
-)
-@click.option(
-    "--with",
-    "ties",
-    multiple=True,
-    metavar="NAME=FORMULA",
-    help="A parameter that varies too, such as alpha=0.5*omega**2; may be repeated.",
-)
-@settling_option
-@tables_option
-@options.max_seconds_option()
-@options.certify_option("the bifurcations")
-@options.json_option
+@command()
 def branch(
-    system: options.System,
-    parameter: str | None,
-    begin: float | None,
-    end: float | None,
-    points: int,
-    restart: tuple[str, str] | None,
-    cascade: int,
-    ties: tuple[str, ...],
-    state: tuple[float, float, float],
-    out: Path | None,
-    max_seconds: float,
-    certify: Path | None,
-    as_json: bool,
+    system: options.System = options.ranged_parameters(),
+    parameter: str | None = option(
+        "What varies with --from and --to where it has no option: a name of --with.",
+        callback=lambda context, option, name: name and name.replace("-", "_"),
+    ),
+    begin: float | None = option("Its value at the begin.", "--from"),
+    end: float | None = option("Its value at the end.", "--to"),
+    points: int = options.count("Least number of steps.", 100),
+    restart: tuple[str, str] | None = option(
+        "Begin at a labelled point, such as PD1, of a branch.json, in place of --from.",
+        nargs=2,
+        metavar="FILE LABEL",
+    ),
+    cascade: int = options.count(
+        "Follow the branches of doubled orbits too, and those that leave them.",
+        0,
+        0,
+        metavar="DEPTH",
+    ),
+    ties: tuple[str, ...] = option(
+        "A parameter that varies too, such as alpha=0.5*omega**2; may be repeated.",
+        "--with",
+        metavar="NAME=FORMULA",
+    ),
+    state: tuple[float, float, float] = options.state(),
+    out: Path | None = options.tables,
+    max_seconds: float = options.max_seconds(),
+    certify: Path | None = options.certify("the bifurcations"),
+    as_json: bool = options.as_json,
 ) -> None:
     """Follow a periodic orbit in a parameter, with all its bifurcations.
 
@@ -95,11 +74,6 @@ def branch(
     Exits with 3, and the reason, where there is no orbit to begin with or the branch ends early.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.branches.switching import (
-        continue_from,
-        period_doubling_cascade,
-    )
-    from capsule_sym._orbits.continuation.families.states import Ending
     from capsule_sym._orbits.continuation.settings import check_points
 
     for name in (*DEFAULTS, *options.ranges(), "file", "begin", "state"):
@@ -116,7 +90,7 @@ def branch(
         beside = ", or --to beside --restart" if restart else ", or --parameter, --from and --to"
         raise click.UsageError(f"give a range of what varies, such as --alpha 0.1:2{beside}")
     if restart is not None:
-        found = continue_from(
+        found = capsule_sym.continue_from(
             *restart,
             end,
             parameter=parameter,
@@ -130,43 +104,45 @@ def branch(
         parameters, device = system.load()
         tied = _ties(ties)
         if device is not None and not tied and parameter not in parameters.to_dict():
-            from capsule_sym._orbits.continuation.parameter_paths import device_path
-
-            tied = device_path(device, parameter)
+            tied = capsule_sym.device_path(device, parameter)
         found = (followed(parameters, parameter, begin, end, points, state, limit, tied),)
     if certify is not None and found[0].axis.path.ties:
         raise InvalidInput("certify", str(certify), "absent where several parameters vary")
     for one in found:
-        found += period_doubling_cascade(one, cascade, points=points, max_seconds=limit.left)
-
-    def show() -> None:
-        for one in found:
-            _print_branch(one)
-
+        found += capsule_sym.period_doubling_cascade(
+            one, cascade, points=points, max_seconds=limit.left
+        )
     present.result(
-        lambda: _record(found, device), show, as_json, out, lambda: _texts(found, device)
+        lambda: _record(found, device),
+        lambda: _print_branches(found),
+        as_json,
+        out,
+        lambda: _files(found, device),
     )
-    if certify is not None:
-        certify_found(certify, [one for branch in found for one in branch.bifurcations], limit)
-    tell_early_end(next((one for one in found if one.status is Ending.TIME_LIMIT), found[0]))
+    events = [one for branch in found for one in branch.bifurcations]
+    present.certificates(certify, events, limit)
+    late = (one for one in found if one.status is capsule_sym.Ending.TIME_LIMIT)
+    tell_early_end(next(late, found[0]))
 
 
-def _record(found: Sequence[Branch], device: PhysicalParameters | None) -> dict[str, Any]:
+def _record(
+    found: Sequence[capsule_sym.Branch], device: capsule_sym.PhysicalParameters | None
+) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import branch_record
-    from capsule_sym._records import in_si
+    from capsule_sym._records import add_si
 
     first, *others = found
     record = branch_record(first, others)
-    if device is not None:
-        for one in (record, *record["switched"]):
-            for point in one["points"]:
-                point["si"] = in_si(device, point)
+    for one in (record, *record["switched"]):
+        add_si(device, one["points"])
     return record
 
 
-def _texts(found: Sequence[Branch], device: PhysicalParameters | None) -> dict[str, str]:
+def _files(
+    found: Sequence[capsule_sym.Branch], device: capsule_sym.PhysicalParameters | None
+) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import bifurcation_rows, point_rows
-    from capsule_sym._records import dumps, in_si, table
+    from capsule_sym._records import in_si
 
     points = [row | in_si(device, row) for one in found for row in point_rows(one)]
     rows = [
@@ -174,9 +150,9 @@ def _texts(found: Sequence[Branch], device: PhysicalParameters | None) -> dict[s
     ]
     columns = ("origin", "label", "type", "line", "parameter", "value", "uncertainty")
     return {
-        "branch.json": dumps(_record(found, device)) + "\n",
-        "points.csv": table(points),
-        "bifurcations.csv": table(rows, columns),
+        "branch.json": _record(found, device),
+        "points.csv": (points,),
+        "bifurcations.csv": (rows, columns),
     }
 
 
@@ -191,16 +167,14 @@ def _ties(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def tell_early_end(found: Branch) -> None:
+def tell_early_end(found: capsule_sym.Branch) -> None:
     """Exit with 3, and the reason, where a branch ends before its parameter is there."""
-    from capsule_sym._orbits.continuation.families.states import Ending
-
-    if found.status is not Ending.REACHED:
-        present.fail(f"the branch ends ({found.status.value}): {found.message}")
+    if found.status is not capsule_sym.Ending.REACHED:
+        present.fail_early("the branch ends", found)
 
 
 def followed(
-    parameters: Parameters,
+    parameters: capsule_sym.Parameters,
     parameter: str,
     begin: float,
     end: float,
@@ -208,48 +182,51 @@ def followed(
     state: Sequence[float],
     limit: Watch,
     ties: Mapping[str, str] | None = None,
-) -> Branch:
+) -> capsule_sym.Branch:
     """The branch of the motion that settles from a state; exits with 3 where none does."""
-    from capsule_sym._orbits.continuation.branches.continuing import continue_orbit
-    from capsule_sym._orbits.continuation.parameter_paths import parameter_path
-    from capsule_sym._orbits.shooting.search import solve_orbit
-    from capsule_sym._parameters import Parameters
-
-    path = parameter_path(parameter, ties)
+    path = capsule_sym.parameter_path(parameter, ties)
     path.check(parameters, begin, end)
-    placed = path.placed([*parameters.to_dict().values()], begin)
-    start = checked(solve_orbit(Parameters(*placed), state, max_seconds=limit.left))
-    return continue_orbit(start, parameter, end, points=points, ties=ties, max_seconds=limit.left)
+    placed = capsule_sym.Parameters(*path.placed([*parameters.to_dict().values()], begin))
+    start = checked(capsule_sym.solve_orbit(placed, state, max_seconds=limit.left))
+    return capsule_sym.continue_orbit(
+        start, parameter, end, points=points, ties=ties, max_seconds=limit.left
+    )
 
 
-def _print_branch(found: Branch) -> None:
+def _print_branches(found: Sequence[capsule_sym.Branch]) -> None:
     from capsule_sym._map.steady import shown_progression
 
     console = present.make_console()
-    if found.origin:
-        console.print(f"\nfrom {found.origin}")
-    console.print(f"{len(found.points)} points, {found.status.value}: {found.message}\n")
-    rows = (
-        (
-            f"{point.value:.6g}",
-            f"{shown_progression(point.orbit.motion):.6g}",
-            f"{abs(point.multipliers[0]):.4f}",
-            f"{float(point.admissibility.value):.3g} "
-            f"{point.admissibility.named(point.orbit.itinerary)}",
-            str(point.orbit.itinerary),
+    for one in found:
+        if one.origin:
+            console.print(f"\nfrom {one.origin}")
+        console.print(f"{len(one.points)} points, {one.status.value}: {one.message}\n")
+        columns = {
+            one.parameter: "{0.value:.6g}",
+            "progression": "{1:.6g}",
+            "|multiplier|": "{2:.4f}",
+            "tightest inequality": "{3:.3g} {4}",
+            "itinerary": "{0.orbit.itinerary}",
+        }
+        rows = (
+            (
+                point,
+                shown_progression(point.orbit.motion),
+                abs(point.multipliers[0]),
+                float(point.admissibility.value),
+                point.admissibility.named(point.orbit.itinerary),
+            )
+            for point in one.points[:: max(1, len(one.points) // 20)]
         )
-        for point in found.points[:: max(1, len(found.points) // 20)]
-    )
-    names = (found.parameter, "progression", "|multiplier|", "tightest inequality", "itinerary")
-    present.table(names, rows)
-    console.print()
-    _print_bifurcations(found.bifurcations)
-    if found.bifurcations:
+        present.table(columns, rows)
         console.print()
-        _print_normal_forms(found.bifurcations)
+        _print_bifurcations(one.bifurcations)
+        if one.bifurcations:
+            console.print()
+            _print_normal_forms(one.bifurcations)
 
 
-def _print_bifurcations(found: Sequence[Bifurcation]) -> None:
+def _print_bifurcations(found: Sequence[capsule_sym.Bifurcation]) -> None:
     parameters = sorted({one.parameter for one in found})
     rows = (
         (
@@ -265,7 +242,7 @@ def _print_bifurcations(found: Sequence[Bifurcation]) -> None:
     present.table(("", "type", "line", " or ".join(parameters), "uncertainty", "itinerary"), rows)
 
 
-def _print_normal_forms(found: Sequence[Bifurcation]) -> None:
+def _print_normal_forms(found: Sequence[capsule_sym.Bifurcation]) -> None:
     """How the parameter grows with the amplitude s."""
     rows = []
     for one in found:

@@ -2,60 +2,40 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.branch import followed, tell_early_end
-from capsule_sym._commands.certify import certify_found
-from capsule_sym._commands.orbit import settling_option, tables_option
+from capsule_sym._commands.signature import command, option
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from capsule_sym._orbits.continuation.branches.branch import Branch
-    from capsule_sym._orbits.continuation.curves.curve import Curve
-    from capsule_sym._orbits.continuation.points.bifurcation import Bifurcation
-    from capsule_sym._parameters import Parameters, PhysicalParameters
+    from pathlib import Path
 
 
-@click.command("curve")
-@options.ranged_parameter_options()
-@click.option(
-    "--bifurcation",
-    "kind",
-    required=True,
-    metavar="TYPE",
-    help="Bifurcations with this in their type, such as grazing-sliding; all for all.",
-)
-@click.option(
-    "--at", type=float, help="Value of the second parameter at which bifurcations are sought."
-)
-@options.count_option("--points", 50, "Steps to a range, least.")
-@click.option(
-    "--leaving",
-    is_flag=True,
-    help="Follow the other curves through the points of codimension two as well.",
-)
-@settling_option
-@tables_option
-@options.max_seconds_option()
-@options.certify_option("the points")
-@options.json_option
+@command()
 def curve(
-    system: options.System,
-    kind: str,
-    at: float | None,
-    points: int,
-    leaving: bool,
-    state: tuple[float, float, float],
-    out: Path | None,
-    max_seconds: float,
-    certify: Path | None,
-    as_json: bool,
+    system: options.System = options.ranged_parameters(),
+    kind: str = option(
+        "Bifurcations with this in their type, such as grazing-sliding; all for all.",
+        "--bifurcation",
+        required=True,
+        metavar="TYPE",
+    ),
+    at: float | None = option("Value of the second parameter at which bifurcations are sought."),
+    points: int = options.count("Steps to a range, least.", 50),
+    leaving: bool = option(
+        "Follow the other curves through the points of codimension two as well."
+    ),
+    state: tuple[float, float, float] = options.state(),
+    out: Path | None = options.tables,
+    max_seconds: float = options.max_seconds(),
+    certify: Path | None = options.certify("the points"),
+    as_json: bool = options.as_json,
 ) -> None:
     """Follow bifurcations in two parameters, with the points where two conditions meet.
 
@@ -74,12 +54,7 @@ def curve(
     points or ends after --max-seconds, and with 4 where --certify does not prove all.
     """
     from capsule_sym._native import Watch
-    from capsule_sym._orbits.continuation.curves.continuing import (
-        check,
-        continue_bifurcation,
-        curves_from,
-    )
-    from capsule_sym._orbits.continuation.families.states import Ending
+    from capsule_sym._orbits.continuation.curves.continuing import check
     from capsule_sym._orbits.continuation.settings import check_points
 
     over = options.ranges()
@@ -101,41 +76,41 @@ def curve(
         click.echo(f"bifurcations are sought at {middle}", err=True)
     both = first, second
     curves = [
-        continue_bifurcation(one, other, both, points=points, max_seconds=limit.left)
+        capsule_sym.continue_bifurcation(one, other, both, points=points, max_seconds=limit.left)
         for one in chosen
     ]
     if leaving:
         for whole in tuple(curves):
-            curves += curves_from(whole, both, points=points, known=curves, max_seconds=limit.left)
+            curves += capsule_sym.curves_from(
+                whole, both, points=points, known=curves, max_seconds=limit.left
+            )
     present.result(
         lambda: _record(found, curves, device),
         lambda: _print_curves(curves, device),
         as_json,
         out,
-        lambda: _texts(found, curves, device),
+        lambda: _files(found, curves, device),
     )
     lost = [(one, curve) for one, curve in zip(chosen, curves, strict=False) if not curve.points]
     for one, curve in lost:
         ending, detail = curve.endings[0]
         event = f"{one.type} at {one.parameter} = {one.value:.12g}"
         click.echo(f"no curve of {event} ({ending.value}): {detail}", err=True)
-    late = [one for one in curves if one.status is Ending.TIME_LIMIT and one.points]
+    limited = capsule_sym.Ending.TIME_LIMIT
+    late = [one for one in curves if one.status is limited and one.points]
     for ended in late:
         click.echo(
             f"a curve of {ended.type} ends ({ended.status.value}): {ended.message}", err=True
         )
-    if certify is not None:
-        certify_found(certify, [point for one in curves for point in one.points], limit)
+    present.certificates(certify, [point for one in curves for point in one.points], limit)
     if lost or late:
         raise click.exceptions.Exit(3)
 
 
-def _of_kind(kind: str, found: Branch, where: str) -> list[Bifurcation]:
+def _of_kind(kind: str, found: capsule_sym.Branch, where: str) -> list[capsule_sym.Bifurcation]:
     """The bifurcations of a branch with this in their type; raises InvalidInput for none."""
-    from capsule_sym._orbits.continuation.families.states import Ending
-
     chosen = [one for one in found.bifurcations if kind == "all" or kind in one.type]
-    if not found.bifurcations or (not chosen and found.status is Ending.TIME_LIMIT):
+    if not found.bifurcations or (not chosen and found.status is capsule_sym.Ending.TIME_LIMIT):
         tell_early_end(found)
     if not chosen:
         types = sorted({one.type for one in found.bifurcations})
@@ -147,36 +122,38 @@ def _of_kind(kind: str, found: Branch, where: str) -> list[Bifurcation]:
 
 
 def _record(
-    found: Branch, curves: Sequence[Curve], device: PhysicalParameters | None
+    found: capsule_sym.Branch,
+    curves: Sequence[capsule_sym.Curve],
+    device: capsule_sym.PhysicalParameters | None,
 ) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import curve_record
-    from capsule_sym._records import in_si
+    from capsule_sym._records import add_si
 
     kept = [curve_record(one) for one in curves]
-    if device is not None:
-        for written in kept:
-            for point in (*written["points"], *written["codimension_two"]):
-                point["si"] = in_si(device, point)
+    for written in kept:
+        add_si(device, (*written["points"], *written["codimension_two"]))
     return {"branch": found.status.value, "curves": kept}
 
 
-def _texts(
-    found: Branch, curves: Sequence[Curve], device: PhysicalParameters | None
-) -> dict[str, str]:
+def _files(
+    found: capsule_sym.Branch,
+    curves: Sequence[capsule_sym.Curve],
+    device: capsule_sym.PhysicalParameters | None,
+) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import codimension_two_rows, curve_rows
-    from capsule_sym._records import dumps, in_si, table
+    from capsule_sym._records import in_si
 
     points = [row | in_si(device, row) for row in curve_rows(curves)]
     meetings = [row | in_si(device, row) for row in codimension_two_rows(curves)]
     return {
-        "curves.json": dumps(_record(found, curves, device)) + "\n",
-        "points.csv": table(points, ("curve", "type", "line")),
-        "codimension_two.csv": table(meetings, ("curve", "first", "second")),
+        "curves.json": _record(found, curves, device),
+        "points.csv": (points, ("curve", "type", "line")),
+        "codimension_two.csv": (meetings, ("curve", "first", "second")),
     }
 
 
 def _scaled(
-    device: PhysicalParameters | None, name: str, ends: tuple[float, ...]
+    device: capsule_sym.PhysicalParameters | None, name: str, ends: tuple[float, ...]
 ) -> tuple[str, tuple[float, float], float]:
     """A parameter with its range: of a device's the dimensionless one, with the factor to it."""
     from capsule_sym.generated.facts import PARAMETERS
@@ -190,8 +167,8 @@ def _scaled(
 
 
 def _within(
-    parameters: Parameters, name: str, ends: tuple[float, float], given: bool
-) -> Parameters:
+    parameters: capsule_sym.Parameters, name: str, ends: tuple[float, float], given: bool
+) -> capsule_sym.Parameters:
     """The parameters with one of them in a range: where its default is not, in the middle."""
     (low, high), value = ends, getattr(parameters, name)
     if low <= value <= high:
@@ -201,7 +178,9 @@ def _within(
     return parameters.replace(**{name: (low + high) / 2})
 
 
-def _print_curves(curves: Sequence[Curve], device: PhysicalParameters | None) -> None:
+def _print_curves(
+    curves: Sequence[capsule_sym.Curve], device: capsule_sym.PhysicalParameters | None
+) -> None:
     from rich.markup import escape
 
     from capsule_sym._records import in_si

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
 from capsule_sym._commands.optimise import (
     bounds_of,
@@ -24,33 +25,24 @@ from capsule_sym._commands.optimise import (
     units_of,
     with_unit,
 )
+from capsule_sym._commands.signature import command
 from capsule_sym._design.counts import POINTS
 from capsule_sym._errors import InvalidInput
 
-if TYPE_CHECKING:
-    from capsule_sym._design.optimum import Optimum
 
-
-@click.command("design")
-@options.parameter_options
-@over_option
-@subject_option
-@margin_option
-@tolerance_option
-@options.count_option("--points", 20, "Points of the front of speed and cost.", *POINTS)
-@options.max_seconds_option()
-@options.out_option("Write the JSON here, front and path as CSV, and their pictures.")
-@options.json_option
+@command()
 def design(
-    system: options.System,
-    over: tuple[Any, ...],
-    subject_to: tuple[str, ...],
-    margin: float | None,
-    tolerances: tuple[tuple[str, float], ...],
-    points: int,
-    max_seconds: float,
-    out: Path | None,
-    as_json: bool,
+    system: options.System = options.parameters(),
+    over: tuple[Any, ...] = over_option,
+    subject_to: tuple[str, ...] = subject_option,
+    margin: float | None = margin_option,
+    tolerances: tuple[tuple[str, float], ...] = tolerance_option,
+    points: int = options.count("Points of the front of speed and cost.", 20, *POINTS),
+    max_seconds: float = options.max_seconds(),
+    out: Path | None = options.out(
+        "Write the JSON here, front and path as CSV, and their pictures."
+    ),
+    as_json: bool = options.as_json,
 ) -> None:
     """Study the drives of one device: the fastest, the most economical, and steering.
 
@@ -60,14 +52,10 @@ def design(
 
     Exits with 2 where the constraints cannot be satisfied, and with 3 where an optimum is missing.
     """
-    from capsule_sym._design.optimise import optimise
-    from capsule_sym._design.optimum import OptimumStatus
-    from capsule_sym._design.pareto import pareto
     from capsule_sym._design.program import scenarios_of
-    from capsule_sym._design.steering import steer, usual_drive
+    from capsule_sym._design.steering import usual_drive
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch
-    from capsule_sym._records import dumps
 
     parameters, device = system.load()
     which = device or parameters
@@ -85,20 +73,22 @@ def design(
                 "progress": lambda said: progress(f"{doing}: {said}"),
             }
 
-        steering = steer(which, bounds, **asked("Steering"))
+        steering = capsule_sym.steer(which, bounds, **asked("Steering"))
         metrics = "speed", "cost_of_transport"
-        front = pareto(*metrics, bounds, which, points=points, **asked("Front"))
+        front = capsule_sym.pareto(*metrics, bounds, which, points=points, **asked("Front"))
         # The front ends at the fastest drive, where it has points at all.
         fastest = front.points[-1] if front.points else None
-        found: dict[str, Optimum] = {
-            "fastest": fastest or optimise("speed", bounds, which, **asked("Fastest")),
-            "most economical": optimise("speed_per_work", bounds, which, **asked("Economical")),
+        found: dict[str, capsule_sym.Optimum] = {
+            "fastest": fastest or capsule_sym.optimise("speed", bounds, which, **asked("Fastest")),
+            "most economical": capsule_sym.optimise(
+                "speed_per_work", bounds, which, **asked("Economical")
+            ),
         }
         if shares:
             robust = {"tolerances": shares, **asked("Robust")}
-            found["most robust"] = optimise("speed", bounds, which, **robust)
+            found["most robust"] = capsule_sym.optimise("speed", bounds, which, **robust)
     for one in found.values():
-        if one.status is OptimumStatus.INFEASIBLE:
+        if one.status is capsule_sym.OptimumStatus.INFEASIBLE:
             raise InvalidInput("subject_to", list(subject_to), f"possible: {one.message}")
     record = finite(
         {
@@ -112,23 +102,20 @@ def design(
         _print(found, units_of(which))
         print_steering(steering)
 
-    def texts() -> dict[str, str]:
-        tables = {"front.csv": table_of(front), "path.csv": table_of(steering)}
-        return {"design.json": dumps(record) + "\n"} | tables
-
+    files = {"design.json": record, "front.csv": table_of(front), "path.csv": table_of(steering)}
     pictures = {"front.svg": drawing("front", front)} if front.points else {}
     if steering.branches:
         pictures["path.svg"] = drawing("steering", steering)
-    present.result(lambda: record, show, as_json, out, texts, pictures)
+    present.result(lambda: record, show, as_json, out, lambda: files, pictures)
     missing = {name: one.message for name, one in found.items() if not one.success}
-    if front.status is OptimumStatus.TIME_LIMIT:
+    if front.status is capsule_sym.OptimumStatus.TIME_LIMIT:
         missing["the whole front"] = front.message
     if missing:
         why = "; ".join(dict.fromkeys(missing.values()))
         present.fail(f"not found: {', '.join(missing)}: {why}")
 
 
-def _print(found: Mapping[str, Optimum], units: Mapping[str, str]) -> None:
+def _print(found: Mapping[str, capsule_sym.Optimum], units: Mapping[str, str]) -> None:
     shown = {name: one for name, one in found.items() if one.metrics}
     if not shown:
         return

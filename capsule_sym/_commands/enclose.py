@@ -9,45 +9,37 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command, option
 from capsule_sym._processes import end, spawning, undisturbed
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 
-@click.command("enclose")
-@click.option("--thresholds", is_flag=True, help="Only the bifurcations, not the intervals.")
-@click.option(
-    "--region",
-    type=options.WritablePath(file=True),
-    metavar="FILE",
-    help="Prove the (alpha, gamma) plane instead, going on with FILE.",
-)
-@click.option(
-    "--from-rest",
-    type=options.WritablePath(file=True),
-    metavar="FILE",
-    help="Prove where the motions from rest go instead, going on with FILE.",
-)
-@click.option(
-    "--seconds",
-    type=options.Seconds(),
-    default=3600.0,
-    show_default=True,
-    help="With --region or --from-rest: how long.",
-)
-@options.out_option(
-    "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
-)
-@options.json_option
+def _growing(text: str) -> Any:
+    """An option that names a file of proved parts, which grows."""
+    return option(text, type=options.WritablePath(file=True), metavar="FILE")
+
+
+@command()
 def enclose(
-    thresholds: bool,
-    region: Path | None,
-    from_rest: Path | None,
-    seconds: float,
-    out: Path | None,
-    as_json: bool,
+    thresholds: bool = option("Only the bifurcations, not the intervals."),
+    region: Path | None = _growing("Prove the (alpha, gamma) plane instead, going on with FILE."),
+    from_rest: Path | None = _growing(
+        "Prove where the motions from rest go instead, going on with FILE."
+    ),
+    seconds: float = option(
+        "With --region or --from-rest: how long.",
+        type=options.Seconds(),
+        default=3600.0,
+        show_default=True,
+    ),
+    out: Path | None = options.out(
+        "Write certificates of all bifurcations, and of the orbits of Fig. 7, here.", "FILE.json"
+    ),
+    as_json: bool = options.as_json,
 ) -> None:
     """Prove Section 4 in ball arithmetic: every bifurcation, and alpha between them.
 
@@ -108,12 +100,11 @@ def _parts(region: Path | None, from_rest: Path | None, seconds: float, as_json:
     )
     assert path is not None
     text = TextColumn("{task.description}")
-    with present.make_progress(text, TimeElapsedColumn()) as progress:
-        shown = progress.add_task(f"Proving {what}", total=None)
+    with present.progress(f"Proving {what}", None, text, TimeElapsedColumn()) as update:
 
         def report(plane: Plane) -> None:
             told = f"Proving {what}: {plane.share:.2%} in {plane.patches} parts"
-            progress.update(shown, description=told)
+            update(description=told)
 
         try:
             plane = prove(path, seconds, report=report, task=task)
@@ -166,15 +157,29 @@ def _met() -> tuple[list[dict[str, Any]], list[str]]:
 
 def _one_orbit() -> float:
     """Seconds that it takes to certify one orbit of six segments."""
-    from capsule_sym._enclosures.certificates.certify import certify_orbit
-    from capsule_sym._orbits.shooting.search import solve_orbit
-    from capsule_sym._parameters import Parameters
-
-    found = solve_orbit(Parameters(alpha=1.2))
+    found = capsule_sym.solve_orbit(capsule_sym.Parameters(alpha=1.2))
     assert found.success
     begin = perf_counter()
-    certify_orbit(found)
+    capsule_sym.certify_orbit(found)
     return perf_counter() - begin
+
+
+_EVENTS = {
+    **{name: f"{{0[{name}]}}" for name in ("type", "line", "order")},
+    "coefficient": "{1:.6g}",
+    "alpha": "{0[alpha]}",
+}
+_INTERVALS = {
+    "orbit": "{0}",
+    "from": "{1[from]:.13f}",
+    "to": "{1[to]:.13f}",
+    "boxes": "{1[boxes]}",
+}
+_MEETINGS = {
+    "two at once": "{0[type]}",
+    "alpha, gamma": "{0[alpha]}\n{0[gamma]}",
+    "dα/dγ of both curves": "{0[slopes][0]:.9f} and {0[slopes][1]:.9f}",
+}
 
 
 def _print(
@@ -186,39 +191,15 @@ def _print(
     console = present.make_console()
     for one in records:
         console.print(f"γ = {one['gamma']}")
-        events = (
-            (
-                event["type"],
-                event["line"],
-                str(event["order"]),
-                f"{float(event['coefficient']):.6g}",
-                event["alpha"],
-            )
-            for event in one["thresholds"]
-        )
-        present.table(("type", "line", "order", "coefficient", "alpha"), events)
+        events = ((event, float(event["coefficient"])) for event in one["thresholds"])
+        present.table(_EVENTS, events)
         if not thresholds:
-            rows = (
-                (
-                    " ".join(row["itinerary"]),
-                    *(f"{row[end]:.13f}" for end in ("from", "to")),
-                    str(row["boxes"]),
-                )
-                for row in one["intervals"]
-            )
-            present.table(("orbit", "from", "to", "boxes"), rows)
+            rows = ((" ".join(row["itinerary"]), row) for row in one["intervals"])
+            present.table(_INTERVALS, rows)
         if one["failed"]:
             console.print(f"not proved: {one['failed']}")
         console.print()
-    both = (
-        (
-            one["type"],
-            f"{one['alpha']}\n{one['gamma']}",
-            " and ".join(f"{slope:.9f}" for slope in one["slopes"]),
-        )
-        for one in meetings
-    )
-    present.table(("two at once", "alpha, gamma", "dα/dγ of both curves"), both)
+    present.table(_MEETINGS, zip(meetings))
     console.print()
     count = sum(len(one["thresholds"]) for one in records)
     worst = max((e["radius"] for one in records for e in one["thresholds"]), default=0.0)

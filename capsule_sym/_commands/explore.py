@@ -8,25 +8,26 @@ from tempfile import gettempdir
 import click
 
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command, option
 from capsule_sym._explorer import page
 from capsule_sym._files import write_whole
 
 _NAME = "capsule-sym-explorer.html"
 
 
-@click.command()
-@options.out_option("Write the page here, and open nothing.", "FILE.html")
-@click.option(
-    "--serve",
-    "port",
-    type=click.IntRange(0, 65535),
-    metavar="PORT",
-    help="Serve it on this machine at a port (0: any free one) until Ctrl-C, for browsers that run "
-    "no workers in a page from a file.",
-)
-@click.option("--open/--no-open", "opens", default=True, help="Open it in a browser.")
-@options.json_option
-def explore(out: Path | None, port: int | None, opens: bool, as_json: bool) -> None:
+@command()
+def explore(
+    out: Path | None = options.out("Write the page here, and open nothing.", "FILE.html"),
+    port: int | None = option(
+        "Serve it on this machine at a port (0: any free one) until Ctrl-C, for browsers that run "
+        "no workers in a page from a file.",
+        "--serve",
+        type=click.IntRange(0, 65535),
+        metavar="PORT",
+    ),
+    opens: bool = option("Open it in a browser.", "--open/--no-open", default=True),
+    as_json: bool = options.as_json,
+) -> None:
     """The exact map in a browser: motions, diagrams and charts on one page, without a network.
 
     The page is written to the directory of temporary files and opened, unless told otherwise.

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._errors import InvalidInput
 from capsule_sym._figures.catalogue import FIGURES, Study
 from capsule_sym._figures.sizes import MOVING, NARROWEST, PAGE, WIDEST
 from capsule_sym._files import read_json
 
-_colours_option = click.option(
-    "--colours",
-    type=click.Choice(["safe", "paper"]),
-    default="safe",
-    show_default=True,
-    help="Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
-)
-
-_out_option = options.out_option(
-    "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
-)
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def _list() -> str:
@@ -32,46 +25,57 @@ def _list() -> str:
     return "\b\nNames:\n" + "\n".join(lines)
 
 
-_width_option = click.option(
-    "--width",
-    type=float,
-    metavar="INCHES",
-    help=f"Width of the picture, from {NARROWEST}, its type always of 7 points.  "
-    f"[default: {PAGE}, a page]",
+class Picture:
+    """The file of a picture, its width and its resolution, which may be None for a usual one."""
+
+    def __init__(self, out: Path, width: float | None, dpi: float | None) -> None:
+        self.out, self.width, self.dpi = out, width, dpi
+
+    def check(self, moving: bool = False) -> float:
+        """The width; raises InvalidInput for what no picture can have, before it is computed."""
+        from capsule_sym._figures.style import check_ending, check_resolution
+
+        options.require("plot", "matplotlib")
+        check_ending(self.out.with_suffix(".png") if moving else self.out)
+        check_resolution(self.dpi)
+        if self.width is not None and not NARROWEST <= self.width <= WIDEST:
+            raise InvalidInput("width", self.width, f"from {NARROWEST:g} to {WIDEST:g} inches")
+        return PAGE if self.width is None else self.width
+
+    def save(self, drawn: Figure, as_json: bool, **more: Any) -> None:
+        """Write the picture and say so."""
+        capsule_sym.save_figure(drawn, self.out, dpi=self.dpi)
+        present.tell_written(self.out, as_json=as_json, **more)
+
+
+_picture = several(
+    Picture,
+    out=options.out(
+        "File to write; its ending .png, .svg or .pdf decides the format.", "FILE", required=True
+    ),
+    width=option(
+        f"Width of the picture, from {NARROWEST}, its type always of 7 points.  "
+        f"[default: {PAGE}, a page]",
+        type=float,
+        metavar="INCHES",
+    ),
+    dpi=option("Resolution of a PNG, and of dots in the others.  [default: 300]", type=float),
 )
-_dpi_option = click.option(
-    "--dpi", type=float, help="Resolution of a PNG, and of dots in the others.  [default: 300]"
+_colours = option(
+    "Colours of the segments: for eyes of all kinds, or those of Fig. 7.",
+    type=click.Choice(["safe", "paper"]),
+    default="safe",
+    show_default=True,
 )
 
 
-def _check_picture(out: Path, width: float | None, dpi: float | None) -> float:
-    """The width; raises InvalidInput for what no picture can have, before anything is computed."""
-    from capsule_sym._figures.style import check_ending, check_resolution
-
-    options.require("plot", "matplotlib")
-    check_ending(out)
-    check_resolution(dpi)
-    if width is not None and not NARROWEST <= width <= WIDEST:
-        raise InvalidInput("width", width, f"from {NARROWEST:g} to {WIDEST:g} inches")
-    return PAGE if width is None else width
-
-
-@click.command("figure", epilog=_list())
-@click.argument("name", type=click.Choice(list(FIGURES)), metavar="NAME")
-@_out_option
-@options.parameter_options
-@_width_option
-@_dpi_option
-@_colours_option
-@options.json_option
+@command(epilog=_list())
 def figure(
-    name: str,
-    out: Path,
-    system: options.System,
-    width: float | None,
-    dpi: float | None,
-    colours: Any,
-    as_json: bool,
+    name: str = argument(type=click.Choice(list(FIGURES)), metavar="NAME"),
+    picture: Picture = _picture,
+    system: options.System = options.parameters(),
+    colours: Any = _colours,
+    as_json: bool = options.as_json,
 ) -> None:
     """Draw a figure of the case study, or the same of another system.
 
@@ -80,51 +84,41 @@ def figure(
     directory, so that drawing it again takes a second; the parameters are in the picture's
     metadata.
     """
-    from capsule_sym._figures.style import describe, save_figure
+    from capsule_sym._figures.style import describe
     from capsule_sym._study.data import Store
 
-    moving = name == "motion" and out.suffix.lower() in MOVING
-    wide = _check_picture(out.with_suffix(".png") if moving else out, width, dpi)
+    moving = name == "motion" and picture.out.suffix.lower() in MOVING
+    wide = picture.check(moving)
     parameters, device = system.load()
     with present.tracking() as track:
         study = Study(Store(track), parameters, colours, wide, system.chosen, device)
-        if moving:
-            from capsule_sym._figures.device import animate
+        if not moving:
+            drawn = describe(FIGURES[name].drawn(study), FIGURES[name].title)
+            picture.save(drawn, as_json, figure=name)
+            return
+        (motion,) = study.store.motions([parameters])
+        look: Any = {"colours": colours, "width": wide, "dpi": picture.dpi or 100.0}
+        capsule_sym.animate(motion, picture.out, device=device, **look)
+    present.tell_written(picture.out, as_json=as_json, figure=name)
 
-            (motion,) = study.store.motions([parameters])
-            animate(motion, out, colours=colours, width=wide, dpi=dpi or 100.0, device=device)
-        else:
-            save_figure(describe(FIGURES[name].drawn(study), FIGURES[name].title), out, dpi=dpi)
-    present.tell_written(out, as_json=as_json, figure=name)
 
-
-@click.command("diagram")
-@click.argument(
-    "paths",
-    type=click.Path(path_type=Path, dir_okay=False),
-    nargs=-1,
-    required=True,
-    metavar="FILE...",
-)
-@_out_option
-@click.option(
-    "--of",
-    "quantity",
-    type=click.Choice(["x_r", "v_r", "v_c", "velocity", "progression"]),
-    default="x_r",
-    show_default=True,
-    help="Stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
-)
-@_width_option
-@_dpi_option
-@options.json_option
+@command()
 def diagram(
-    paths: tuple[Path, ...],
-    out: Path,
-    quantity: str,
-    width: float | None,
-    dpi: float | None,
-    as_json: bool,
+    paths: tuple[Path, ...] = argument(
+        type=click.Path(path_type=Path, dir_okay=False),
+        nargs=-1,
+        required=True,
+        metavar="FILE...",
+    ),
+    picture: Picture = _picture,
+    quantity: str = option(
+        "Stroboscopic x_r, v_r or v_c, average velocity, or progression in a period.",
+        "--of",
+        type=click.Choice(["x_r", "v_r", "v_c", "velocity", "progression"]),
+        default="x_r",
+        show_default=True,
+    ),
+    as_json: bool = options.as_json,
 ) -> None:
     """Draw files that `branch --out` or `curve --out` wrote.
 
@@ -133,80 +127,63 @@ def diagram(
     is a type of bifurcation; a circle is a point of codimension two.
     """
     from capsule_sym._figures.curves import plot_curves
-    from capsule_sym._figures.diagrams import plot_diagram as draw
-    from capsule_sym._figures.style import save_figure
-    from capsule_sym._orbits.continuation.branches.saved import read_branch, read_curves
+    from capsule_sym._orbits.continuation.branches.saved import read_curves
 
-    wide = _check_picture(out, width, dpi)
+    wide = picture.check()
     curves = read_curves(paths[0]) if len(paths) == 1 else None
     if curves and options.is_given("quantity"):
         raise click.UsageError(f"--of is for branches, and {paths[0]} has curves")
-    records = [] if curves else [read_branch(path) for path in paths]
+    records = [] if curves else [capsule_sym.read_branch(path) for path in paths]
     try:
-        drawn = plot_curves(curves, width=wide) if curves else draw(records, quantity, width=wide)
+        if curves:
+            drawn = plot_curves(curves, width=wide)
+        else:
+            drawn = capsule_sym.plot_diagram(records, quantity, width=wide)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         if isinstance(error, InvalidInput):
             raise
         whole = "a whole branch.json or curves.json, which this is not"
         raise InvalidInput("file", ", ".join(map(str, paths)), whole) from error
-    save_figure(drawn, out, dpi=dpi)
-    present.tell_written(out, as_json=as_json, of=quantity)
+    picture.save(drawn, as_json, of=quantity)
 
 
-@click.command("sweep-figure")
-@click.argument("store", type=click.Path(path_type=Path, exists=False), metavar="STORE")
-@_out_option
-@click.option(
-    "--as",
-    "kind",
-    type=click.Choice(["chart", "basin", "pareto"]),
-    help="Itineraries over two axes, attractors over two starts, or speed against cost of "
-    "transport.  [default: what the sweep is]",
-)
-@click.option(
-    "--curve",
-    "curves",
-    type=click.Path(path_type=Path, dir_okay=False),
-    multiple=True,
-    metavar="FILE",
-    help="A file of `curve --json` or --out, whose curves bound a chart's regions; any number.",
-)
-@_width_option
-@_dpi_option
-@options.json_option
+@command()
 def sweep_figure(
-    store: Path,
-    out: Path,
-    kind: str | None,
-    curves: tuple[Path, ...],
-    width: float | None,
-    dpi: float | None,
-    as_json: bool,
+    store: Path = argument(type=click.Path(path_type=Path, exists=False), metavar="STORE"),
+    picture: Picture = _picture,
+    kind: str | None = option(
+        "Itineraries over two axes, attractors over two starts, or speed against cost of "
+        "transport.  [default: what the sweep is]",
+        "--as",
+        type=click.Choice(["chart", "basin", "pareto"]),
+    ),
+    curves: tuple[Path, ...] = option(
+        "A file of `curve --json` or --out, whose curves bound a chart's regions; any number.",
+        "--curve",
+        type=click.Path(path_type=Path, dir_okay=False),
+        multiple=True,
+        metavar="FILE",
+    ),
+    as_json: bool = options.as_json,
 ) -> None:
     """Draw the results of `sweep` or `basin`.
 
     A chart of itineraries, basins of attraction, or the Pareto front of a sweep with energies.
     """
-    wide = _check_picture(out, width, dpi)
+    wide = picture.check()
     options.require("sweep", "xarray", "zarr")
-    from capsule_sym._figures import charts, sweeps
-    from capsule_sym._figures.style import save_figure
-    from capsule_sym._sweeps.results import open_results
-
     lines = [one for path in curves for one in _curves(path)]
-    with open_results(store) as results:
+    with capsule_sym.open_results(store) as results:
         if kind is None:
             kind = "basin" if "attractor" in results else "chart"
         if lines and kind != "chart":
             raise click.UsageError(f"--curve is for a chart, and this is {kind}")
         if kind == "chart":
-            drawn = charts.plot_chart(results, lines, width=wide)
+            drawn = capsule_sym.plot_chart(results, lines, width=wide)
         else:
-            drawn = {"basin": sweeps.plot_basin, "pareto": sweeps.plot_pareto}[kind](
-                results, width=wide
-            )
-        save_figure(drawn, out, dpi=dpi)
-    present.tell_written(out, as_json=as_json, figure=kind)
+            draw = capsule_sym.plot_basin if kind == "basin" else capsule_sym.plot_pareto
+            drawn = draw(results, width=wide)
+        picture.save(drawn, as_json, figure=kind)
 
 
 def _curves(path: Path) -> list[Any]:
@@ -221,11 +198,14 @@ def _curves(path: Path) -> list[Any]:
     return found
 
 
-@click.command("report")
-@options.out_option("HTML file to write.", "FILE", default="results/report.html", show_default=True)
-@_colours_option
-@options.json_option
-def report(out: Path, colours: Any, as_json: bool) -> None:
+@command()
+def report(
+    out: Path = options.out(
+        "HTML file to write.", "FILE", default="results/report.html", show_default=True
+    ),
+    colours: Any = _colours,
+    as_json: bool = options.as_json,
+) -> None:
     """Write the whole case study as one page of HTML that opens without a network.
 
     The explorer, to which it links, is written beside it as explorer.html.

@@ -11,18 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym._design.counts import POINTS, SAMPLES, SEED, STARTS
 from capsule_sym._errors import InvalidInput
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from capsule_sym._design.fit import Fit
-    from capsule_sym._design.optimum import Optimum
-    from capsule_sym._design.pareto import Front
-    from capsule_sym._design.steering import Steering
-    from capsule_sym._parameters import Parameters, PhysicalParameters
 
 
 class NamedRange(options.Range):
@@ -42,33 +38,32 @@ class NamedRange(options.Range):
         return name, (options.Range.convert(options.Range(), ends, param, ctx) if mark else None)
 
 
-over_option = click.option(
-    "--over",
+over_option = option(
+    "A parameter that varies, and its bounds: of the seven, or of the device. Any number.",
     type=NamedRange(),
     multiple=True,
-    help="A parameter that varies, and its bounds: of the seven, or of the device. Any number.",
 )
-subject_option = click.option(
-    "--subject-to",
+subject_option = option(
+    "A constraint, such as 'peak_force <= 2'. Any number.",
+    type=str,
     multiple=True,
     metavar="LIMIT",
-    help="A constraint, such as 'peak_force <= 2'. Any number.",
 )
-margin_option = click.option(
-    "--margin", type=float, help="Every Floquet multiplier is at most 1 less this."
-)
-tolerance_option = click.option(
+margin_option = option("Every Floquet multiplier is at most 1 less this.", type=float)
+tolerance_option = option(
+    "The worst counts of a parameter's values this share below and above. Any number.",
     "--tolerance",
-    "tolerances",
     type=(str, float),
     multiple=True,
     metavar="NAME SHARE",
-    help="The worst counts of a parameter's values this share below and above. Any number.",
 )
-_samples_option = options.count_option(
-    "--samples", 256, "Cells of the survey that chooses where to begin.", *SAMPLES
+_search = several(
+    subject_to=subject_option,
+    margin=margin_option,
+    samples=options.count("Cells of the survey that chooses where to begin.", 256, *SAMPLES),
+    seed=options.count("Decides these cells.", 0, *SEED),
+    max_seconds=options.max_seconds(),
 )
-_seed_option = options.count_option("--seed", 0, "Decides these cells.", *SEED)
 
 
 def shares_of(tolerances: Sequence[tuple[str, float]]) -> dict[str, float]:
@@ -88,34 +83,23 @@ def bounds_of(over: Sequence[tuple[str, Any]]) -> dict[str, Any]:
     return _by_name("--over", over)
 
 
-@click.command("optimise")
-@options.parameter_options
-@click.option("--maximise", metavar="METRIC", help="What is to be greatest.")
-@click.option("--minimise", metavar="METRIC", help="What is to be least.")
-@over_option
-@subject_option
-@margin_option
-@click.option("--pareto", "against", metavar="METRIC", help="The front against this being small.")
-@options.count_option("--points", 50, "Points of the front of --pareto.", *POINTS)
-@tolerance_option
-@options.state_option("State at phase 0 from which the motion settles.")
-@_samples_option
-@_seed_option
-@options.max_seconds_option()
-@options.out_option("Write the JSON here, of a front with its table as CSV and its picture.")
-@options.json_option
+@command()
 def optimise(
-    system: options.System,
-    maximise: str | None,
-    minimise: str | None,
-    over: tuple[Any, ...],
-    against: str | None,
-    points: int,
-    tolerances: tuple[tuple[str, float], ...],
-    state: tuple[float, float, float],
-    out: Path | None,
-    as_json: bool,
-    **how: Any,
+    system: options.System = options.parameters(),
+    maximise: str | None = option("What is to be greatest.", metavar="METRIC"),
+    minimise: str | None = option("What is to be least.", metavar="METRIC"),
+    over: tuple[Any, ...] = over_option,
+    how: dict[str, Any] = _search,
+    against: str | None = option(
+        "The front against this being small.", "--pareto", metavar="METRIC"
+    ),
+    points: int = options.count("Points of the front of --pareto.", 50, *POINTS),
+    tolerances: tuple[tuple[str, float], ...] = tolerance_option,
+    state: tuple[float, float, float] = options.state(),
+    out: Path | None = options.out(
+        "Write the JSON here, of a front with its table as CSV and its picture."
+    ),
+    as_json: bool = options.as_json,
 ) -> None:
     """Find the parameters at which a metric of the steady motion is greatest or least.
 
@@ -127,10 +111,6 @@ def optimise(
     Exits with 2 where no place within the bounds satisfies the constraints, and with 3 where no
     motion, or no optimum, is found.
     """
-    from capsule_sym._design.optimise import optimise as find
-    from capsule_sym._design.optimum import OptimumStatus
-    from capsule_sym._design.pareto import pareto
-
     options.check_beside("maximise", never=("minimise",))
     options.check_beside("points", needs=("against",))
     metric = maximise if maximise is not None else minimise
@@ -140,34 +120,31 @@ def optimise(
     which = device or parameters
     how |= {"maximise": maximise is not None, "starts": (state,)}
     how["tolerances"] = shares_of(tolerances)
-    found: Optimum | Front
+    found: capsule_sym.Optimum | capsule_sym.Front
     show: Callable[[], None]
     with telling("Optimising") as progress:
         how["progress"] = progress
         if against is None:
-            found = one = find(metric, bounds_of(over), which, **how)
+            found = one = capsule_sym.optimise(metric, bounds_of(over), which, **how)
             show = partial(_print_optimum, one)
         else:
-            found = front = pareto(metric, against, bounds_of(over), which, points=points, **how)
+            found = front = capsule_sym.pareto(
+                metric, against, bounds_of(over), which, points=points, **how
+            )
             show = partial(_print_front, front)
-    if found.status is OptimumStatus.INFEASIBLE:
+    if found.status is capsule_sym.OptimumStatus.INFEASIBLE:
         raise InvalidInput("subject_to", list(how["subject_to"]), f"possible: {found.message}")
     _report(found, "optimum" if against is None else "front", show, out, as_json)
     _end(found)
 
 
-@click.command("steer")
-@options.parameter_options
-@over_option
-@subject_option
-@margin_option
-@_samples_option
-@_seed_option
-@options.max_seconds_option()
-@options.out_option("Write the JSON here, the path as CSV, and its picture.")
-@options.json_option
+@command()
 def steer(
-    system: options.System, over: tuple[Any, ...], out: Path | None, as_json: bool, **how: Any
+    system: options.System = options.parameters(),
+    over: tuple[Any, ...] = over_option,
+    how: dict[str, Any] = _search,
+    out: Path | None = options.out("Write the JSON here, the path as CSV, and its picture."),
+    as_json: bool = options.as_json,
 ) -> None:
     """Find the best drives forward and backward, and a path of stable orbits between them.
 
@@ -176,50 +153,43 @@ def steer(
 
     Exits with 3 where one of the drives is not found, or time is short. A broken path is a result.
     """
-    from capsule_sym._design.steering import SteeringStatus
-    from capsule_sym._design.steering import steer as find
-
     parameters, device = system.load()
+    which, bounds = device or parameters, bounds_of(over) or None
     with telling("Steering") as progress:
-        found = find(device or parameters, bounds_of(over) or None, progress=progress, **how)
+        found = capsule_sym.steer(which, bounds, progress=progress, **how)
     _report(found, "steering", lambda: print_steering(found), out, as_json)
-    if found.status in (SteeringStatus.NO_OPTIMUM, SteeringStatus.TIME_LIMIT):
+    if found.status in ("no-optimum", "time-limit"):
         _end(found)
 
 
-@click.command("fit")
-@click.argument("data", type=click.Path(path_type=Path, dir_okay=False), metavar="DATA")
-@options.parameter_options
-@click.option(
-    "--unknown",
-    type=NamedRange(bare=True),
-    multiple=True,
-    help="What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
-    "Any number.",
-)
-@options.state_option("State at the first time, or the first guess of what is unknown of it.")
-@click.option("--phase", type=float, default=0.0, help="Phase of the forcing there.  [default: 0]")
-@click.option(
-    "--loss",
-    type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
-    default="linear",
-    show_default=True,
-    help="How residuals count; all but linear let outliers count less.",
-)
-@options.count_option("--starts", 0, "Try so many other guesses.", *STARTS)
-@options.count_option("--seed", 0, "Decides the guesses of --starts.", *SEED)
-@click.option("--intervals", is_flag=True, help="Profile intervals of 95 %, by fits anew.")
-@options.max_seconds_option()
-@options.out_option("Write the JSON here, the residuals as CSV, and their picture.")
-@options.json_option
+@command()
 def fit(
-    data: Path,
-    system: options.System,
-    unknown: tuple[Any, ...],
-    intervals: bool,
-    out: Path | None,
-    as_json: bool,
-    **how: Any,
+    data: Path = argument(type=click.Path(path_type=Path, dir_okay=False), metavar="DATA"),
+    system: options.System = options.parameters(),
+    unknown: tuple[Any, ...] = option(
+        "What is fitted, with bounds if it has any: a parameter, x_r, v_r, v_c, phase or x_c. "
+        "Any number.",
+        type=NamedRange(bare=True),
+        multiple=True,
+    ),
+    how: dict[str, Any] = several(
+        state=options.state(
+            "State at the first time, or the first guess of what is unknown of it."
+        ),
+        phase=option("Phase of the forcing there.  [default: 0]", type=float, default=0.0),
+        loss=option(
+            "How residuals count; all but linear let outliers count less.",
+            type=click.Choice(["linear", "soft_l1", "huber", "cauchy", "arctan"]),
+            default="linear",
+            show_default=True,
+        ),
+        starts=options.count("Try so many other guesses.", 0, *STARTS),
+        seed=options.count("Decides the guesses of --starts.", 0, *SEED),
+        max_seconds=options.max_seconds(),
+    ),
+    intervals: bool = option("Profile intervals of 95 %, by fits anew."),
+    out: Path | None = options.out("Write the JSON here, the residuals as CSV, and their picture."),
+    as_json: bool = options.as_json,
 ) -> None:
     """Find parameters, start and phase from measured series, by least squares.
 
@@ -228,8 +198,6 @@ def fit(
 
     Exits with 3 where the fit does not come to rest, or the measurements leave something open.
     """
-    from capsule_sym._design.fit import fit as find
-    from capsule_sym._design.measured import read_measured
     from capsule_sym._map.checks import checked_seconds
     from capsule_sym._native import Watch
 
@@ -241,7 +209,8 @@ def fit(
     with telling("Fitting") as progress:
         watch = Watch(checked_seconds(how["max_seconds"]))
         names = tuple(name for name, _ in unknown)
-        found = find(read_measured(data), device or parameters, names, progress=progress, **how)
+        measured, which = capsule_sym.read_measured(data), device or parameters
+        found = capsule_sym.fit(measured, which, names, progress=progress, **how)
         ranges = {}
         for name in found.values if intervals else ():
             progress(f"interval of {name}")
@@ -273,46 +242,31 @@ def _report(
     extra: Mapping[str, Any] | None = None,
 ) -> None:
     """Present a result, with its record, table and picture as files."""
-    from capsule_sym._records import dumps
-
     columns = getattr(found, "columns", {})
 
     def record() -> dict[str, Any]:
         text: dict[str, Any] = finite(found.to_dict() | dict(extra or {}))
         return text
 
-    def texts() -> dict[str, str]:
-        files = {f"{name}.json": dumps(record()) + "\n"}
-        return files | ({f"{name}.csv": table_of(found)} if columns else {})
+    def files() -> dict[str, Any]:
+        return {f"{name}.json": record()} | ({f"{name}.csv": table_of(found)} if columns else {})
 
     drawn = columns and len(next(iter(columns.values())))
     pictures = {f"{name}.svg": drawing(name, found)} if drawn else {}
-    present.result(record, show, as_json, out, texts, pictures)
+    present.result(record, show, as_json, out, files, pictures)
 
 
-def table_of(found: Any) -> str:
-    """The columns of a result as CSV."""
-    from capsule_sym._records import table
-
+def table_of(found: Any) -> tuple[list[dict[str, Any]], list[str]]:
+    """The columns of a result as rows of a table, and their names."""
     lists = {key: column.tolist() for key, column in found.columns.items()}
     rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
-    return table(rows, list(lists))
+    return rows, list(lists)
 
 
 def drawing(name: str, found: Any) -> Callable[[], Figure]:
     """What draws a result: a front, a steering or a fit."""
-
-    def draw() -> Figure:
-        from capsule_sym._figures import design
-
-        pictures: dict[str, Callable[[Any], Figure]] = {
-            "front": design.plot_front,
-            "steering": design.plot_steering,
-            "fit": design.plot_residuals,
-        }
-        return pictures[name](found)
-
-    return draw
+    draw = {"front": "plot_front", "steering": "plot_steering", "fit": "plot_residuals"}[name]
+    return lambda: getattr(capsule_sym, draw)(found)
 
 
 def _end(found: Any) -> None:
@@ -324,9 +278,8 @@ def _end(found: Any) -> None:
 @contextmanager
 def telling(text: str) -> Iterator[Callable[[str], object]]:
     """Shows on stderr, where that is a terminal, that work goes on, and what it says of itself."""
-    with present.make_progress() as bar:
-        task = bar.add_task(text, total=None)
-        yield lambda said: bar.update(task, description=f"{text}: {said}".removeprefix(": "))
+    with present.progress(text) as update:
+        yield lambda said: update(description=f"{text}: {said}".removeprefix(": "))
 
 
 _MILLI = {"m/s": "mm/s", "m": "mm"}
@@ -339,17 +292,17 @@ def with_unit(value: float, unit: str) -> str:
     return f"{value:.6g} {unit}".rstrip()
 
 
-def units_of(system: Parameters | PhysicalParameters) -> dict[str, str]:
+def units_of(system: capsule_sym.Parameters | capsule_sym.PhysicalParameters) -> dict[str, str]:
     """Units of metrics and parameters; empty where all is dimensionless."""
     from capsule_sym._design.quantities import OF_DEVICE
-    from capsule_sym._parameters import METRIC_UNITS, PhysicalParameters
+    from capsule_sym._parameters import METRIC_UNITS
 
-    if not isinstance(system, PhysicalParameters):
+    if not isinstance(system, capsule_sym.PhysicalParameters):
         return {}
     return {name: unit.name for name, unit in METRIC_UNITS.items()} | OF_DEVICE
 
 
-def _print_optimum(found: Optimum) -> None:
+def _print_optimum(found: capsule_sym.Optimum) -> None:
     if not found.over:
         return
     units = units_of(found.system)
@@ -378,7 +331,7 @@ def _print_optimum(found: Optimum) -> None:
     present.grid(rows)
 
 
-def _print_front(found: Front) -> None:
+def _print_front(found: capsule_sym.Front) -> None:
     if not found.points:
         return
     units = units_of(found.points[0].system)
@@ -396,7 +349,7 @@ def _print_front(found: Front) -> None:
     present.table((*heads, "itinerary"), rows, right=heads, gap=2)
 
 
-def print_steering(found: Steering) -> None:
+def print_steering(found: capsule_sym.Steering) -> None:
     """Print both drives and the way between them."""
     units = units_of(found.forward.system)
 
@@ -425,7 +378,7 @@ def print_steering(found: Steering) -> None:
         console.print(f"  broken {way}: at {drive(broken.at)}, {broken.why}")
 
 
-def _print_fit(found: Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
+def _print_fit(found: capsule_sym.Fit, ranges: Mapping[str, tuple[float, float]]) -> None:
     units = units_of(found.system)
     rows = (
         (

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Collection
-from functools import wraps
+from collections.abc import Collection
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
+from capsule_sym._commands.signature import option, several
 from capsule_sym._errors import InvalidInput, NotInstalled
 from capsule_sym.generated.facts import (
     DEFAULTS,
@@ -28,36 +28,21 @@ if TYPE_CHECKING:
 
     from capsule_sym._parameters import Parameters, PhysicalParameters
 
-_Command = TypeVar("_Command", bound=Callable[..., None])
-
-json_option = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else."
-)
+as_json: Any = option("One JSON object on stdout and nothing else.", "--json")
 
 
-def count_option(
-    flag: str,
-    default: int,
-    help: str,
-    least: int | None = None,
-    most: int | None = None,
-    **more: Any,
-) -> Callable[[_Command], _Command]:
+def count(
+    help: str, default: int, least: int | None = None, most: int | None = None, **settings: Any
+) -> Any:
     """An option that takes a whole number within limits, if there are any."""
     kind = click.INT if least is None else click.IntRange(least, most)
-    return click.option(flag, type=kind, default=default, show_default=True, help=help, **more)
+    return option(help, type=kind, default=default, show_default=True, **settings)
 
 
-def state_option(text: str) -> Callable[[_Command], _Command]:
+def state(help: str = "State at phase 0 from which the motion settles.") -> Any:
     """The option --state: x_r, v_r and v_c at the start, at rest if not given."""
-    return click.option(
-        "--state",
-        type=float,
-        nargs=3,
-        default=(0.0, 0.0, 0.0),
-        metavar="XR VR VC",
-        help=f"{text}  [default: 0 0 0]",
-    )
+    at_rest, text = (0.0, 0.0, 0.0), f"{help}  [default: 0 0 0]"
+    return option(text, type=float, nargs=3, default=at_rest, metavar="XR VR VC")
 
 
 _DASH = r"(?<=\d)(-|–|\.\.|;)(?=[-\d.])"  # what is written between numbers
@@ -141,57 +126,47 @@ def ranges() -> dict[str, tuple[float, ...]]:
     return dict(click.get_current_context().meta.get(_RANGES, {}))
 
 
-def ranged_parameter_options(
-    counted: bool = False,
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """`parameter_options` of which each takes a range too, and ranges of a device's parameters.
+def ranged_parameters(counted: bool = False) -> Any:
+    """`parameters` of which each takes a range too, and ranges of a device's parameters.
 
     `ranges` gives them.
     """
-
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        for name in reversed(DRIVEN):
-            text = f"{DEVICE_LABELS[name].capitalize()} ({DEVICE[name]})"
-            command = click.option(
-                f"--{name.replace('_', '-')}",
-                name,
-                type=_ValueOrRange(counted, device=True),
-                expose_value=False,
-                help=f"{text}, of the device in --params.",
-            )(command)
-        return parameter_options(command, _ValueOrRange(counted))
-
-    return decorate
+    driven = {
+        name: option(
+            f"{DEVICE_LABELS[name].capitalize()} ({DEVICE[name]}), of the device in --params.",
+            type=_ValueOrRange(counted, device=True),
+            expose_value=False,
+        )
+        for name in DRIVEN
+    }
+    return parameters(_ValueOrRange(counted), **driven)
 
 
-def parameter_options(command: Callable[..., None], kind: Any = float) -> Callable[..., None]:
-    """Add --params for a file, and an option for each parameter: the command gets a `System`."""
+def parameters(kind: Any = float, **others: Any) -> Any:
+    """The options of a `System`: one for each parameter, --params for a file, and `others`."""
     of_device = " ".join(f"[{name}]" if name in DEVICE_DEFAULTS else name for name in DEVICE)
-
-    @wraps(command)
-    def called(file: str | None, **given: Any) -> None:
-        dimensionless = {name: given.pop(name) for name in DEFAULTS}
-        command(system=System(file, dimensionless), **given)
-
-    called = click.option(
+    dimensionless = {
+        name: option(
+            f"{LABELS[name].capitalize()}.  [default: {default:g}]",
+            *dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}")),
+            type=kind,
+        )
+        for name, default in DEFAULTS.items()
+    }
+    file = option(
+        "Parameters from a file, dimensionless (options above override it) or physical in SI "
+        f"units ({of_device}; no options above).",
         "--params",
-        "file",
         type=click.Path(),
         metavar="FILE.toml",
-        help="Parameters from a file, dimensionless (options above override it) or physical in SI "
-        f"units ({of_device}; no options above).",
-    )(called)
-    for name, default in reversed(DEFAULTS.items()):
-        text = f"{LABELS[name].capitalize()}.  [default: {default:g}]"
-        flags = dict.fromkeys((f"--{name.replace('_', '-')}", f"--{name}"))
-        called = click.option(*flags, name, type=kind, help=text)(called)
-    return called
+    )
+    return several(System, **dimensionless, file=file, **others)
 
 
 class System:
     """The parameters that a command line chooses: of a file, of options, or by default."""
 
-    def __init__(self, file: str | None, dimensionless: dict[str, float | None]) -> None:
+    def __init__(self, file: str | None, **dimensionless: float | None) -> None:
         self.file = file
         self.given = {name: v for name, v in dimensionless.items() if v is not None}
 
@@ -260,12 +235,14 @@ class WritablePath(click.Path):
         return path
 
 
-def out_option(
-    what: str, metavar: str = "DIRECTORY", **more: Any
-) -> Callable[[_Command], _Command]:
+def out(what: str, metavar: str = "DIRECTORY", **settings: Any) -> Any:
     """The option --out, which says `what` it does: of a directory, or of a FILE by its metavar."""
-    kind = WritablePath(file=metavar.startswith("FILE"))
-    return click.option("--out", type=kind, metavar=metavar, help=what, **more)
+    return option(
+        what, "--out", type=WritablePath(metavar[:4] == "FILE"), metavar=metavar, **settings
+    )
+
+
+tables = out("Write the JSON and its tables as CSV here.")
 
 
 class Seconds(click.FloatRange):
@@ -284,14 +261,13 @@ class Seconds(click.FloatRange):
         return number
 
 
-def max_seconds_option(default: float = math.inf) -> Callable[[_Command], _Command]:
+def max_seconds(default: float = math.inf) -> Any:
     """The option --max-seconds, the limit of time of a command that can take long."""
-    return click.option(
-        "--max-seconds",
+    return option(
+        "Stop after so long and show what was found; inf for no limit.",
         type=Seconds(),
         default=default,
         show_default="no limit" if default == math.inf else True,
-        help="Stop after so long and show what was found; inf for no limit.",
     )
 
 
@@ -334,7 +310,7 @@ def require(extra: str, *names: str) -> None:
             raise NotInstalled(ModuleNotFoundError(name=name), extra)
 
 
-def certify_option(what: str) -> Callable[[_Command], _Command]:
+def certify(what: str) -> Any:
     """The option --certify FILE of a command that can prove `what` it finds."""
 
     def check(_: click.Context, __: click.Parameter, path: Path | None) -> Path | None:
@@ -342,10 +318,9 @@ def certify_option(what: str) -> Callable[[_Command], _Command]:
             require("proof", "flint")
         return path
 
-    return click.option(
-        "--certify",
+    return option(
+        f"Prove {what} in ball arithmetic, and write its certificate here.",
         type=WritablePath(file=True),
         callback=check,
         metavar="FILE",
-        help=f"Prove {what} in ball arithmetic, and write its certificate here.",
     )

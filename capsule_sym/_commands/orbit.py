@@ -6,56 +6,35 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.certify import certify_found
+from capsule_sym._commands.signature import command, option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from capsule_sym._orbits.continuation.search import BoxSearch
-    from capsule_sym._orbits.shooting.orbit import Orbit
-    from capsule_sym._orbits.shooting.search import FoundOrbits
-    from capsule_sym._parameters import Parameters, PhysicalParameters
 
-settling_option = options.state_option("State at phase 0 from which the motion settles.")
-tables_option = options.out_option("Write the JSON and its tables as CSV here.")
-
-
-@click.command("orbit")
-@options.parameter_options
-@settling_option
-@options.count_option(
-    "--starts", 0, "Search from so many random states too: finds unstable and coexisting orbits.", 0
-)
-@options.count_option("--seed", 0, "Decides the random states of --starts.", 0)
-@click.option(
-    "--box",
-    nargs=3,
-    type=float,
-    metavar="X_R V_R V_C",
-    help="Search from a grid of states up to these x_r, v_r, v_c: attractors, others.",
-)
-@click.option(
-    "--along",
-    nargs=3,
-    type=(str, float, float),
-    metavar="NAME LOW HIGH",
-    help="With --box: follow each orbit in a parameter too, to others and to isolas.",
-)
-@options.max_seconds_option()
-@options.certify_option("the orbit")
-@options.json_option
+@command()
 def orbit(
-    system: options.System,
-    state: tuple[float, float, float],
-    starts: int,
-    seed: int,
-    box: tuple[float, float, float] | None,
-    along: tuple[str, float, float] | None,
-    max_seconds: float,
-    certify: Path | None,
-    as_json: bool,
+    system: options.System = options.parameters(),
+    state: tuple[float, float, float] = options.state(),
+    starts: int = options.count(
+        "Search from so many random states too: finds unstable and coexisting orbits.", 0, 0
+    ),
+    seed: int = options.count("Decides the random states of --starts.", 0, 0),
+    box: tuple[float, float, float] | None = option(
+        "Search from a grid of states up to these x_r, v_r, v_c: attractors, others.",
+        metavar="X_R V_R V_C",
+    ),
+    along: tuple[str, float, float] | None = option(
+        "With --box: follow each orbit in a parameter too, to others and to isolas.",
+        type=(str, float, float),
+        metavar="NAME LOW HIGH",
+    ),
+    max_seconds: float = options.max_seconds(),
+    certify: Path | None = options.certify("the orbit"),
+    as_json: bool = options.as_json,
 ) -> None:
     """Close the periodic orbit on which the motion settles, exactly.
 
@@ -73,7 +52,6 @@ def orbit(
     """
     from capsule_sym._native import Watch
     from capsule_sym._orbits.continuation.records import failure_record
-    from capsule_sym._orbits.shooting.search import solve_orbit
     from capsule_sym._records import dumps
 
     parameters, device = system.load()
@@ -82,10 +60,17 @@ def orbit(
     options.check_beside("starts", never=("box",))
     options.check_beside("state", never=("starts", "box"))
     limit = Watch(max_seconds)
-    search: BoxSearch | FoundOrbits | None = None
-    found: Sequence[Orbit]
+    search: capsule_sym.BoxSearch | capsule_sym.FoundOrbits | None = None
+    found: Sequence[capsule_sym.Orbit]
     if box is not None:
-        search = boxes = _search_box(parameters, box, along, max_seconds)
+        name, *ends = along or (None,)
+        search = boxes = capsule_sym.search_box(
+            parameters,
+            box,
+            along=name and name.replace("-", "_"),
+            ends=tuple(ends) or None,
+            max_seconds=max_seconds,
+        )
         found = boxes.orbits
         present.result(
             lambda: _box_record(boxes, device), lambda: _print_box(boxes, device), as_json
@@ -104,18 +89,19 @@ def orbit(
 
         present.result(record, show, as_json)
     else:
-        one = solve_orbit(parameters, state, max_seconds=max_seconds)
+        one = capsule_sym.solve_orbit(parameters, state, max_seconds=max_seconds)
         if as_json and not one.success:
             click.echo(dumps(failure_record(one)))
         found = [checked(one)]
         present.result(lambda: _record(one, device), lambda: _print_orbit(one, device), as_json)
-    if certify is not None:
-        certify_found(certify, found, limit)
+    present.certificates(certify, found, limit)
     if search is not None and search.status == "time-limit":
-        present.fail(f"the search ends ({search.status}): {search.message}")
+        present.fail_early("the search ends", search)
 
 
-def _record(one: Orbit, device: PhysicalParameters | None) -> dict[str, Any]:
+def _record(
+    one: capsule_sym.Orbit, device: capsule_sym.PhysicalParameters | None
+) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import orbit_record
     from capsule_sym._records import in_si
 
@@ -123,19 +109,9 @@ def _record(one: Orbit, device: PhysicalParameters | None) -> dict[str, Any]:
     return record if device is None else record | {"si": in_si(device, record)}
 
 
-def _search_box(
-    parameters: Parameters,
-    box: tuple[float, float, float],
-    along: tuple[str, float, float] | None,
-    max_seconds: float,
-) -> BoxSearch:
-    from capsule_sym._orbits.continuation.search import search_box
-
-    name, ends = (None, None) if along is None else (along[0].replace("-", "_"), along[1:])
-    return search_box(parameters, box, along=name, ends=ends, max_seconds=max_seconds)
-
-
-def _box_record(found: BoxSearch, device: PhysicalParameters | None) -> dict[str, Any]:
+def _box_record(
+    found: capsule_sym.BoxSearch, device: capsule_sym.PhysicalParameters | None
+) -> dict[str, Any]:
     from capsule_sym._orbits.continuation.records import branch_record
 
     return {
@@ -148,7 +124,7 @@ def _box_record(found: BoxSearch, device: PhysicalParameters | None) -> dict[str
     }
 
 
-def _print_box(found: BoxSearch, device: PhysicalParameters | None) -> None:
+def _print_box(found: capsule_sym.BoxSearch, device: capsule_sym.PhysicalParameters | None) -> None:
     for one, count in zip(found.orbits, found.settled, strict=True):
         _print_orbit(one, device)
         click.echo(f"{count} of {found.starts} starts settle on it\n")
@@ -158,28 +134,27 @@ def _print_box(found: BoxSearch, device: PhysicalParameters | None) -> None:
     click.echo(found.message)
 
 
-def _search(parameters: Parameters, starts: int, seed: int, max_seconds: float) -> FoundOrbits:
-    from capsule_sym._orbits.shooting.search import search_orbits
-
-    with present.make_progress() as progress:
-        task = progress.add_task("Searching", total=starts)
-        return search_orbits(
+def _search(
+    parameters: capsule_sym.Parameters, starts: int, seed: int, max_seconds: float
+) -> capsule_sym.FoundOrbits:
+    with present.progress("Searching", starts) as update:
+        return capsule_sym.search_orbits(
             parameters,
             starts,
             seed=seed,
             max_seconds=max_seconds,
-            report=lambda done, _: progress.update(task, completed=done),
+            report=lambda done, _: update(completed=done),
         )
 
 
-def checked(found: Orbit) -> Orbit:
+def checked(found: capsule_sym.Orbit) -> capsule_sym.Orbit:
     """The orbit that was looked for; exits with 3 where there is none."""
     if not found.success:
-        present.fail(f"no orbit ({found.status.value}): {found.message}")
+        present.fail_early("no orbit", found)
     return found
 
 
-def _print_orbit(one: Orbit, device: PhysicalParameters | None) -> None:
+def _print_orbit(one: capsule_sym.Orbit, device: capsule_sym.PhysicalParameters | None) -> None:
     from rich.markup import escape
 
     from capsule_sym._map.steady import shown_progression

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,10 +16,11 @@ if TYPE_CHECKING:
     from capsule_sym._study.thresholds import Threshold
 
 
-@click.command("paper")
-@options.out_option("Write casestudy.json and the tables to this directory.")
-@options.json_option
-def paper(out: Path | None, as_json: bool) -> None:
+@command()
+def paper(
+    out: Path | None = options.out("Write casestudy.json and the tables to this directory."),
+    as_json: bool = options.as_json,
+) -> None:
     """Compute the case study of Section 4 and compare it with what the paper prints.
 
     Runs the sixteen α of Fig. 7 from rest until the motion is steady, at the printed γ = 3.3 and

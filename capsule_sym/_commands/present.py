@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
+from string import Formatter
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import click
 
+import capsule_sym
 from capsule_sym._errors import NotInstalled
 
 if TYPE_CHECKING:
@@ -18,8 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console
     from rich.progress import Progress, ProgressColumn
-    from rich.table import Table
 
+    from capsule_sym._enclosures.certificates.certify import Certified
+    from capsule_sym._native import Watch
     from capsule_sym._study.data import Track
 
 _Item = TypeVar("_Item")
@@ -30,23 +34,25 @@ def result(
     show: Callable[[], object],
     as_json: bool,
     out: Path | None = None,
-    texts: Callable[[], Mapping[str, str]] = dict,
+    files: Callable[[], Mapping[str, Any]] = dict,
     pictures: Mapping[str, Callable[[], Figure]] = MappingProxyType({}),
 ) -> None:
     """Write files and pictures by name to a folder, if there is one, and print the result.
 
-    That is its record as JSON, or what `show` prints. stderr says what was written, and why a
-    picture is missing.
+    That is its record as JSON, or what `show` prints. A file is a record, or a pair of rows and the
+    columns of a table without any. stderr says what was written, and why a picture is missing.
     """
-    from capsule_sym._records import dumps, write
+    from capsule_sym._records import dumps, table, write
 
     if out is not None:
-        paths = write(texts(), out)
+        texts = {
+            name: table(*held) if isinstance(held, tuple) else dumps(held) + "\n"
+            for name, held in files().items()
+        }
+        paths = write(texts, out)
         try:
             for name, draw in pictures.items():
-                from capsule_sym._figures.style import save_figure
-
-                save_figure(draw(), out / name)
+                capsule_sym.save_figure(draw(), out / name)
                 paths.append(out / name)
         except NotInstalled as missing:
             click.echo(f"no picture: {missing}", err=True)
@@ -57,10 +63,44 @@ def result(
         show()
 
 
+def certificates(path: Path | None, found: Sequence[Certified], limit: Watch) -> None:
+    """Write the certificates of what was found, if wanted; exits with 4 if something is not proved.
+
+    A file is left as it was where nothing is proved.
+    """
+    if path is None:
+        return
+    from capsule_sym._enclosures.certificates.certify import certificates
+
+    proved, failed = certificates(found, limit)
+    if proved or not failed:
+        _write_certificates(path, proved)
+    if failed:
+        fail(f"not proved: {'; '.join(failed)}", 4)
+
+
+def _write_certificates(path: Path, proved: Sequence[dict[str, Any]]) -> None:
+    from capsule_sym._files import write_whole
+    from capsule_sym._records import dumps
+
+    write_whole(path, dumps({"certificates": list(proved)}) + "\n", "--certify")
+    claims = "existence, uniqueness, itinerary"
+    if any(one["kind"] == "run" for one in proved):
+        claims = f"{sum(len(one['fields']) for one in proved)} segments, switch by switch"
+    else:
+        claims += f"; {sum(bool(one['stable']) for one in proved)} stable"
+    click.echo(f"proved {len(proved)} ({claims}), wrote {path}", err=True)
+
+
 def fail(message: str, status: int = 3) -> NoReturn:
     """Say on stderr why there is no result, or not the whole one, and exit."""
     click.echo(message, err=True)
     raise click.exceptions.Exit(status)
+
+
+def fail_early(what: str, found: Any) -> NoReturn:
+    """Say on stderr how a search or a continuation ended before its end, and exit with 3."""
+    fail(f"{what} ({found.status.value}): {found.message}")
 
 
 def tell_written(*paths: Path, as_json: bool, **more: Any) -> None:
@@ -83,29 +123,37 @@ def make_console(stderr: bool = False, width: int = 110) -> Console:
     return Console(file=file, width=None if file.isatty() else width, highlight=False)
 
 
-def make_table(*columns: str, right: Collection[str] = (), gap: int = 1) -> Table:
-    """An empty table with a line below its head, the columns in `right` flush right."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
-    for name in columns:
-        table.add_column(name, justify="right" if name in right else "left")
-    return table
-
-
 def table(
-    columns: Iterable[str],
-    rows: Iterable[Iterable[str]],
+    columns: Mapping[str, str] | Sequence[str],
+    rows: Iterable[Any],
     right: Collection[str] = (),
     gap: int = 1,
     console: Console | None = None,
 ) -> None:
-    """Print a table of these rows."""
-    made = make_table(*columns, right=right, gap=gap)
+    """Print a table with a line below its head, the columns in `right` flush right.
+
+    Columns with templates such as "{0.value:.3g}" take their texts from what is in a row.
+    """
+    from rich import box
+    from rich.table import Table
+
+    made = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, gap, 0, 0), pad_edge=False)
+    for name in columns:
+        made.add_column(name, justify="right" if name in right else "left")
     for row in rows:
+        if isinstance(columns, Mapping):
+            row = [_Cells().vformat(text, row, {}) for text in columns.values()]
         made.add_row(*row)
     (console or make_console()).print(made)
+
+
+class _Cells(Formatter):
+    """Texts of the cells of a table: nothing for None, yes and no."""
+
+    def format_field(self, value: Any, spec: str) -> str:
+        if value is None or isinstance(value, bool):
+            return {None: "", True: "yes", False: "no"}[value]
+        return format(value, spec)
 
 
 def grid(rows: Iterable[Iterable[str]]) -> None:
@@ -117,6 +165,15 @@ def grid(rows: Iterable[Iterable[str]]) -> None:
         made.add_row(*row)
     if made.row_count:
         make_console().print(made)
+
+
+@contextmanager
+def progress(
+    text: str, total: float | None = None, *columns: ProgressColumn
+) -> Iterator[Callable[..., None]]:
+    """One bar of `make_progress`; gives what updates it, as `completed` or `description`."""
+    with make_progress(*columns) as bars:
+        yield partial(bars.update, bars.add_task(text, total=total))
 
 
 def make_progress(*columns: ProgressColumn) -> Progress:

@@ -3,52 +3,36 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
-from capsule_sym._commands.certify import certify_found
+from capsule_sym._commands.signature import command, option
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
-    from capsule_sym._map import Segment, SteadyMotion, Trajectory
-    from capsule_sym._parameters import PhysicalParameters
 
-
-@click.command("run")
-@options.parameter_options
-@options.state_option("State at the start.")
-@click.option(
-    "--phase",
-    type=float,
-    default=0.0,
-    help="Time at the start, within the excitation period 2π/ω.  [default: 0]",
-)
-@click.option(
-    "--periods", type=int, default=100, show_default=True, help="Excitation periods to run."
-)
-@click.option(
-    "--backend",
-    type=click.Choice(["c", "numpy", "mpmath"]),
-    show_default="c where it was compiled, else numpy",
-    help="Double precision (c, numpy), or 50 digits.",
-)
-@options.max_seconds_option(120.0)
-@options.certify_option("every switch of the run, and its end,")
-@options.json_option
+@command()
 def run(
-    system: options.System,
-    state: tuple[float, float, float],
-    phase: float,
-    periods: int,
-    backend: str | None,
-    max_seconds: float,
-    certify: Path | None,
-    as_json: bool,
+    system: options.System = options.parameters(),
+    state: tuple[float, float, float] = options.state("State at the start."),
+    phase: float = option(
+        "Time at the start, within the excitation period 2π/ω.  [default: 0]", default=0.0
+    ),
+    periods: int = options.count("Excitation periods to run.", 100),
+    backend: str | None = option(
+        "Double precision (c, numpy), or 50 digits.",
+        type=click.Choice(["c", "numpy", "mpmath"]),
+        show_default="c where it was compiled, else numpy",
+    ),
+    max_seconds: float = options.max_seconds(120.0),
+    certify: Path | None = options.certify("every switch of the run, and its end,"),
+    as_json: bool = options.as_json,
 ) -> None:
     """Run the map and show the steady motion that it ends in.
 
@@ -60,20 +44,17 @@ def run(
     there is none. "progression" is the advance of the capsule per excitation period. "stopped" is
     there only if the run ended early, and says why. Exits with 4 where --certify does not prove it.
     """
-    from capsule_sym._map import simulate
     from capsule_sym._native import Watch
     from capsule_sym._records import physical_record, run_record
 
     limit = Watch(max_seconds)
     parameters, physical = system.load()
-    go = partial(
-        simulate, parameters, state, phase, periods, backend=backend, max_seconds=max_seconds
-    )
+    settings: dict[str, Any] = {"backend": backend, "max_seconds": max_seconds}
+    go = partial(capsule_sym.simulate, parameters, state, phase, periods, **settings)
     try:
         if sys.stderr.isatty():
-            with present.make_progress() as bar:
-                task = bar.add_task("Running", total=periods)
-                trajectory = go(progress=lambda turns: bar.update(task, completed=turns))
+            with present.progress("Running", periods) as update:
+                trajectory = go(progress=lambda turns: update(completed=turns))
         else:
             trajectory = go()
     except KeyboardInterrupt:
@@ -88,12 +69,13 @@ def run(
         return found
 
     present.result(record, lambda: _print(trajectory, motion, physical), as_json)
-    if certify is not None:
-        certify_found(certify, [trajectory], limit)
+    present.certificates(certify, [trajectory], limit)
 
 
 def _print(
-    trajectory: Trajectory, motion: SteadyMotion | None, physical: PhysicalParameters | None
+    trajectory: capsule_sym.Trajectory,
+    motion: capsule_sym.SteadyMotion | None,
+    physical: capsule_sym.PhysicalParameters | None,
 ) -> None:
     from capsule_sym._map.steady import shown_progression
 
@@ -126,8 +108,10 @@ def _print(
         console.print(f"velocity       {advance / period:.6g} m/s on average")
 
 
-def _show_segments(segments: Sequence[Segment], physical: PhysicalParameters | None) -> None:
-    def row(segment: Segment) -> tuple[str, ...]:
+def _show_segments(
+    segments: Sequence[capsule_sym.Segment], physical: capsule_sym.PhysicalParameters | None
+) -> None:
+    def row(segment: capsule_sym.Segment) -> tuple[str, ...]:
         duration = float(segment.duration)
         if physical:
             duration = 1e3 * physical.time(duration)

@@ -9,46 +9,29 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from traceback import clear_frames
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any
 
 import click
 
+import capsule_sym
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import argument, command, option, several
 from capsule_sym.generated.facts import DEFAULTS
 
-if TYPE_CHECKING:
-    from capsule_sym._parameters import Parameters, PhysicalParameters
-    from capsule_sym._sweeps.sweep import Sweep
-
-_Command = TypeVar("_Command", bound=Callable[..., None])
-
-
 _EXTRA = ("sweep", "xarray", "zarr", "filelock")
-
-
-def _running(command: _Command) -> _Command:
-    """The options that say where results go and what runs the cells."""
-    for option in (
-        options.json_option,
-        options.max_seconds_option(),
-        click.option("--dask", metavar="ADDRESS", help="Run on a Dask cluster; local starts one."),
-        click.option("--workers", type=int, help="Chunks at a time.  [default: one per core]"),
-        click.option(
-            "--executor",
-            type=click.Choice(["threads", "processes"]),
-            default="threads",
-            show_default=True,
-        ),
-        click.option(
-            "--any-core",
-            is_flag=True,
-            help="Go on although another core began; results then differ in the last bits.",
-        ),
-        click.option("--resume", is_flag=True, help="Go on with what the store holds."),
-        click.option("--store", required=True, metavar="DIR", help="Where results go."),
-    ):
-        command = option(command)
-    return command
+_store = option("Where results go.", required=True, metavar="DIR")
+_running = several(
+    resume=option("Go on with what the store holds.", is_flag=True),
+    any_core=option(
+        "Go on although another core began; results then differ in the last bits.", is_flag=True
+    ),
+    executor=option(
+        "", type=click.Choice(["threads", "processes"]), default="threads", show_default=True
+    ),
+    workers=option("Chunks at a time.  [default: one per core]", type=int),
+    dask=option("Run on a Dask cluster; local starts one.", metavar="ADDRESS"),
+    max_seconds=options.max_seconds(),
+)
 
 
 def _check_run() -> None:
@@ -56,29 +39,21 @@ def _check_run() -> None:
     options.check_beside("executor", never=("dask",))
 
 
-@click.command("sweep")
-@click.argument("plan", metavar="[FILE.toml]", required=False)
-@options.ranged_parameter_options(counted=True)
-@click.option("--periods", type=int, help="Excitation periods to run.  [default: 300]")
-@click.option("--compute", metavar="NAMES", help="What is computed, such as itinerary,energies.")
-@click.option(
-    "--refine",
-    "stride",
-    type=int,
-    metavar="STRIDE",
-    help="Compute every STRIDE-th point of a chart over two axes, and all points only where "
-    "neighbours differ.",
-)
-@_running
+@command()
 def sweep(
-    plan: str | None,
-    system: options.System,
-    periods: int | None,
-    compute: str | None,
-    store: str,
-    stride: int | None,
-    as_json: bool,
-    **how: Any,
+    plan: str | None = argument(metavar="[FILE.toml]", required=False),
+    system: options.System = options.ranged_parameters(counted=True),
+    periods: int | None = option("Excitation periods to run.  [default: 300]"),
+    compute: str | None = option("What is computed, such as itinerary,energies.", metavar="NAMES"),
+    stride: int | None = option(
+        "Compute every STRIDE-th point of a chart over two axes, and all points only where "
+        "neighbours differ.",
+        "--refine",
+        metavar="STRIDE",
+    ),
+    store: str = _store,
+    how: dict[str, Any] = _running,
+    as_json: bool = options.as_json,
 ) -> None:
     """Run every cell of the sweep in FILE.toml, or over ranges, and keep the results in DIR.
 
@@ -103,9 +78,6 @@ def sweep(
     with xarray.
     """  # noqa: D301 (what keeps click from filling the file's lines is the character)
     options.require(*_EXTRA)
-    from capsule_sym._sweeps.execution import run_sweep
-    from capsule_sym._sweeps.plan import load_sweep
-    from capsule_sym._sweeps.refinement import refine_sweep
     from capsule_sym._sweeps.results import info_record
 
     options.check_beside("compute", never=("stride",))
@@ -115,16 +87,16 @@ def sweep(
     if plan is not None:
         for name in (*over, *DEFAULTS, *settings, "file"):
             options.check_beside(name, never=("plan",))
-        loaded = load_sweep(plan)
+        loaded = capsule_sym.load_sweep(plan)
     else:
         loaded = _over(over, *system.load(), settings)
     _check_run()
     with _executor(**how) as given:
         if stride is None:
-            summary = run_sweep(loaded, store, **given)
+            summary = capsule_sym.run_sweep(loaded, store, **given)
             record = {**_summary(summary, loaded.periods), **info_record(Path(store))}
         else:
-            chart = refine_sweep(loaded, store, stride=stride, **given)
+            chart = capsule_sym.refine_sweep(loaded, store, stride=stride, **given)
             record = {
                 "store": store,
                 **_ended(chart),
@@ -137,14 +109,12 @@ def sweep(
 
 def _over(
     over: dict[str, tuple[float, ...]],
-    parameters: Parameters,
-    device: PhysicalParameters | None,
+    parameters: capsule_sym.Parameters,
+    device: capsule_sym.PhysicalParameters | None,
     settings: dict[str, Any],
-) -> Sweep:
+) -> capsule_sym.Sweep:
     """The sweep over ranges."""
     from dataclasses import asdict
-
-    from capsule_sym._sweeps.plan import read_plan
 
     if not over:
         raise click.UsageError("give a range, such as --alpha 0.1:2:41, or FILE.toml")
@@ -152,34 +122,27 @@ def _over(
         name: {"from": low, "to": high, "count": count} for name, (low, high, count) in over.items()
     }
     base = {"device": asdict(device)} if device else {"parameters": parameters.to_dict()}
-    return read_plan({**base, "axes": axes, **settings})
+    return capsule_sym.read_plan({**base, "axes": axes, **settings})
 
 
 _WINDOW = options.Range(counted=True)
 
 
-@click.command("basin")
-@options.parameter_options
-@click.option("--x-r", type=_WINDOW, help="Starts along x_r.")
-@click.option("--v-r", type=_WINDOW, help="Starts along v_r.")
-@click.option("--v-c", type=_WINDOW, help="Starts along v_c.")
-@click.option("--phase", type=_WINDOW, help="Starts along the phase.")
-@options.state_option("What no axis changes of the start.")
-@click.option("--periods", default=300, show_default=True, help="Excitation periods to run.")
-@click.option("--tolerance", default=1e-9, show_default=True, help="Within which a motion repeats.")
-@_running
+@command()
 def basin(
-    system: options.System,
-    state: tuple[float, float, float],
-    periods: int,
-    tolerance: float,
-    as_json: bool,
-    store: str,
-    x_r: tuple[float, float, int] | None,
-    v_r: tuple[float, float, int] | None,
-    v_c: tuple[float, float, int] | None,
-    phase: tuple[float, float, int] | None,
-    **how: Any,
+    system: options.System = options.parameters(),
+    windows: dict[str, Any] = several(
+        x_r=option("Starts along x_r.", type=_WINDOW),
+        v_r=option("Starts along v_r.", type=_WINDOW),
+        v_c=option("Starts along v_c.", type=_WINDOW),
+        phase=option("Starts along the phase.", type=_WINDOW),
+    ),
+    state: tuple[float, float, float] = options.state("What no axis changes of the start."),
+    periods: int = options.count("Excitation periods to run.", 300),
+    tolerance: float = option("Within which a motion repeats.", default=1e-9, show_default=True),
+    store: str = _store,
+    how: dict[str, Any] = _running,
+    as_json: bool = options.as_json,
 ) -> None:
     """Run a basin of attraction and tell its attractors.
 
@@ -187,29 +150,27 @@ def basin(
     Newton's method; `attractor` in DIR/results.zarr is the number of each cell's.
     """
     options.require(*_EXTRA)
-    from capsule_sym._sweeps.axes import Axis
-    from capsule_sym._sweeps.basin import run_basin
     from capsule_sym._sweeps.results import info_record
-    from capsule_sym._sweeps.sweep import Sweep
 
-    windows = {"x_r": x_r, "v_r": v_r, "v_c": v_c, "phase": phase}
-    axes = tuple(Axis.linear(name, *window) for name, window in windows.items() if window)
+    given = {name: window for name, window in windows.items() if window}
+    axes = tuple(capsule_sym.Axis.linear(name, *window) for name, window in given.items())
     if not axes:
         raise click.UsageError("give a range of starts, such as --x-r -1:1:40")
     _check_run()
     parameters, _ = system.load()
-    chosen = Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
-    with _executor(**how) as given:
-        summary, _ = run_basin(chosen, store, **given)
+    chosen = capsule_sym.Sweep(axes, parameters, state, periods=periods, tolerance=tolerance)
+    with _executor(**how) as settings:
+        summary, _ = capsule_sym.run_basin(chosen, store, **settings)
     record = {**_summary(summary, periods), **info_record(Path(store))}
     _tell(record, as_json)
 
 
-@click.command("sweep-info")
-@click.option("--check", is_flag=True, help="Compare every file with its checksum; exit 1 if not.")
-@options.json_option
-@click.argument("store", metavar="DIR")
-def sweep_info(store: str, check: bool, as_json: bool) -> None:
+@command()
+def sweep_info(
+    check: bool = option("Compare every file with its checksum; exit 1 if not."),
+    as_json: bool = options.as_json,
+    store: str = argument(metavar="DIR"),
+) -> None:
     """Show the axes, what is done, the outcomes, the attractors and the provenance of a store."""
     options.require(*_EXTRA)
     from capsule_sym._sweeps.results import damaged_parts, info_record

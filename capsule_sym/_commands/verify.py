@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from capsule_sym._commands import options, present
+from capsule_sym._commands.signature import command, option
 from capsule_sym._files import write_whole
 
 if TYPE_CHECKING:
@@ -19,19 +20,19 @@ if TYPE_CHECKING:
     from capsule_sym._symbolic.proofs.items import Result
 
 
-@click.command()
-@click.option(
-    "--only", metavar="NAME", help="Prove this statement alone; --json gives the names as id."
-)
-@click.option(
-    "--write",
-    type=options.WritablePath(file=True),
-    metavar="FILE.md",
-    help="Write the report with formulas here.",
-)
-@click.option("--freeze", is_flag=True, help="Make what is found the expected verdicts.")
-@options.json_option
-def verify(only: str | None, write: Path | None, freeze: bool, as_json: bool) -> Sequence[Result]:
+@command()
+def verify(
+    only: str | None = option(
+        "Prove this statement alone; --json gives the names as id.", metavar="NAME"
+    ),
+    write: Path | None = option(
+        "Write the report with formulas here.",
+        type=options.WritablePath(file=True),
+        metavar="FILE.md",
+    ),
+    freeze: bool = option("Make what is found the expected verdicts."),
+    as_json: bool = options.as_json,
+) -> Sequence[Result]:
     """Prove the theory: the flow, the switching mechanisms, Tables 1 to 3 and the appendices.
 
     One line for each statement: proved, refuted (a statement of the paper that fails, with its

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+import capsule_sym
 from capsule_sym import InvalidInput, Parameters, PhysicalParameters, simulate, solve_orbit
 from capsule_sym._cli import _status
 from capsule_sym._commands import enclose as enclosing
 from capsule_sym._commands.options import meant
-from capsule_sym._design import steering
 from capsule_sym._enclosures.regions import subdivision as regions
 from capsule_sym._files import write_whole
 from capsule_sym._map.steady import shown_progression
@@ -97,7 +97,7 @@ def test_a_wrong_line_is_refused_in_one_line(
     (tmp_path / "device.toml").write_text(f"[device]\n{part}[axes]\nalpha = [1.0]\n")
     # what would begin work
     monkeypatch.setattr(enclosing, "spawning", None)
-    monkeypatch.setattr(steering, "steer", None)
+    monkeypatch.setattr(capsule_sym, "steer", None)
     monkeypatch.setattr(search, "_Search", None)
     done = inside(*line.split(), cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")

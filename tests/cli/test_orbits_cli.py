@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import capsule_sym
 from capsule_sym import PhysicalParameters, simulate
 from capsule_sym._cli import main
 from capsule_sym._commands.branch import largest_entry
@@ -247,12 +248,10 @@ def test_no_orbit_as_json_has_the_reason(capsys) -> None:
 
 
 def test_no_orbit_exits_with_3(capsys, monkeypatch) -> None:
-    from capsule_sym import OrbitStatus
-    from capsule_sym._orbits.shooting import search
     from capsule_sym._orbits.shooting.orbit import NoOrbit
 
-    nothing = NoOrbit(OrbitStatus.NOT_PERIODIC, "it wanders", None, (), 0.0)
-    monkeypatch.setattr(search, "solve_orbit", lambda *arguments, **_: nothing)
+    nothing = NoOrbit(capsule_sym.OrbitStatus.NOT_PERIODIC, "it wanders", None, (), 0.0)
+    monkeypatch.setattr(capsule_sym, "solve_orbit", lambda *arguments, **_: nothing)
     for arguments in (
         ("orbit",),
         ("branch", "--parameter", "alpha", "--from", "0.5", "--to", "1"),

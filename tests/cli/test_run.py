@@ -132,10 +132,10 @@ def test_a_run_that_stopped_early_says_why(options: tuple[str, ...]) -> None:
     code = (
         "import sys\n"
         "from functools import partial\n"
-        "import capsule_sym._map\n"
+        "import capsule_sym\n"
         "from capsule_sym._cli import main\n"
         # Low enough to be reached, and after periods that are steady.
-        "capsule_sym._map.simulate = partial(capsule_sym._map.simulate, max_segments=400)\n"
+        "capsule_sym.simulate = partial(capsule_sym.simulate, max_segments=400)\n"
         "main(['run', '--periods', '200', *sys.argv[1:]])"
     )
     done = subprocess.run(

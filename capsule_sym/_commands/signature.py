@@ -1,0 +1,87 @@
+"""Commands made of functions: what a parameter is on the line stands in its default."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import click
+
+# Settings of click by the annotation of a parameter.
+_KINDS: dict[str, dict[str, Any]] = {
+    "bool": {"is_flag": True},
+    "float": {"type": float},
+    "int": {"type": int},
+    "str": {"type": str},
+    "tuple[float, float, float]": {"type": float, "nargs": 3},
+    "tuple[str, ...]": {"type": str, "multiple": True},
+}
+
+
+class _Several:
+    """Options that a command gets as one value, which `make` makes of theirs by name."""
+
+    def __init__(self, make: Callable[..., Any], options: Sequence[click.Parameter]) -> None:
+        self.make, self.options = make, options
+
+    def take(self, values: dict[str, Any]) -> Any:
+        """The value, of those of the options, which go."""
+        names = [one.name for one in self.options if one.expose_value]
+        return self.make(**{str(name): values.pop(name) for name in names})
+
+
+def option(help: str, *flags: str, **settings: Any) -> Any:
+    """The default of a parameter that is an option of a command.
+
+    Its flags, if not that of its name, and settings as of click; its type is that of the parameter
+    if `type` does not give it.
+    """
+    return partial(_option, help, flags, settings)
+
+
+def _option(
+    help: str, flags: Sequence[str], settings: dict[str, Any], name: str, kind: str = ""
+) -> click.Option:
+    chosen = (name, *(flags or [f"--{name.replace('_', '-')}"]))
+    if "type" not in settings:
+        settings = _KINDS.get(kind.removesuffix(" | None"), {}) | settings
+    return click.Option(chosen, help=help, **settings)
+
+
+def argument(**settings: Any) -> Any:
+    """The default of a parameter that is an argument of a command."""
+    return lambda name, _: click.Argument([name], **settings)
+
+
+def several(make: Callable[..., Any] = dict, **options: Any) -> Any:
+    """The default of a parameter that has several options, by name: `make` gets their values."""
+    return _Several(make, [made(name) for name, made in options.items()])
+
+
+def command(epilog: str | None = None) -> Callable[[Callable[..., Any]], click.Command]:
+    """Decorator that makes a command of a function of its name, with its docstring as help.
+
+    The default of each parameter says what it is on the line: by `option`, `argument` or `several`.
+    """
+
+    def decorate(function: Callable[..., Any]) -> click.Command:
+        parameters: list[click.Parameter] = []
+        joined: dict[str, _Several] = {}
+        given = zip(function.__annotations__.items(), function.__defaults__ or (), strict=False)
+        for (name, kind), default in given:
+            if isinstance(default, _Several):
+                joined[name] = default
+                parameters += default.options
+            else:
+                parameters.append(default(name, kind))
+
+        def called(**values: Any) -> Any:
+            return function(**{name: one.take(values) for name, one in joined.items()}, **values)
+
+        name = function.__name__.replace("_", "-")
+        return click.Command(
+            name, callback=called, params=parameters, help=function.__doc__, epilog=epilog
+        )
+
+    return decorate

@@ -1,0 +1,56 @@
+"""Commands that are made of functions: the line, the types, and what a function gets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from capsule_sym._commands.signature import argument, command, option, several
+
+
+class Pair:
+    def __init__(self, low: int, high: int) -> None:
+        self.sum = low + high
+
+
+def made(got: dict[str, Any]) -> click.Command:
+    @command(epilog="The end.")
+    def try_all(
+        name: str = argument(metavar="NAME"),
+        pair: Pair = several(Pair, low=option("", type=int), high=option("", type=int)),
+        rate: float | None = option("A rate."),
+        place: tuple[float, float, float] = option("", "--at", default=(0.0, 0.0, 0.0)),
+        notes: tuple[str, ...] = option(""),
+        loud: bool = option("", "--loud/--quiet", default=True),
+        path: Path | None = option("", type=click.Path(path_type=Path)),
+    ) -> None:
+        """Try it."""
+        got.update(locals())
+
+    return try_all
+
+
+def test_a_function_gets_what_its_defaults_say() -> None:
+    got: dict[str, Any] = {}
+    line = "one --low 2 --high 3 --rate .5 --at 1 2 3 --notes a --notes b --quiet --path x"
+    assert CliRunner().invoke(made(got), line.split()).exit_code == 0
+    assert (got["name"], got["pair"].sum, got["rate"], got["place"]) == ("one", 5, 0.5, (1, 2, 3))
+    assert (got["notes"], got["loud"], got["path"]) == (("a", "b"), False, Path("x"))
+    assert CliRunner().invoke(made(got), ["one", "--low", "2", "--high", "3"]).exit_code == 0
+    assert (got["rate"], got["place"], got["notes"], got["loud"]) == (None, (0, 0, 0), (), True)
+
+
+@pytest.mark.parametrize("line", ["", "one two", "one --rate x", "one --at 1 2", "one --low 2.5"])
+def test_a_line_that_the_types_exclude_is_refused(line: str) -> None:
+    assert CliRunner().invoke(made({}), line.split()).exit_code == 2
+
+
+def test_help_is_the_docstring_and_the_options_in_order() -> None:
+    shown = CliRunner().invoke(made({}), ["--help"]).stdout
+    words = ("try-all", "NAME", "Try it.", "--low", "--high", "--rate FLOAT", "A rate.", "--at")
+    places = [shown.index(word) for word in (*words, "--notes", "--quiet", "--path", "The end.")]
+    assert places == sorted(places)
