@@ -62,10 +62,10 @@ _integers = _counts | _counts | st.integers().map(str) | st.sampled_from([*_HOST
 
 
 def commands() -> dict[str, click.Command]:
-    """The commands by name, users' and developers', each imported."""
+    """The commands by name, users' and developers', each imported; of one name the users'."""
     return {
         name: command
-        for one in (group, developers)
+        for one in (developers, group)
         for name in one.commands
         if (command := one.resolve_command(click.Context(one), [name])[1])
     }
@@ -227,9 +227,7 @@ def run(arguments: list[str], seconds: float) -> Ended:
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            status = _status(
-                arguments, developers if arguments[0] in developers.commands else group
-            )
+            status = _status(arguments, group if arguments[0] in group.commands else developers)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
