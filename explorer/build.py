@@ -26,8 +26,8 @@ NATIVE, KERNELS = ROOT / "capsule_sym" / "_native", ROOT / "generated" / "c"
 MODEL = ROOT / "generated" / "page" / "model.ts"
 
 LIBRARY = (
-    *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "shooting.c"),
-    *("sensitivities.c", "orbit.c", "metrics.c", "peaks.c"),
+    *("tables.c", "scalar.c", "double_double.c", "run.c", "steady.c", "linear.c", "equations.c"),
+    *("blocks.c", "shooting.c", "sensitivities.c", "orbit.c", "metrics.c", "peaks.c"),
 )
 """What of the C library the page needs: no lanes, no fused multiply-adds."""
 FLAGS = (

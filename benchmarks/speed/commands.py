@@ -75,7 +75,7 @@ def bench_design(
 ) -> None:
     """Measure what an optimiser of drives is built on, by processor time, the best of the repeats.
 
-    Cells with all metrics and multipliers, a run's derivatives, optima, and fits.
+    Cells with all metrics and multipliers, a run's derivatives, optima, fits, and long itineraries.
     """
     options.require("peers", "scipy")
     from benchmarks.speed.design import goals

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from time import process_time
 
 import numpy as np
@@ -22,11 +23,15 @@ from capsule_sym._design.sensitivities import sensitivities
 from capsule_sym._map import simulate
 from capsule_sym._map.many import simulate_many
 from capsule_sym._orbits.metrics.many import performance_many
+from capsule_sym._orbits.shooting.itinerary import Itinerary
+from capsule_sym._orbits.shooting.orbit import solve_itinerary
+from capsule_sym._orbits.shooting.search import solve_orbit
 from capsule_sym._parameters import Parameters
 from capsule_sym._sweeps.axes import Axis
 from capsule_sym._sweeps.cells import compute
 from capsule_sym._sweeps.sweep import Sweep
 
+_SEGMENTS = ((100, 0.01), (400, 0.03), (1600, 0.5), (4096, 3.0))  # of an itinerary, and seconds
 _PERIODS = 100  # excitation periods of a cell of the chart, and of a run
 
 
@@ -134,7 +139,19 @@ def fits(quick: bool, repeats: int) -> Iterator[Goal]:
     yield Goal(f"of {sets} fits, all 7 within 3 standard errors", share, "%", ">=", 95.0)
 
 
-PARTS = (cells, derivatives, optima, fits)
+def itineraries(quick: bool, repeats: int) -> Iterator[Goal]:
+    """Orbits of long itineraries, solved from a guess beside them."""
+    orbit = solve_orbit(Parameters(alpha=0.7))
+    for count, goal in _SEGMENTS[:2] if quick else _SEGMENTS:
+        times = count // len(orbit.itinerary)
+        long = Itinerary(times * orbit.itinerary.segments, times)
+        z = np.array([*orbit.z[:4], *(times * orbit.z[4:].tolist())])
+        z *= 1 + 1e-9 * np.sin(np.arange(len(z)))
+        taken = best(partial(solve_itinerary, orbit.parameters, long, z.tolist()), repeats)
+        yield Goal(f"orbit of {count:,} segments by its itinerary", taken, "s", "<=", goal)
+
+
+PARTS = (cells, derivatives, optima, fits, itineraries)
 
 
 def goals(quick: bool, repeats: int) -> Iterator[Goal]:

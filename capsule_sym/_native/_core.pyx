@@ -131,7 +131,7 @@ cdef object _arrays(object block, const capsule_system *system, int count):
     cdef Py_ssize_t unknowns = CAPSULE_UNKNOWNS(count), columns = CAPSULE_COLUMNS(count)
     states_by = _part(block, begin, system.states_by, count + 1, CAPSULE_STATE_COUNT * columns)
     return (
-        block[: system.states_by - begin].view(SEGMENT_FLOW),
+        block[: system.residual - begin].view(SEGMENT_FLOW),
         states_by.reshape(count + 1, CAPSULE_STATE_COUNT, columns),
         block[system.residual - begin : system.residual - begin + unknowns],
         _part(block, begin, system.by, unknowns, columns),

@@ -260,22 +260,25 @@ typedef struct {
    the end less that at the start; and the durations less the excitation periods, as angles. */
 typedef struct {
     capsule_segment_flow *flows; /* of the segments */
-    double *states_by;    /* where each begins, and the end: 3 rows of columns each */
+    double *states_by;    /* where each begins, and the end: 3 rows of columns each; or null */
     double *residual;     /* of each equation */
-    double *by;           /* a row of columns for each */
-    double *advance_by;   /* a row */
+    double *by;           /* a row of columns for each; or null */
+    double *advance_by;   /* a row; or null */
     double *monodromy;    /* matrix over the itinerary, row by row */
-    double *workspace;    /* 3 rows */
+    double *workspace;    /* CAPSULE_COLUMN_COUNT numbers for each segment, and 9 rows */
     double advance;       /* of x_c */
 } capsule_system;
 
-/* How many doubles these arrays take together. */
+/* How many doubles these arrays take together, without derivatives and with them. */
+#define CAPSULE_EQUATIONS_ROOM(count)                                                              \
+    ((count) * (sizeof(capsule_segment_flow) / sizeof(double) + CAPSULE_COLUMN_COUNT) +            \
+     CAPSULE_UNKNOWNS(count) + CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT + 9 * CAPSULE_COLUMNS(count))
 #define CAPSULE_SYSTEM_ROOM(count)                                                                 \
-    ((count) * (sizeof(capsule_segment_flow) / sizeof(double)) +                                   \
-     (((count) + 1) * CAPSULE_STATE_COUNT + CAPSULE_UNKNOWNS(count) + 4) * CAPSULE_COLUMNS(count) + \
-     CAPSULE_UNKNOWNS(count) + CAPSULE_STATE_COUNT * CAPSULE_STATE_COUNT)
+    (CAPSULE_EQUATIONS_ROOM(count) +                                                               \
+     (((count) + 1) * CAPSULE_STATE_COUNT + CAPSULE_UNKNOWNS(count) + 1) * CAPSULE_COLUMNS(count))
 
 /* The arrays for an itinerary of so many segments, laid out one after another in a block of that room. */
+capsule_system capsule_equations_in(double *block, int count);
 capsule_system capsule_system_in(double *block, int count);
 
 /* Evaluates the equations of an itinerary at unknowns z. */
@@ -295,7 +298,7 @@ typedef struct {
     capsule_watch *watch;    /* or null */
 } capsule_itinerary_request;
 #define CAPSULE_ITINERARY_ROOM(count)                                                              \
-    (2 * CAPSULE_SYSTEM_ROOM(count) + CAPSULE_UNKNOWNS(count) * (CAPSULE_UNKNOWNS(count) + 4))
+    (2 * CAPSULE_EQUATIONS_ROOM(count) + 12 * CAPSULE_UNKNOWNS(count) + 215 * (count))
 
 /* Solves the equations of an itinerary near z by damped steps of Newton's method, for parameters that
    stay, or that move along a direction while an unknown keeps its value: a segment of duration 0 is

@@ -3,8 +3,6 @@
 
 #include <math.h>
 
-#define WORK 1024 /* products that take as long as an expansion */
-
 static void exchange(double *one, double *other, size_t count)
 {
     for (size_t j = 0; j < count && one != other; j++) {
@@ -13,12 +11,10 @@ static void exchange(double *one, double *other, size_t count)
     }
 }
 
-int capsule_factor(double *a, size_t size, double *order, capsule_watch *watch)
+int capsule_factor(double *a, size_t size, double *order)
 {
     int regular = 1;
     for (size_t k = 0; k < size; k++) {
-        if (capsule_asked(watch, (int64_t)((size - k) * (size - k) / WORK)))
-            return -1;
         size_t best = k;
         for (size_t i = k + 1; i < size; i++)
             if (fabs(a[i * size + k]) > fabs(a[best * size + k]))

@@ -2,11 +2,11 @@
 #ifndef CAPSULE_LINEAR_H
 #define CAPSULE_LINEAR_H
 
-#include "capsule.h"
+#include <stddef.h>
 
 /* Factors a square matrix in place, row by row; `order` receives the rows that are exchanged. Returns 0
-   where a pivot is 0, and -1 where the watch, which may be null, stops it. */
-int capsule_factor(double *matrix, size_t size, double *order, capsule_watch *watch);
+   where a pivot is 0. */
+int capsule_factor(double *matrix, size_t size, double *order);
 
 /* Solves the factored system for right sides that are the columns of `right`, in place. */
 void capsule_substitute(const double *matrix, size_t size, const double *order, double *right,

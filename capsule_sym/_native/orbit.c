@@ -32,7 +32,7 @@ static uint64_t passage(const capsule_segment *segments, size_t count)
 static int solved(double a[3][3], double *b, int columns)
 {
     double order[3];
-    int finite = capsule_factor(&a[0][0], 3, order, NULL);
+    int finite = capsule_factor(&a[0][0], 3, order);
     capsule_substitute(&a[0][0], 3, order, b, (size_t)columns);
     for (int i = 0; i < 3 * columns; i++)
         finite &= isfinite(b[i]) != 0;

@@ -15,7 +15,7 @@ enum { DURATION = CAPSULE_UNKNOWNS(0), MATRIX = CAPSULE_STATE_COUNT * CAPSULE_ST
 
 static page_orbit orbit;
 static capsule_system equations;
-static double block[CAPSULE_SYSTEM_ROOM(LONGEST_ITINERARY)];
+static double block[CAPSULE_EQUATIONS_ROOM(LONGEST_ITINERARY)];
 
 static const capsule_constants *field_of(int field) { return &page.map.field[field - 1]; }
 
@@ -38,7 +38,7 @@ static int orbit_from(int first, page_orbit *o)
         o->fields[i] = s[(begin + i) % n].field;
         o->z[DURATION + i] = s[(begin + i) % n].duration;
     }
-    equations = capsule_system_in(block, n);
+    equations = capsule_equations_in(block, n);
     return capsule_evaluate_itinerary(&page.map.parameters, &o->itinerary, o->z, &equations) ==
            CAPSULE_DONE;
 }
@@ -64,7 +64,7 @@ static int solve(page_orbit *o, double *values, int held, int free, capsule_solu
         direction[free] = 1.0, request.direction = direction;
     memcpy(&parameters, values, sizeof parameters);
     o->itinerary.fields = o->fields;
-    equations = capsule_system_in(block, o->itinerary.count);
+    equations = capsule_equations_in(block, o->itinerary.count);
     if (capsule_solve_itinerary(&o->itinerary, &request, &parameters, o->z, &equations, solution) !=
         CAPSULE_DONE)
         return 0;
@@ -162,7 +162,7 @@ EXPORT(orbit_within) void orbit_within(void)
     half.itinerary.fields = half.fields;
     half.z[DURATION] /= 2.0;
     memcpy(&parameters, given, sizeof parameters);
-    equations = capsule_system_in(block, half.itinerary.count);
+    equations = capsule_equations_in(block, half.itinerary.count);
     capsule_evaluate_itinerary(&parameters, &half.itinerary, half.z, &equations);
     memcpy(numbers, equations.flows[0].end, sizeof equations.flows[0].end);
     numbers[DURATION - 1] = half.z[DURATION - 1] + parameters.omega * half.z[DURATION];

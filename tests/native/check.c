@@ -394,7 +394,8 @@ static int itineraries(void)
         const int which = i % 9, n = COUNT[which], mirrored = which == 6;
         const capsule_itinerary itinerary = {FIELDS[which], n, 1, mirrored};
         capsule_parameters p = any_parameters(i), given = p;
-        capsule_system system = capsule_system_in(block, n);
+        static double less[CAPSULE_EQUATIONS_ROOM(MOST)];
+        capsule_system system = capsule_system_in(block, n), alone = capsule_equations_in(less, n);
         capsule_solution solution;
         capsule_itinerary_request request = {.workspace = workspace};
         double z[CAPSULE_UNKNOWNS(MOST)] = {0.1, 0.2, 0.0, 1.0}, matrix[9];
@@ -415,6 +416,10 @@ static int itineraries(void)
             return failed("a monodromy matrix from no segment", &given);
         if (solution.status != CAPSULE_SOLVED)
             continue;
+        if (capsule_evaluate_itinerary(&p, &itinerary, z, &alone) != CAPSULE_DONE ||
+            memcmp(alone.residual, system.residual, (size_t)(n + 4) * sizeof *z) ||
+            memcmp(alone.monodromy, system.monodromy, 9 * sizeof *z) || alone.advance != system.advance)
+            return failed("equations without derivatives are others", &given);
         solved++;
         for (int k = 0; k < n + 4; k++)
             if (!(fabs(system.residual[k]) <= solution.residual && solution.residual < 1e-9))

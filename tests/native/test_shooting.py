@@ -277,6 +277,10 @@ def test_a_long_itinerary_is_solved_from_its_solution() -> None:
     assert found.iterations <= 2
     assert found.residual < 1e-13
     assert found.z == pytest.approx(np.array(z), abs=1e-12)
+    beside = solve_itinerary(orbit.parameters, long, [value * (1 + 1e-6) for value in z])
+    assert beside.success
+    assert beside.iterations <= 4  # each squares the distance
+    assert beside.z == pytest.approx(np.array(z), abs=1e-12)
 
 
 def test_a_watch_stops_the_search() -> None:

@@ -1,0 +1,385 @@
+/* The equations of a periodic orbit of a given itinerary, of its start and of its segments' durations.
+
+   The equations are: each segment's guard vanishes at its end; the state there is that of the start again,
+   x_c apart, or its mirror image; the durations are whole periods of the forcing. Where a guard vanishes
+   at the segment's start already, that root is divided out: the equations then stay regular as the
+   segment shrinks to nothing, and go on beyond, to durations below zero. */
+#include "equations.h"
+
+#include <math.h>
+
+typedef enum { NEVER, IMPACT, LANDING, SLIP, IMPOSSIBLE } guard_kind;
+
+/* A sum in two parts: long itineraries pass many turns, and their angles would lose digits to them. */
+typedef struct {
+    double whole, rest;
+} angle_sum;
+
+static void turn_on(angle_sum *angle, double omega, double h)
+{
+    const double more = omega * h, sum = angle->whole + more, part = sum - angle->whole;
+    angle->rest += (angle->whole - (sum - part)) + (more - part) + fma(omega, h, -more);
+    angle->whole = sum;
+}
+
+static int neighbour(const capsule_itinerary *it, int i)
+{
+    const int n = it->count, field = it->fields[(i + n) % n] - 1;
+    if (!it->mirrored || (i >= 0 && i < n))
+        return field;
+    return FIELD_OF[0][1 - DRIFT_OF[field]] - 1;
+}
+
+/* The guard that ends segment i. */
+static guard_kind guard_of(const capsule_itinerary *it, int i)
+{
+    const int field = it->fields[i] - 1, next = neighbour(it, i + 1);
+    const int impact = CONTACT_OF[field] != CONTACT_OF[next];
+    const int slides = DRIFT_OF[field] != DRIFT_OF[next];
+    if (it->count == 1 && DRIFT_OF[field] == 0)
+        return NEVER;
+    if (impact == slides)
+        return IMPOSSIBLE;
+    return impact ? IMPACT : DRIFT_OF[field] ? LANDING : SLIP;
+}
+
+/* How many derivatives of a segment's guard, from itself on, vanish at its start. */
+static int zeros_of(const capsule_itinerary *it, int i)
+{
+    const guard_kind guard = guard_of(it, i), before = guard_of(it, (i + it->count - 1) % it->count);
+    if (guard == IMPACT)
+        return before == IMPACT;
+    return guard != LANDING ? 0 : before == LANDING ? 1 : before == SLIP ? 2 : 0;
+}
+
+int capsule_itinerary_allowed(const capsule_itinerary *it)
+{
+    if (!it || !it->fields || it->count < 1 || it->count > CAPSULE_LONGEST || it->periods < 1 ||
+        (it->mirrored && it->periods % 2 == 0))
+        return 0;
+    for (int i = 0; i < it->count; i++)
+        if (it->fields[i] < 1 || it->fields[i] > CAPSULE_FIELD_COUNT)
+            return 0;
+    for (int i = 0; i < it->count; i++)
+        if (guard_of(it, i) == IMPOSSIBLE)
+            return 0;
+    return 1;
+}
+
+/* A segment of a duration from a state. A duration of 0 would leave nothing to divide by; within
+   rounding the limit is the same. */
+static void run_segment(const capsule_constants *c, const double state[STATES], angle_sum angle, double h,
+                        capsule_segment_flow *p)
+{
+    const double cosine = cos(angle.whole), sine = sin(angle.whole);
+    const double gap = state[0] - c->delta, margin = margin_at(c, state[0], gap, state[1]);
+    const capsule_start start = {state[0], gap, state[1], state[2], margin,
+                                 cosine - angle.rest * sine, sine + angle.rest * cosine};
+    double change[STATES] = {0.0};
+    memcpy(p->start, &start, sizeof p->start);
+    p->angle = angle.whole;
+    p->duration = fabs(h) > UNIT ? h : UNIT;
+    capsule_flow(c, &start, p->duration, change);
+    const double slid = c->drift != 0.0 ? change[2] : -state[2];
+    p->moved[0] = change[0];
+    p->moved[1] = slid;
+    p->moved[2] = c->drift != 0.0 ? capsule_flow_advance(c, &start, change[0], p->duration) : 0.0;
+    p->end[0] = state[0] + change[0];
+    p->end[1] = change[1];
+    p->end[2] = state[2] + slid;
+    chain_rows(c, &start, p->duration, (double (*)[ROW])p->jacobian);
+}
+
+/* A guard at the end of a segment over the power `zeros` of its duration, and the row of that. */
+static double divided_guard(const capsule_constants *c, const capsule_constants *next, int zeros,
+                            const capsule_segment_flow *p, double row[ROW])
+{
+    const int impact = c->contact != next->contact, which = impact ? 0 : 2;
+    const double h = p->duration;
+    double rows[ROWS][ROW];
+    memcpy(rows, p->jacobian, sizeof rows);
+    if (zeros == 0) {
+        chain_guard(c, next, p->end, rows, row);
+        const double gap = p->end[0] - c->delta;
+        return impact              ? gap
+               : c->drift != 0.0 ? p->end[2]
+                                   : force(c, p->end[0], gap, p->end[1]) - friction_at(c, next->drift);
+    }
+    double gained = p->moved[impact ? 0 : 1];
+    memcpy(row, rows[which], ROW * sizeof *row);
+    row[which] -= 1.0;
+    if (zeros == 2) {
+        /* The rate at the start, which the guard before makes 0 where all equations hold. */
+        const double rate = v_c_rate(c, p->start[4]);
+        double gradient[CAPSULE_SLOPE_COUNT], slip[ROW], start[STATES][ROW] = {{0.0}};
+        for (int k = 0; k < STATES; k++)
+            start[k][k] = 1.0;
+        slip_gradient(c, c->drift, p->start[0], p->start[1], p->start[2], gradient);
+        chain_gradient(gradient, start, slip);
+        gained -= rate * h;
+        for (int k = 0; k < ROW; k++)
+            row[k] -= slip[k] * h;
+        row[BY_TIME] -= rate;
+    }
+    const double power = zeros == 2 ? h * h : h;
+    for (int k = 0; k < ROW; k++)
+        row[k] /= power;
+    row[BY_TIME] -= zeros * gained / (power * h);
+    return gained / power;
+}
+
+/* The guard that ends segment i, and its row. So near to the limit that the differences in the row
+   would cancel it is interpolated from durations to both sides where they do not, to an error of `least`
+   times the rate to the fourth. */
+static double guard_at(const capsule_equations *e, int i, const capsule_segment_flow *p, double row[ROW])
+{
+    static const double NODE[4] = {-2.0, -1.0, 1.0, 2.0};
+    const capsule_constants *c = &e->field[e->itinerary->fields[i] - 1];
+    const capsule_constants *next = &e->field[neighbour(e->itinerary, i + 1)];
+    const int zeros = zeros_of(e->itinerary, i);
+    const double value = divided_guard(c, next, zeros, p, row);
+    const double least = fmin(pow(UNIT, 1.0 / (zeros + 4)), 1.0 / (10.0 * c->rate));
+    if (!zeros || fabs(p->duration) >= least)
+        return value;
+    const double state[STATES] = {p->start[0], p->start[2], p->start[3]};
+    memset(row, 0, ROW * sizeof *row);
+    for (int node = 0; node < 4; node++) {
+        capsule_segment_flow beside;
+        double its[ROW], weight = 1.0;
+        run_segment(c, state, (angle_sum){p->angle, 0.0}, NODE[node] * least, &beside);
+        divided_guard(c, next, zeros, &beside, its);
+        for (int k = 0; k < 4; k++)
+            if (k != node)
+                weight *= (p->duration / least - NODE[k]) / (NODE[node] - NODE[k]);
+        for (int k = 0; k < ROW; k++)
+            row[k] += weight * its[k];
+    }
+    return value;
+}
+
+/* Whether the start is held to the surface of the last guard in this component, in place of its closing
+   equation. Were it not, segments whose guards begin at 0 one after the other all round would fix their
+   differences only. */
+static int held_to_guard(guard_kind last, int row)
+{
+    return (row == 0 && last == IMPACT) || (row == 2 && last == LANDING);
+}
+
+/* What closes the orbit: the state at the end and the angle that has passed, less those that are due. */
+static void close_up(const capsule_equations *e, const double *z, angle_sum angle, capsule_system *to)
+{
+    const int n = e->count;
+    const capsule_itinerary *it = e->itinerary;
+    const double sign = it->mirrored ? -1.0 : 1.0, turn = it->mirrored ? TWO_PI / 2.0 : TWO_PI;
+    const guard_kind last = guard_of(it, n - 1);
+    for (int row = 0; row < STATES; row++)
+        to->residual[n + row] = held_to_guard(last, row)
+                                    ? z[row] - (last == IMPACT ? e->field[0].delta : 0.0)
+                                    : to->flows[n - 1].end[row] - sign * z[row];
+    const double periods = it->periods, turns = periods * turn;
+    const double lost = fma(periods, turn, -turns) + periods * (turn / TWO_PI) * TWO_PI_REST;
+    to->residual[n + STATES] = ((angle.whole - turns) - z[ANGLE]) + (angle.rest - lost);
+}
+/* The monodromy matrix over the segments from `first` on, all round. */
+static void multiply(const capsule_constants field[CAPSULE_FIELD_COUNT], const capsule_itinerary *it,
+                     const capsule_segment_flow *flows, int first, double product[STATES][STATES])
+{
+    const int n = it->count;
+    for (int i = 0; i < STATES; i++)
+        for (int k = 0; k < STATES; k++)
+            product[i][k] = i == k ? (it->mirrored ? -1.0 : 1.0) : 0.0;
+    for (int k = first; k < first + n; k++) {
+        const int i = k % n;
+        const capsule_segment_flow *p = &flows[i];
+        double moved[STATES][STATES];
+        for (int r = 0; r < STATES; r++)
+            for (int j = 0; j < STATES; j++)
+                moved[r][j] = p->jacobian[r * ROW] * product[0][j] +
+                              p->jacobian[r * ROW + 1] * product[1][j] +
+                              p->jacobian[r * ROW + 2] * product[2][j];
+        memcpy(product, moved, sizeof moved);
+        if (guard_of(it, i) == LANDING)
+            chain_saltation(&field[it->fields[i] - 1], &field[neighbour(it, i + 1)], p->end, product);
+    }
+}
+
+/* The guards' rows, which an evaluation leaves for the derivatives. */
+static double *guard_row(const capsule_system *to, int segment)
+{
+    return to->workspace + (ptrdiff_t)segment * ROW;
+}
+
+int capsule_evaluate_equations(const capsule_equations *e, const double *z, capsule_system *to)
+{
+    angle_sum angle = {z[ANGLE], 0.0};
+    to->advance = 0.0;
+    for (int i = 0; i < e->count; i++) {
+        capsule_segment_flow *p = &to->flows[i];
+        if (capsule_asked(e->watch, 4)) {
+            to->residual[0] = NAN;
+            return 1;
+        }
+        run_segment(&e->field[e->itinerary->fields[i] - 1], i ? to->flows[i - 1].end : z, angle,
+                    z[DURATION + i], p);
+        to->advance += p->moved[2];
+        if (guard_of(e->itinerary, i) == NEVER) {
+            double *const row = memset(guard_row(to, i), 0, ROW * sizeof *row);
+            to->residual[i] = angle.whole;
+            row[BY_ANGLE] = 1.0;
+        } else {
+            to->residual[i] = guard_at(e, i, p, guard_row(to, i));
+        }
+        turn_on(&angle, e->omega, z[DURATION + i]);
+    }
+    close_up(e, z, angle, to);
+    return 0;
+}
+
+/* Derivatives of a closing equation, from those of the end. */
+static void closing_row(const capsule_equations *e, int row, const double *end_by, double *by)
+{
+    double block[BLOCK_STATES][CLOSING_COLUMNS];
+    const guard_kind last = guard_of(e->itinerary, e->count - 1);
+    capsule_closing_block(e, NULL, block);
+    for (int k = 0; k < e->columns; k++)
+        by[k] = held_to_guard(last, row) ? 0.0 : end_by[k];
+    by[row] += block[row][BLOCK_STATES + row];
+    if (row == 0 && last == IMPACT)
+        by[e->columns - ROW + BY(delta)] = -1.0;
+}
+
+int capsule_differentiate_equations(const capsule_equations *e, const double *z, capsule_system *to,
+                                    capsule_row_visit *visit, void *about)
+{
+    const int n = e->count, columns = e->columns;
+    const size_t row = (size_t)columns, state = STATES * row;
+    double *const rows = guard_row(to, n), *const angle_by = rows + 2 * state;
+    double *const moved = angle_by + row, *const passing = moved + row;
+    double *state_by = to->states_by ? to->states_by : rows, elapsed = 0.0;
+    memset(angle_by, 0, 2 * row * sizeof *angle_by);
+    memset(state_by, 0, state * sizeof *state_by);
+    if (to->advance_by)
+        memset(to->advance_by, 0, row * sizeof *to->advance_by);
+    for (int k = 0; k < STATES; k++)
+        state_by[k * columns + k] = 1.0;
+    angle_by[ANGLE] = 1.0;
+    for (int i = 0; i < n; i++) {
+        const capsule_segment_flow *p = &to->flows[i];
+        double *const by = to->by ? to->by + (size_t)i * row : passing;
+        double *const end_by = to->states_by ? state_by + state : rows + (i % 2 ? 0 : state);
+        if (capsule_asked(e->watch, columns / 64))
+            return 1;
+        moved[DURATION + i] = 1.0;
+        for (int k = 0; k < STATES; k++)
+            chain_total(&p->jacobian[k * ROW], state_by, angle_by, moved, columns, &end_by[k * columns]);
+        if (to->advance_by) {
+            chain_total(&p->jacobian[STATES * ROW], state_by, angle_by, moved, columns, by);
+            for (int k = 0; k < columns; k++)
+                to->advance_by[k] += by[k];
+        }
+        chain_total(guard_row(to, i), state_by, angle_by, moved, columns, by);
+        if (visit)
+            visit(about, i, by);
+        state_by = end_by;
+        moved[DURATION + i] = 0.0;
+        elapsed += z[DURATION + i];
+        angle_by[DURATION + i] = e->omega;
+        angle_by[columns - ROW + BY(omega)] = elapsed;
+    }
+    for (int k = 0; k < BLOCK_STATES; k++) {
+        double *const by = to->by ? to->by + (size_t)(n + k) * row : passing;
+        closing_row(e, k, k < STATES ? &state_by[k * columns] : angle_by, by);
+        if (visit)
+            visit(about, n + k, by);
+    }
+    return 0;
+}
+
+void capsule_complete_system(const capsule_equations *e, const double *z, capsule_system *to)
+{
+    multiply(e->field, e->itinerary, to->flows, 0, (double (*)[STATES])to->monodromy);
+    if (to->by || to->states_by || to->advance_by)
+        capsule_differentiate_equations(e, z, to, NULL, NULL);
+}
+
+void capsule_segment_block(const capsule_equations *e, int i, const capsule_system *at,
+                           const double *direction, double block[BLOCK_ROWS][BLOCK_COLUMNS])
+{
+    const capsule_segment_flow *p = &at->flows[i];
+    double angle[ROW] = {[BY_ANGLE] = 1.0, [BY_TIME] = e->omega, [BY(omega)] = p->duration};
+    for (int r = 0; r < BLOCK_ROWS; r++) {
+        const double *row = r < STATES ? &p->jacobian[r * ROW] : r == STATES ? angle : guard_row(at, i);
+        block[r][0] = row[BY_TIME];
+        memcpy(&block[r][1], row, BLOCK_STATES * sizeof *row);
+        block[r][1 + BLOCK_STATES] = 0.0;
+        for (int k = 0; direction && k < CAPSULE_PARAMETER_COUNT; k++)
+            block[r][1 + BLOCK_STATES] += row[BY_PARAMETER + k] * direction[k];
+    }
+}
+
+void capsule_closing_block(const capsule_equations *e, const double *direction,
+                           double block[BLOCK_STATES][CLOSING_COLUMNS])
+{
+    const guard_kind last = guard_of(e->itinerary, e->count - 1);
+    memset(block, 0, BLOCK_STATES * sizeof *block);
+    for (int row = 0; row < BLOCK_STATES; row++) {
+        const int held = held_to_guard(last, row);
+        block[row][row] = held ? 0.0 : 1.0;
+        block[row][BLOCK_STATES + row] = held ? 1.0 : row < STATES && e->itinerary->mirrored ? 1.0 : -1.0;
+    }
+    if (direction && last == IMPACT)
+        block[0][CLOSING_COLUMNS - 1] = -direction[BY(delta) - BY_PARAMETER];
+}
+
+capsule_equations capsule_equations_of(const capsule_parameters *parameters, const capsule_itinerary *it,
+                                       capsule_watch *watch)
+{
+    capsule_equations e = {.itinerary = it, .omega = parameters->omega, .count = it->count,
+                           .columns = CAPSULE_COLUMNS(it->count), .watch = watch};
+    for (int f = 1; f <= CAPSULE_FIELD_COUNT; f++)
+        capsule_constants_of(f, parameters, &e.field[f - 1]);
+    return e;
+}
+
+capsule_stop capsule_evaluate_itinerary(const capsule_parameters *parameters,
+                                        const capsule_itinerary *itinerary, const double *z,
+                                        capsule_system *system)
+{
+    if (!parameters || !capsule_itinerary_allowed(itinerary) || !z || !system || !system->flows)
+        return CAPSULE_REFUSED;
+    const capsule_equations e = capsule_equations_of(parameters, itinerary, NULL);
+    capsule_evaluate_equations(&e, z, system);
+    capsule_complete_system(&e, z, system);
+    return CAPSULE_DONE;
+}
+
+capsule_stop capsule_monodromy(const capsule_parameters *parameters, const capsule_itinerary *itinerary,
+                               const capsule_segment_flow *flows, int first, double *monodromy)
+{
+    if (!parameters || !capsule_itinerary_allowed(itinerary) || !flows || first < 0 ||
+        first >= itinerary->count || !monodromy)
+        return CAPSULE_REFUSED;
+    const capsule_equations e = capsule_equations_of(parameters, itinerary, NULL);
+    multiply(e.field, itinerary, flows, first, (double (*)[STATES])monodromy);
+    return CAPSULE_DONE;
+}
+
+capsule_system capsule_equations_in(double *block, int count)
+{
+    const size_t n = (size_t)count, flow = sizeof(capsule_segment_flow) / sizeof(double);
+    return (capsule_system){.flows = (capsule_segment_flow *)taken(&block, n * flow),
+                            .residual = taken(&block, CAPSULE_UNKNOWNS(n)),
+                            .monodromy = taken(&block, STATES * STATES),
+                            .workspace = block};
+}
+
+capsule_system capsule_system_in(double *block, int count)
+{
+    const size_t n = (size_t)count, columns = CAPSULE_COLUMNS(n);
+    capsule_system system = capsule_equations_in(block, count);
+    block += CAPSULE_EQUATIONS_ROOM(n);
+    system.states_by = taken(&block, (n + 1) * STATES * columns);
+    system.by = taken(&block, CAPSULE_UNKNOWNS(n) * columns);
+    system.advance_by = block;
+    return system;
+}
